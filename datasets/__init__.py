@@ -1,4 +1,4 @@
-"""Sequences: recorded ones behind readers, synthetic ones behind a renderer."""
+"""Image sequences with ground truth: recorded data and synthetic scenes."""
 
 if __name__ != "trackmark.datasets":
     raise ImportError("Import `trackmark.datasets` instead of `datasets`.")

@@ -1,4 +1,4 @@
-"""Interpolation of ground truth for all frames from boxes that are marked in some frames."""
+"""Interpolation of ground truth between frames in which boxes are marked."""
 
 from collections.abc import Iterable, Mapping
 from math import nan

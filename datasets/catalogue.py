@@ -14,8 +14,8 @@ from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.spec_string import close_match, natural_order, parse_text
 
 
-class SyntheticSuite(Protocol):
-    """Source of built-in sequences: the module `samples`, or a suite of synthetic sequences."""
+class Suite(Protocol):
+    """Source of built-in sequences: the module `samples` or a suite of synthetic sequences."""
 
     def names(self) -> list[str]:
         """Return the full names, `suite/sequence`."""
@@ -57,7 +57,7 @@ def summary(name: str) -> Summary:
 
 
 def describe(name_or_path: str | Path, truth: str | Path | None = None) -> SequenceMetadata:
-    """Return the metadata of a sequence; parameters and errors are those of `load`.
+    """Return the metadata of a sequence; parameters and exceptions are as in `load`.
 
     Metadata of synthetic sequences with default options are stored. Other sequences are opened.
     """
@@ -68,11 +68,11 @@ def describe(name_or_path: str | Path, truth: str | Path | None = None) -> Seque
 
 
 def identity(text: str) -> tuple[str, str]:
-    """Return name and fingerprint of the sequence that `load` opens for a text; same errors.
+    """Return name and fingerprint of the sequence that `load` opens; exceptions are as in `load`.
 
-    Synthetic sequences without filters are not opened, which can take a second.
+    Synthetic sequences without filters are not opened, because opening can take a second.
     """
-    from trackmark.datasets.synthetic.suite import SyntheticSuite as SyntheticSuite
+    from trackmark.datasets.synthetic.suite import SyntheticSuite
 
     suite = _suites().get(text.partition(":")[0])
     if isinstance(suite, SyntheticSuite) and not _split_filters(text)[1]:
@@ -116,7 +116,7 @@ def path_format(text: str) -> str:
 
 
 def matching(text: str) -> list[str]:
-    """Return the sequences that a text selects: one, those of a pattern, or those in a folder.
+    """Return the sequences that a text selects: a single one, a pattern, or a suite or folder.
 
     Parameters
     ----------
@@ -149,12 +149,12 @@ def matching(text: str) -> list[str]:
 
 
 def _paths_matching(text: str) -> list[str]:
-    """Return the paths that a text selects; see `matching`."""
+    """Return the paths of recorded data that a text selects; see `matching`."""
     from trackmark.datasets import readers
 
     path, chosen = _split_path(text)
     is_pattern = any(sign in text for sign in "*?") and not path.exists()
-    # Path.glob raises an error for a name that is too long, glob.glob returns no match.
+    # For a name that is too long, Path.glob raises an error, but glob.glob returns no match.
     matches = [Path(name) for name in glob(str(path))] if is_pattern else [path]  # noqa: PTH207
     if is_pattern:
         matches = [match for match in matches if not readers.is_mask_path(match)]
@@ -207,7 +207,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     text = str(name_or_path)
     bare, filters = _split_filters(text)
     if filters:
-        from trackmark.datasets.filters import filtered  # imported here: it loads OpenCV
+        from trackmark.datasets.filters import filtered  # imported here, because it loads OpenCV
 
         return filtered(load(type(name_or_path)(bare), truth), filters)
     if isinstance(name_or_path, str) and is_built_in(text):
@@ -217,7 +217,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
                 f"{name}: built-in sequences have their own ground truth. Omit {truth}."
             )
         return _suites()[name].load(name, _options_in(text))
-    from trackmark.datasets import readers  # imported here: it loads decoders
+    from trackmark.datasets import readers  # imported here, because it loads decoders
 
     path, chosen = _split_path(text)
     if not path.exists() and not readers.reads(path):
@@ -237,7 +237,7 @@ def _options_in(text: str) -> dict[str, str]:
 
 
 def _split_filters(text: str) -> tuple[str, dict[str, float]]:
-    """Return a text without filters, and the filters; an existing path has none."""
+    """Split a text into sequence and filters; the text of an existing path has no filters."""
     if ":filter." not in text or _checked_path(text).exists():
         return text, {}
     from trackmark.datasets.filters import split_filters
@@ -246,7 +246,7 @@ def _split_filters(text: str) -> tuple[str, dict[str, float]]:
 
 
 def _split_path(text: str) -> tuple[Path, dict[str, str]]:
-    """Return path and options of recorded data; a path can contain colons."""
+    """Split a text into path and options of recorded data; a path can contain colons."""
     path = _checked_path(text)
     if path.exists() or ":" not in path.name:
         return path, {}
@@ -258,7 +258,7 @@ def _split_path(text: str) -> tuple[Path, dict[str, str]]:
 
 
 def _checked_path(text: str) -> Path:
-    """Return a path whose existence can be tested, and whose name results can contain."""
+    """Return the path of a text after a check that its name is valid."""
     try:
         path = Path(text).expanduser()
         check_name(path.absolute())
@@ -283,10 +283,10 @@ def _unknown_sequence(text: str, path: Path) -> SequenceError:
 
 
 @cache
-def _suites() -> dict[str, SyntheticSuite]:
-    """Return the suite of each built-in sequence by name, without loading a renderer."""
+def _suites() -> dict[str, Suite]:
+    """Return the suite of each built-in sequence; no renderer is loaded."""
     from trackmark.datasets import samples
     from trackmark.datasets.synthetic.suite import suites
 
-    all_suites = [cast(SyntheticSuite, samples), *suites()]
+    all_suites = [cast(Suite, samples), *suites()]
     return {name: suite for suite in all_suites for name in suite.names()}

@@ -1,4 +1,4 @@
-"""Rules for all decoding: a pixel limit, and errors that name the file."""
+"""Common rules of all decoders: a pixel limit, and errors that name the file."""
 
 import os
 from collections.abc import Iterator
@@ -8,15 +8,15 @@ from reprlib import Repr
 
 from trackmark.datasets.interface import SequenceError
 
+# environment variable with the maximum number of pixels of an image
 PIXEL_LIMIT_VARIABLE = "TRACKMARK_MOST_PIXELS"
-"""Environment variable with the number of pixels of the largest image that is decoded."""
 
 DEFAULT_MAX_PIXELS = 100_000_000
 
+# exceptions that indicate an error in code and not in a file
 PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
-"""Exceptions that show a defect of our code or of a library, not of the file."""
 
-_MAX_REASON = 300  # characters of a decoder's message
+_MAX_REASON = 300  # maximum number of characters of a decoder's message
 _REPR = Repr()
 _REPR.maxstring = 200
 
@@ -62,9 +62,10 @@ def decoding(problem: str, remedy: str = "Download the file again.") -> Iterator
 
 
 def pixel_limit(max_pixels: int | None = None) -> int:
-    """Return the number of pixels of the largest image that is decoded.
+    """Return the maximum number of pixels of an image.
 
-    `max_pixels`: the limit; if None, it is read from the environment variable.
+    `max_pixels` is returned unless it is None; then the limit is read from the environment
+    variable.
 
     Raises `SequenceError` if `$TRACKMARK_MOST_PIXELS` is not a number.
     """
@@ -77,7 +78,7 @@ def pixel_limit(max_pixels: int | None = None) -> int:
 
 
 def check_pixels(width: int, height: int, max_pixels: int | None = None) -> None:
-    """Check the size that an image's header states [pixels], before memory is allocated for it.
+    """Check the size in an image's header [pixels] before memory is allocated for the image.
 
     `max_pixels`: see `pixel_limit`. Raises `ValueError` for a larger image.
     """

@@ -14,10 +14,10 @@ from pydantic import TypeAdapter, ValidationError
 from trackmark.datasets.interface import SequenceError
 
 TICK_NS = 2_000_000_000
-"""Longest tick of a file system's clock [ns], that of FAT.
+"""Maximum resolution of the modification times of file systems, which FAT has [ns].
 
-Two changes within one tick leave the same modification time, so digests of files that changed as
-recently are not cached.
+Two changes within this time can have equal modification times. Digests of files that changed so
+recently are therefore not cached.
 """
 
 _Entries = dict[str, tuple[int, int, str]]  # size, modification time [ns] and digest by path
@@ -25,7 +25,7 @@ _ENTRIES = TypeAdapter(_Entries)
 
 
 def cache_folder() -> Path:
-    """Return the folder of cached results: `$TRACKMARK_CACHE`, or one in the user's cache."""
+    """Return the folder of cached results: `$TRACKMARK_CACHE`, or a folder in the user's cache."""
     folder = os.environ.get("TRACKMARK_CACHE")
     if folder:
         return Path(folder).expanduser()
@@ -48,7 +48,7 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
         Path(os.path.realpath(file)) if file.is_symlink() else Path(real(file.parent), file.name)
         for file in files
     ]
-    # One cache file per set of folders keeps the files small and independent of other data.
+    # There is one cache file per set of folders, so that each file is small.
     folders = "\0".join(sorted({str(path.parent) for path in paths}))
     cache = cache_folder() / "digests" / f"{hashlib.sha256(folders.encode()).hexdigest()[:16]}.json"
     cached = _read_cache(cache)

@@ -1,4 +1,4 @@
-"""Frame numbers in the names of images: refusal of two images with the same number.
+"""Check that no two images of a folder have equal frame numbers in their names.
 
 Ground truth is assigned to the images of a folder in the order of their names. A copy of an image
 (`0003 (1).png`), or the same frame in another format, would shift it by one frame.
@@ -18,8 +18,9 @@ def check_frame_numbers(images: SequenceOf[Path]) -> None:
     """Refuse two images of one folder that have the same frame number.
 
     Two names collide if they are equal up to the last number (`0003.jpg` and `0003 copy.png`), or
-    if one continues the other (`0003 (1).png`, `Copy of 0003.png`). Text in front of a number is no
-    copy if many images have it: then it is the prefix of a second series (`depth0003.png`).
+    if one name extends the other (`0003 (1).png`, `Copy of 0003.png`). Text in front of a number
+    does not indicate a copy if many images have it: it is the prefix of a second series
+    (`depth0003.png`).
 
     Raises `SequenceError` naming both images.
     """
@@ -50,7 +51,7 @@ def _frame_number(image: Path) -> _Number:
 
 
 def _collision(*images: Path) -> SequenceError:
-    """Return the refusal of two images; the longer name is the likely copy."""
+    """Return the error for two images; the image with the longer name is the likely copy."""
     original, copy = sorted(images, key=lambda image: (len(image.name), image.name))
     return SequenceError(
         f"{copy}: the image has the same frame number as {original.name}, which would shift the "

@@ -6,17 +6,16 @@ import numpy as np
 
 from trackmark.datasets.interface import Image, Sequence
 
-N_TILES = 4
-"""Number of tiles in each direction whose mean colours are stored."""
+N_TILES = 4  # number of tiles in each direction whose mean colours are stored
 
 
 def golden_digests(sequence: Sequence) -> dict[str, str]:
     """Return digests of images, masks and ground truth by name.
 
-    `images`: bytes of images and masks at the start, in the middle and at the end. `truth`: boxes,
-    visibility and regions of all frames, rounded to 1e-6. `look`: mean colours of tiles of these
-    images in hexadecimal. They distinguish a changed image from a changed last bit, which can be
-    due to the arithmetic of another platform.
+    `images` covers the bytes of images and masks at the start, in the middle and at the end.
+    `truth` covers boxes, visibility and regions of all frames, rounded to 1e-6. `look` contains the
+    mean colours of tiles of these images in hexadecimal. It distinguishes a different image from a
+    rounding difference, which the arithmetic of another platform can cause.
     """
     n = len(sequence)
     # Frames of `plain/target`, which has 120, in which every parameter has a visible effect.
@@ -36,7 +35,7 @@ def golden_digests(sequence: Sequence) -> dict[str, str]:
 
 
 def look_difference(first: str, second: str) -> int:
-    """Return the largest difference of two `look` digests [grey levels]; 255 for other sizes."""
+    """Return the maximum difference of two `look` digests [grey levels]; 255 if sizes differ."""
     a, b = (np.frombuffer(bytes.fromhex(look), np.uint8).astype(int) for look in (first, second))
     return int(np.abs(a - b).max()) if len(a) == len(b) else 255
 

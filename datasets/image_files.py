@@ -1,4 +1,4 @@
-"""Strict decoding of image files: damaged data raise an error instead of grey pixels."""
+"""Strict decoding of image files, which raises an error for damaged data."""
 
 from collections.abc import Callable, Mapping
 from collections.abc import Sequence as SequenceOf
@@ -35,7 +35,7 @@ _JPEG_START, _PNG_START, _TIFF_STARTS = b"\xff\xd8", b"\x89PNG", (b"II", b"MM")
 _MAX_BYTES_PER_PIXEL = 6  # accepted for the largest images: a PPM file with 16 bits per channel
 # Numbers of the TIFF format: a version, a tag and a type of values.
 _BIG_TIFF, _ORIENTATION, _SHORT = 43, 274, 3
-_TIFF_BYTES_PER_PIXEL = 32  # at most: four numbers in double precision
+_TIFF_BYTES_PER_PIXEL = 32  # maximum: four numbers in double precision
 # Functions that read only the header, by the first bytes of the file.
 _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
     _PNG_START: PngImageFile,
@@ -52,7 +52,7 @@ _COLOUR = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 class ImageFiles:
     """Frames in image files, read on request.
 
-    `files`: in the order of the frames. `max_pixels`: see `decode_image`.
+    `files` are in the order of the frames. `max_pixels` is as in `decode_image`.
     """
 
     def __init__(self, files: SequenceOf[Path], max_pixels: int | None = None) -> None:
@@ -119,7 +119,7 @@ def decode_image(data: bytes, max_pixels: int | None = None) -> Image:
 
 
 def _without_orientation(data: bytes) -> bytes:
-    """Return TIFF data whose orientation tag has the value 1 (as stored), other data unchanged."""
+    """Return TIFF data with the orientation 1 (as stored), and other data unchanged."""
     if not data.startswith(_TIFF_STARTS):
         return data
     order: Literal["little", "big"] = "little" if data.startswith(b"II") else "big"
@@ -127,7 +127,7 @@ def _without_orientation(data: bytes) -> bytes:
     def number(start: int, size: int) -> int:
         return int.from_bytes(data[start : start + size], order)
 
-    # Sizes of an offset, of the number of entries and of an entry; the start of the first offset.
+    # sizes of an offset, of the number of entries and of an entry; position of the first offset
     word, count, length, start = (8, 8, 20, 8) if number(2, 2) == _BIG_TIFF else (4, 2, 12, 4)
     directory = number(start, word)
     first = directory + count
@@ -141,10 +141,10 @@ def _without_orientation(data: bytes) -> bytes:
 
 
 def _check_memory(data: bytes, size: tuple[int, int], max_pixels: int) -> None:
-    """Refuse data for which a decoder would allocate more memory than the pixel limit implies.
+    """Check that a decoder does not allocate more memory for data than the pixel limit implies.
 
-    Raises `ValueError` for many bytes per pixel, and for a PNG chunk that claims to be longer than
-    the file: OpenCV allocates memory of the claimed length.
+    Raises `ValueError` for too many bytes per pixel, and for a PNG chunk whose stated length
+    exceeds the file, because OpenCV allocates memory of the stated length.
     """
     depth = _TIFF_BYTES_PER_PIXEL if data.startswith(_TIFF_STARTS) else 3
     if data.startswith(_PNG_START):
@@ -180,7 +180,7 @@ def numbered_images(folder: Path, *firsts: int) -> list[Path]:
     """Return the images directly in a folder whose names are consecutive numbers, in order.
 
     A missing image would shift the ground truth of all later frames.
-    `firsts`: valid numbers of the first image; none if the ground truth itself contains it.
+    `firsts` are the valid numbers of the first image; if it is empty, all numbers are valid.
 
     Raises `SequenceError` naming the image that is missing, has no number, or has the number of
     another image; or the folder if it has no images.

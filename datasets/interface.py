@@ -1,4 +1,4 @@
-"""Image sequence with ground truth: the interface between datasets and the rest of the project."""
+"""Image sequence with ground truth, the interface between datasets and other packages."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from trackmark.datasets.shapes import Shapes
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
 
+# maximum absolute coordinate of a ground-truth box [pixels], larger than any image
 MAX_COORDINATE = 1e7
-"""Largest absolute coordinate of a ground-truth box [pixels]; no image is that large."""
 
 
 class SequenceError(ValueError):
-    """Error of a sequence that cannot be opened, read or run; the message names file and frame."""
+    """Error for a sequence that cannot be opened, read or run; its message names the file."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Sequence:
     visibility : array of shape (n,), optional
         Visible fraction of the target in [0, 1]; NaN if unknown.
     attributes : mapping of str to bool array of shape (n,), optional
-        Frames with an event, by its name (`occlusion`, …).
+        Flags of the frames with an event, by the name of the event (`occlusion`, …).
     fps : float, optional
         Frame rate [frames/s].
     masks : callable, optional
@@ -104,11 +104,11 @@ class Sequence:
     truth_source : str
         File or generator of the ground truth, for messages.
     truth_missing : str
-        Sentence on why a file that looks like ground truth was not read.
+        Sentence that explains why a file that looks like ground truth was not read.
     image_size : tuple of int, optional
-        Width and height of the images [pixels], if known without reading one.
+        Width and height of the images [pixels], if known without reading an image.
     values : mapping of str to array of shape (n,), optional
-        Numbers per frame that the data contain, by name (`anchor` of VOT).
+        Further numbers per frame, by name (`anchor` of VOT).
     origin : Origin, optional
         Provenance of the data.
     shapes : Shapes, optional
@@ -122,7 +122,7 @@ class Sequence:
     images_beyond_truth : int
         Number of images after the last ground-truth row.
     known_size : tuple of int or None
-        Width and height of the images [pixels] if known so far; `image_size` reads one if needed.
+        Width and height of the images [pixels] if already known; see `image_size`.
 
     Raises
     ------
@@ -232,7 +232,7 @@ class Sequence:
 
     @property
     def fingerprint(self) -> str:
-        """Digest that changes if, and only if, a pixel or a ground-truth value changes."""
+        """Digest of all pixels and ground-truth values."""
         if not isinstance(self._fingerprint, str):
             self._fingerprint = self._fingerprint()
         return self._fingerprint
@@ -263,7 +263,7 @@ class Sequence:
 
     @property
     def image_size(self) -> tuple[int, int]:
-        """Width and height of the images [pixels]; reads one image if they are unknown.
+        """Width and height of the images [pixels]; reads an image if the size is unknown.
 
         Raises `SequenceError` if there is no ground truth, or if that image cannot be read.
         """
@@ -306,7 +306,7 @@ class Sequence:
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
 
     def _check_coordinates(self) -> None:
-        """Refuse coordinates beyond any image; box areas of such values would overflow."""
+        """Check that all coordinates are below MAX_COORDINATE: areas of boxes would overflow."""
         too_large = np.flatnonzero((np.abs(self.boxes) > MAX_COORDINATE).any(axis=1))
         if len(too_large):
             box = ", ".join(f"{value:g}" for value in self.boxes[too_large[0]])
@@ -347,7 +347,7 @@ def lies_outside(box: ArrayLike, size: tuple[int, int]) -> bool:
 
 
 class _FrameSelection:
-    """Selected frames of other frames."""
+    """Frames that are selected from other frames."""
 
     def __init__(self, frames: Frames, selection: range) -> None:
         self._frames = frames
@@ -363,7 +363,7 @@ class _FrameSelection:
 def _frozen(
     values: ArrayLike, shape: tuple[int, ...], label: str, dtype: type = np.float64
 ) -> NDArray[Any]:
-    """Return a read-only copy of an array of ground truth after a check of its shape."""
+    """Return a read-only copy of a ground-truth array after a check of its shape."""
     array: NDArray[Any] = np.array(values, dtype=dtype)
     if array.shape != shape:
         raise SequenceError(f"{label}: the shape is {array.shape}. Expected is {shape}.")

@@ -1,4 +1,4 @@
-"""Metadata of a sequence; for synthetic sequences they are stored, so that none is opened."""
+"""Metadata of a sequence; `golden.json` stores the metadata of synthetic sequences."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Text files of numbers, as used by benchmarks for ground truth; errors name file and line."""
+"""Text files of numbers, which benchmarks use for ground truth; errors name file and line."""
 
 import re
 from collections.abc import Collection, Iterable, Mapping
@@ -13,7 +13,7 @@ from trackmark.datasets.decoding import quote
 from trackmark.datasets.interface import SequenceError
 from trackmark.datasets.truth_file import read_text
 
-# `float` also accepts 1_0, infinity and digits of other scripts; these are mistakes in such a file.
+# `float` also accepts 1_0, infinity and digits of other scripts, which are invalid here.
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan)", re.ASCII | re.IGNORECASE)
 _SEPARATOR = re.compile(r"\s*,\s*|\s+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
@@ -40,8 +40,9 @@ def read_rows(
 ) -> NDArray[np.float64]:
     """Read rows of numbers, separated by commas, tabs or spaces; all rows have equal length.
 
-    `counts`: accepted numbers of values per row. `expected`, `row_name`: content of a row, for
-    messages. Returns an array of shape (n, k), one row per line, at least one; NaN values are kept.
+    `counts` are the valid numbers of values per row. `expected` and `row_name` describe a row in
+    messages. Returns an array of shape (n, k) with one row per line, at least one; it may contain
+    NaN.
 
     Raises `SequenceError` naming file and line.
     """
@@ -56,12 +57,12 @@ def read_rows(
             )
         rows.append(row)
     if not rows:
-        raise SequenceError(f"{path}: there are no rows.")
+        raise SequenceError(f"{path}: there are no rows. Expected is one row per frame.")
     return np.array(rows)
 
 
 def check_line(line: str, number: int, path: Path) -> None:
-    """Refuse an empty line between rows; `number` counts from 1.
+    """Check that a line is not empty; `number` counts from 1.
 
     Raises `SequenceError` naming file and line.
     """
@@ -73,7 +74,7 @@ def check_line(line: str, number: int, path: Path) -> None:
 
 
 def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
-    """Refuse a file with fewer rows than images: the missing row could be inside.
+    """Check that a file has a row for every image, because a missing row could be an inner row.
 
     Raises `SequenceError` naming file and counts.
     """
@@ -89,13 +90,13 @@ def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
 def as_boxes(
     rows: NDArray[np.float64], path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
 ) -> NDArray[np.float64]:
-    """Convert rows of a file to boxes in coordinates from 0; NaN rows mean absent targets.
+    """Convert rows of a file to boxes in coordinates from 0; a NaN row means an absent target.
 
-    A row of size 0 means that the target is absent, except in the first row: such an init box is
-    a mistake, which is kept for `Sequence.check_runnable` to refuse.
+    A box of size 0 means that the target is absent. In the first row, such a box is invalid; it is
+    kept, so that `Sequence.check_runnable` raises an error.
 
-    `rows`: x, y, width and height, shape (n, 4). `path`: the file, for messages. `origin`:
-    coordinate of the first pixel in the file. `minus_is_absent`: whether a negative size also means
+    `rows`, shape (n, 4), are x, y, width and height. `path` is the file, for messages. `origin` is
+    the coordinate of the first pixel in the file. If `minus_is_absent`, a negative size also means
     that the target is absent.
 
     Raises `SequenceError` naming the line of a box of negative size.
@@ -134,7 +135,7 @@ def read_integers(
 ) -> NDArray[np.int64]:
     """Read one integer per frame from 0 to `maximum`, in lines or separated by commas.
 
-    `n`: number of frames. `padded`: whether missing values at the end mean 0, and additional values
+    `n` is the number of frames. If `padded`, missing values at the end are 0, and additional values
     belong to images without ground truth.
 
     Raises `SequenceError` naming the line of an invalid value, or the file if the count is wrong.
@@ -161,7 +162,7 @@ def read_integers(
 def read_flags(
     files: Iterable[Path], n: int, *, padded: bool = False
 ) -> dict[str, NDArray[np.bool_]]:
-    """Read one flag per frame from each existing file, by its stem; see `read_integers`."""
+    """Read one flag per frame from each existing file; keys are the files' stems."""
     return {
         file.stem: read_integers(file, n, padded=padded) > 0 for file in files if file.is_file()
     }
@@ -180,7 +181,7 @@ def read_fields(path: Path) -> dict[str, str]:
 
 
 def field_fps(fields: dict[str, str], key: str, path: Path) -> float | None:
-    """Return the frame rate in a field [frames/s], with or without `Hz`; None without the field.
+    """Return the frame rate in a field, such as `30` or `30 Hz` [frames/s]; None if it is missing.
 
     Raises `SequenceError` naming file and field if its value is not a frame rate.
     """
@@ -195,8 +196,8 @@ def field_fps(fields: dict[str, str], key: str, path: Path) -> float | None:
 def field_path(fields: Mapping[str, str], key: str, path: Path, default: str = "") -> Path:
     """Return the file or folder that a field names.
 
-    `path`: the file with the fields; the result is inside its folder. `default`: name in that
-    folder without the field.
+    `path` is the file with the fields; the result is inside the folder of this file. `default` is
+    the name in this folder that is used if the field is missing.
 
     Raises `SequenceError` naming file and field if the value leads out of that folder.
     """

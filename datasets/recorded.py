@@ -1,4 +1,4 @@
-"""Parts that all recorded sequences share: options, ground truth and a fingerprint of the files."""
+"""Functions of all readers: options, ground truth, and a fingerprint of the files."""
 
 import hashlib
 from collections.abc import Callable, Collection, Mapping
@@ -16,7 +16,7 @@ from trackmark.datasets.interface import Frames, Mask, Origin, Sequence, Sequenc
 from trackmark.datasets.shapes import Shapes
 from trackmark.datasets.truth_file import GroundTruth
 
-_MAX_LISTED = 20  # values of an option that a description or message lists
+_MAX_LISTED = 20  # maximum number of values of an option in a description or message
 
 
 def describe_option(

@@ -1,4 +1,4 @@
-"""Ground-truth polygons and masks of a target; masks are stored as runs of pixels."""
+"""Ground-truth polygons and masks; masks are stored as lengths of runs of pixels."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Shape: TypeAlias = NDArray[np.float64] | NDArray[np.bool_] | None
 
 @dataclass(frozen=True)
 class EncodedMask:
-    """Mask inside a rectangle of the image, as lengths of alternating runs outside and inside.
+    """Mask in a rectangle of the image, as lengths of alternating runs outside and inside.
 
     Raises `ValueError` for runs that do not fill the rectangle.
     """
@@ -57,7 +57,7 @@ class Shapes(Sequence[Shape]):
     Parameters
     ----------
     shapes : mapping of int to array of shape (k, 2) or EncodedMask
-        Polygon or mask by frame; of other frames, only the box is known.
+        Polygon or mask by frame; for other frames, only the box is known.
     frames : sequence of int
         Selected frames in order.
     size : tuple of int
@@ -89,5 +89,5 @@ class Shapes(Sequence[Shape]):
         return shape.decode(self._size) if isinstance(shape, EncodedMask) else shape
 
     def as_stored(self) -> list[NDArray[np.float64] | EncodedMask | None]:
-        """Return the shape of each frame, with masks as their runs."""
+        """Return the shape of each frame; masks remain encoded."""
         return [self._shapes.get(frame) for frame in self._frames]

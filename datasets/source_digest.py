@@ -1,4 +1,4 @@
-"""Digest of a module's source: its syntax tree, the modules that it imports, and libraries.
+"""Digest of a module's source, of the modules that it imports, and versions of libraries.
 
 Comments, docstrings, layout, module names and folders do not change the digest: code can be
 formatted, documented and moved. Files are parsed, not imported.
@@ -19,10 +19,10 @@ from typing import Any
 class _Import:
     """Name that a module binds with an import statement."""
 
-    level: int  # dots of a relative import
+    level: int  # number of dots of a relative import
     module: str  # module after `from`; empty for `import`
     name: str  # imported name
-    bound: str  # name in the importing module
+    bound: str  # name that the importing module binds
 
     def dotted(self, package: str) -> str:
         """Return the dotted name, `a.b` for `from a import b`."""
@@ -33,14 +33,14 @@ class _Import:
 
 @dataclass(frozen=True)
 class _Parsed:
-    """Source file: digest of its tree without imports and docstrings, and the imports."""
+    """Source file: digest of its syntax tree without imports and docstrings, and its imports."""
 
     digest: str
     imports: tuple[_Import, ...]
 
 
 def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
-    """Return the digest of a source file and of all modules that it imports, and the libraries.
+    """Return the digest of a source file with all modules that it imports, and library versions.
 
     The first value is that of `tree_digest`. The second is the version of each third-party library
     that these files import, by distribution.
@@ -52,10 +52,10 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
 def tree_digest(file: Path, package: Path) -> str:
     """Return the digest of a source file and of all modules that it imports, 16 hexadecimal digits.
 
-    No library is looked up, which would take longer than the rest. `file`: source file inside or
-    outside `package`. `package`: folder of the package whose modules are included (`.../trackers`).
-    For a file outside of it, modules of the file's own package, or of its folder, are included too.
-    The `__init__.py` of the package counts only if names are imported from it.
+    Libraries are not looked up, because this would take most of the time. `package` is the folder
+    of the package whose modules are included (`.../trackers`). If `file` is outside this folder,
+    modules of the file's package or folder are included too. The `__init__.py` of the package is
+    included only if names are imported from it.
     """
     return _follow_imports(file, package)[0]
 
@@ -68,7 +68,7 @@ def imported_libraries(file: Path, package: Path) -> list[str]:
 def library_versions(imports: set[str]) -> dict[str, str]:
     """Return the installed versions of top-level import names, by distribution.
 
-    Names of the standard library, and names without distribution, are left out.
+    Names of the standard library and names without a distribution are omitted.
     """
     return {
         distribution: _version(distribution)
@@ -79,7 +79,7 @@ def library_versions(imports: set[str]) -> dict[str, str]:
 
 @cache
 def _version(distribution: str) -> str:
-    """Return an installed version, cached: a lookup takes 1 ms, and each run has several."""
+    """Return an installed version; it is cached, because a lookup takes 1 ms."""
     return metadata.version(distribution)
 
 
@@ -176,7 +176,7 @@ def _parse(content: bytes, filename: str) -> _Parsed:
 
 
 def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
-    """Append the text of a syntax tree, without fields that differ between Python versions."""
+    """Append the text of a syntax tree, without fields that depend on Python's version."""
     if not isinstance(value, ast.AST):
         text.append(repr(value))
         return
@@ -206,7 +206,7 @@ def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
 
 
 def _is_text_statement(statement: ast.AST) -> bool:
-    """Return whether a statement is only a text; the first one in a body is a docstring."""
+    """Return whether a statement consists of a text, such as a docstring."""
     return (
         isinstance(statement, ast.Expr)
         and isinstance(statement.value, ast.Constant)
@@ -215,7 +215,7 @@ def _is_text_statement(statement: ast.AST) -> bool:
 
 
 def _find_module(dotted: str, root: Path) -> tuple[str, Path] | None:
-    """Return the module that a dotted name refers to, or that contains it, and its file."""
+    """Return the module that a dotted name is or belongs to, and the file of the module."""
     parts = dotted.split(".")
     while parts:
         base = root.joinpath(*parts)

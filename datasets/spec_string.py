@@ -11,7 +11,7 @@ from trackmark.datasets.decoding import quote
 
 
 def close_match(name: str, valid_names: Iterable[str]) -> str:
-    """Return the end of a message on an unknown name: " Did you mean 'x'?", or an empty text."""
+    """Return a hint on an unknown name: " Did you mean 'x'?", or an empty text."""
     close = get_close_matches(name, list(valid_names), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""
 

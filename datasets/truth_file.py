@@ -1,9 +1,9 @@
 """Ground truth in a CSV file: `frame,x,y,width,height`, one row per frame.
 
-Frames count from 0. Boxes are in pixels from the top left corner of the image. The target is absent
-in a frame without a row, or with an empty box. The last row ends the sequence. Two optional columns
-may follow: `visibility`, the visible fraction in [0, 1], and `source`: `marked` for a box that was
-marked by hand, or `interpolated`. Lines that start with `#` are comments.
+Frames count from 0. Boxes are in pixels from the upper left corner of the image. The target is
+absent in a frame without a row or with an empty box. The last row ends the sequence. There are two
+optional columns: `visibility` is the visible fraction in [0, 1]; `source` is `marked` for a box
+that was marked by hand, or `interpolated`. Lines that start with `#` are comments.
 """
 
 import re
@@ -28,8 +28,8 @@ SOURCES = ["marked", "interpolated", ""]
 _LIKELY_NAME = re.compile(r"truth|rect|annot|bbox|boxes|(^|[^a-z])gt([^a-z]|$)")
 _LIKELY_SUFFIXES = (".txt", ".csv", ".json", ".xml", ".mat", ".tsv")
 
+# maximum number of frames, 90 hours at 30 frames/s, which limits the memory use
 MAX_FRAMES = 10_000_000
-"""Largest accepted number of frames, 90 hours at 30 frames/s; more would exhaust the memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ def read_given_or_default(
 def unread_file_hint(default: Path, stem: str = "") -> str:
     """Return a sentence on a file next to the data that looks like ground truth in another format.
 
-    `default`: the file that is read if it exists. `stem`: files of this name also count.
+    `default` is the file that is read if it exists. Files with the name `stem` also count.
     """
     if default.is_file():
         return ""
@@ -103,9 +103,9 @@ def read(path: Path) -> GroundTruth:
 
 
 def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
-    """Write a ground-truth file, or replace it; `read` returns bit-identical values.
+    """Write or replace a ground-truth file; `read` returns bit-identical values.
 
-    A frame without target gets a row with an empty box. `comments`: lines before the header.
+    A frame without target has a row with an empty box. `comments` are lines before the header.
     """
     n = len(truth.boxes)
     columns: dict[str, list[str]] = {"frame": [str(frame) for frame in range(n)]}
@@ -179,7 +179,7 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
 
 def _number(text: str) -> float:
     try:
-        number = float(text) if "_" not in text else nan  # `float` reads 1_0 as ten
+        number = float(text) if "_" not in text else nan  # `float` would accept 1_0 as ten
     except ValueError:
         number = nan
     if not isfinite(number):

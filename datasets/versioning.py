@@ -1,10 +1,10 @@
 """Versions of scenes and trackers, stored in `golden.json` files.
 
-An entry holds a *version*, the digest of the syntax trees of the source, and *golden* digests of
-the output: images and ground truth of a scene, boxes of a tracker. While the source has the stored
-trees, the version alone identifies the results. After an edit, the digest of the new trees is
-appended to the version, so that results of both sources are never mixed. `make seal` compares the
-output: if it is equal, the new trees are stored and the version stays.
+An entry contains a *version*, the digest of the syntax trees of the source, and *golden* digests of
+the output. The output is images and ground truth of a scene, or boxes of a tracker. While the
+source has the stored digest, the version identifies the results. After an edit, the digest of the
+new source is appended to the version, so that results of both sources are never mixed. `make seal`
+compares the output. If the output is equal, it stores the new digest and keeps the version.
 """
 
 import json
@@ -18,13 +18,13 @@ from typing import Any
 
 @dataclass(frozen=True)
 class VersionEntry:
-    """Version of a scene or tracker, with the source and the output that it stands for."""
+    """Version of a scene or tracker, with the digests of its source and output."""
 
     # First version: digest of the source file (and library versions, for a scene). Later versions
     # are numbers.
     version: list[Any]
     tree: str  # digest of the syntax trees; see `datasets.source_digest`
-    # digests by specification (`multipart/1:scene=2`) and by part of the output
+    # digests of the output by specification (`multipart/1:scene=2`) and kind of output
     golden: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     # trackers only: import names of the libraries whose versions belong to the tracker's version
     libraries: list[str] = field(default_factory=list)
@@ -32,11 +32,11 @@ class VersionEntry:
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def identity(self, tree: str) -> list[Any]:
-        """Return the version, with the digest of the trees appended if they were edited."""
+        """Return the version; if the source differs from the stored digest, append its digest."""
         return self.version if tree == self.tree else [*self.version, tree]
 
     def next_version(self) -> list[Any]:
-        """Return the number of the version after this one."""
+        """Return the number of the next version."""
         number = self.version[0] if isinstance(self.version[0], int) else 1
         return [number + 1]
 
@@ -44,14 +44,14 @@ class VersionEntry:
 def find_version(name: str, file: Path) -> VersionEntry | None:
     """Return the entry of a scene or tracker, or None if it has none yet.
 
-    `name`: name without options. `file`: the `golden.json`; a key may be a pattern (`multipart/*`).
+    `name` has no options. `file` is a `golden.json`, whose keys may be patterns (`multipart/*`).
     """
     entries = read_versions(file)
     return next((entry for key, entry in entries.items() if fnmatchcase(name, key)), None)
 
 
 def read_versions(file: Path) -> dict[str, VersionEntry]:
-    """Return all entries of a `golden.json` by name or pattern; none if the file is missing."""
+    """Return all entries of a `golden.json` by name or pattern; empty if the file is missing."""
     return dict(_parse(file.read_bytes())) if file.is_file() else {}
 
 

@@ -1,4 +1,4 @@
-"""Frames of a video file: fast in temporal order, bit-identical in any order."""
+"""Frames of a video file; access is fastest in temporal order, and exact in any order."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
@@ -24,8 +24,8 @@ class VideoFrames:
 
     Opening reads the packets once and decodes none. Frames are numbered in the order of their
     presentation times, and decoding starts at the last key frame before a frame. AVI files have no
-    presentation times, which matters if frames are reordered. Their frames are counted by decoding,
-    and a step back decodes from the start.
+    presentation times. If frames of an AVI file are reordered, they are counted by decoding, and a
+    step back decodes from the start.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class VideoFrames:
             self._index()
 
     def __copy__(self) -> "VideoFrames":
-        """Return frames of the same file with their own position; the index is shared."""
+        """Return frames of the same file with an independent decoding position."""
         other = object.__new__(type(self))
         other.__dict__ |= self.__dict__
         other._next, other._decoding, other._converter = 0, iter(()), VideoReformatter()
@@ -70,7 +70,7 @@ class VideoFrames:
             try:
                 decoded = self._advance(frame)
             except (av.FFmpegError, _DecodeError):
-                # Some containers do not find a key frame by its time.
+                # In some containers, a seek does not find a key frame by its time.
                 self._start(0)
                 decoded = self._advance(frame)
             image = self._converter.reformat(decoded, format="bgr24").to_ndarray()
@@ -135,10 +135,11 @@ class VideoFrames:
         with self._opened() as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
-            # Without it, frames that depend on a damaged one, but precede it, decode without error.
+            # Otherwise, frames that depend on a damaged later frame would decode without error.
             stream.codec_context.options = {
                 "err_detect": "explode",
-                # The image size may grow in a stream. Twice the limit: decoders add margins.
+                # The image size may grow in a stream. The limit is doubled, because decoders add
+                # margins.
                 "max_pixels": str(2 * pixel_limit(self._max_pixels)),
             }
             if key:
@@ -147,7 +148,7 @@ class VideoFrames:
             for decoded in container.decode(stream):
                 if self._times and decoded.pts != self._times[expected]:
                     if expected == key:
-                        continue  # a seek may end before the key frame
+                        continue  # A seek may end before the key frame.
                     raise _DecodeError("the frame is missing")
                 if decoded.is_corrupt:
                     raise _DecodeError("the frame is damaged")

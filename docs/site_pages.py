@@ -50,7 +50,7 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
         return f"{text}({posixpath.relpath(new, posixpath.dirname(name) or '.')}{anchor})"
 
     return re.sub(
-        r"(?P<text>\[[^\]\n]*\])\((?P<target>[^)#\s]+)(?P<anchor>#[^)]*)?\)", replace, markdown
+        r"(?P<text>\[[^\]]*\])\((?P<target>[^)#\s]+)(?P<anchor>#[^)]*)?\)", replace, markdown
     )
 
 

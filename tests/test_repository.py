@@ -13,11 +13,19 @@ LONGEST_COPY = 9
 """Maximum number of consecutive lines of code that occur twice."""
 
 
+def statements(node):
+    """Yield all statements of a syntax tree; `ast.walk` also visits their expressions."""
+    for field in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for child in getattr(node, field, ()):
+            yield child
+            yield from statements(child)
+
+
 def code(file):
     """Yield lines of code with their numbers: no blank lines, imports and docstrings."""
     source = file.read_text()
     skipped = set()
-    for node in ast.walk(ast.parse(source)):
+    for node in statements(ast.parse(source)):
         docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
         if docstring or isinstance(node, ast.Import | ast.ImportFrom):
             skipped |= set(range(node.lineno, node.end_lineno + 1))

@@ -35,34 +35,38 @@ class CamShiftParameters(Parameters):
 
     window: Literal["fixed", "adaptive"] = choice(
         "fixed",
-        "fixed: the window keeps the first box's size; adaptive: it follows "
-        "Bradski's rule, once a frame",
+        "fixed: the window keeps the size of the init box; adaptive: Bradski's rule sets it once "
+        "per frame",
     )
-    hue_bins: int = whole(32, "bins of the hue histogram [count]", most=MAX_BINS)
+    hue_bins: int = whole(32, "number of bins of the hue histogram [count]", most=MAX_BINS)
     stop_distance: float = nonnegative(
-        2.0, "a mean shift step shorter than this is the last one [pixels]"
+        2.0, "mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(10, "most mean shift steps in a frame [count]")
-    minimum_saturation: float = fraction(0.0, "pixels of less saturation weigh nothing [fraction]")
-    minimum_value: float = fraction(0.0, "pixels darker than this weigh nothing [fraction]")
-    maximum_value: float = fraction(1.0, "pixels brighter than this weigh nothing [fraction]")
+    max_iterations: int = whole(10, "maximum number of mean shift steps per frame [count]")
+    minimum_saturation: float = fraction(
+        0.0, "pixels with a lower saturation get weight 0 [fraction]"
+    )
+    minimum_value: float = fraction(0.0, "pixels with a lower value (HSV) get weight 0 [fraction]")
+    maximum_value: float = fraction(1.0, "pixels with a higher value (HSV) get weight 0 [fraction]")
 
 
 class CamShift(SharingTracker):
     """CamShift: mean shift on a hue back-projection, with a fixed or an adaptive window.
 
     The baseline "traditional CamShift" of Wang & Tang 2010. The template is the hue histogram of
-    the init box. The weight of a pixel is the count of its hue bin over the largest count. In each
-    frame the window moves to the centroid of its weights until a step is below `stop_distance`.
+    the init box. The weight of a pixel is the count of its hue bin, divided by the largest count.
+    In each frame the window moves to the centroid of its weights until a step is below
+    `stop_distance`.
 
     Bradski's CamShift then sets the window's sides to 2 √(M00 · ratio) and 2 √(M00 / ratio). M00 is
     the sum of the weights in the window, `ratio` the init box's width over its height. Wang & Tang
-    name his method but describe only the centroid. So `as-written` and `recommended` keep the
-    window's size. The choice decides several of the paper's claims, so tables have a row for each.
+    name Bradski's method but describe only the centroid. So `as-written` and `recommended` keep the
+    window's size. Several of the paper's claims depend on this choice, so tables have a row for
+    each window rule.
 
-    The box of a fixed window has the init box's exact size; that of an adaptive one is the window.
-    `confidence` is the mean weight in the window, in [0, 1]. A window without weight is not moved,
-    and the target is not visible.
+    The box of a fixed window has the exact size of the init box. The box of an adaptive window is
+    the window. `confidence` is the mean weight in the window, in [0, 1]. If all weights in the
+    window are 0, it is not moved, and the target is not visible.
     """
 
     paper = (
@@ -76,7 +80,7 @@ class CamShift(SharingTracker):
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`.
 
-        Raises TrackerError if the box has no area, or no pixel of it counts.
+        Raises TrackerError if the box has no area, or if all its pixels have weight 0.
         """
         x, y, width, height = (float(value) for value in box)
         self._x, self._y = x + width / 2, y + height / 2
@@ -89,9 +93,9 @@ class CamShift(SharingTracker):
         self._largest = int(self._weights.max())
         if self._largest == 0:
             raise TrackerError(
-                f"camshift: no pixel of the box {np.round(box, 1).tolist()} lies in the image "
-                "and is within minimum_saturation, minimum_value and maximum_value; give another "
-                "box or widen them."
+                f"camshift: no pixel of the box {np.round(box, 1).tolist()} is in the image and "
+                "within the limits minimum_saturation, minimum_value and maximum_value. Use "
+                "another box, or widen the limits."
             )
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
@@ -123,7 +127,7 @@ class CamShift(SharingTracker):
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
         """Return the hue back-projection; see `Mapper.maps`."""
         hues = self._hues(SharedFrame(image))
-        count_bins(hues, 0, 0, *image.shape[1::-1])  # computes the bin of every pixel
+        count_bins(hues, 0, 0, *image.shape[1::-1])  # side effect: computes the bin of every pixel
         return {"back-projection": self._weights[hues.bins] / self._largest}
 
     def _hues(self, frame: SharedFrame) -> HueBins:

@@ -20,25 +20,25 @@ class CamShiftImprovedParameters(ColourMotionParameters):
 
     window: Literal["fixed", "adaptive"] = choice(
         "fixed",
-        "fixed: the window keeps the first box's size; adaptive: it follows "
-        "Bradski's rule, once a frame",
+        "fixed: the window keeps the size of the init box; adaptive: Bradski's rule sets it once "
+        "per frame",
     )
     stop_distance: float = nonnegative(
-        2.0, "ε: a mean shift step shorter than this is the last one [pixels]"
+        2.0, "ε: mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(10, "n₀: most mean shift steps in a frame [count]")
+    max_iterations: int = whole(10, "n₀: maximum number of mean shift steps per frame [count]")
 
 
 class CamShiftImproved(SharingTracker):
     """Improved CamShift of section 2.2: mean shift on colour and motion, without particles.
 
-    The weights are those of `wang2010`: I_c on moving pixels, (1 - β) I_c on others. In each frame
-    the window moves to the centroid of its weights until a step is below ε, at most n₀ times
+    Weights are defined as in `wang2010`: I_c for moving pixels, (1 - β) I_c for others. In each
+    frame the window moves to the centroid of its weights until a step is below ε, at most n₀ times
     (equations 6 and 7).
 
     The paper names CamShift but describes only the centroid. So `as-written` and `recommended` keep
-    the window's size; `window=adaptive` uses Bradski's rule as in `camshift`. `robust` (ε = 0.5,
-    n = 7) is post hoc. The camera must not move; see `wang2010`.
+    the window's size; `window=adaptive` uses Bradski's rule as in `camshift`. `robust` (ε = 0.5, n
+    = 7) is post hoc. The camera must not move; see `wang2010`.
 
     Details: `iterations`, `similarity` (M / M₀, the mean weight in the window, also the
     confidence), `moving`, `moving_inside` and `changing` as in `wang2010`.
@@ -56,7 +56,7 @@ class CamShiftImproved(SharingTracker):
     Parameters = CamShiftImprovedParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; errors are those of `ColourMotionModel`."""
+        """See `Tracker.init`; raises TrackerError as `ColourMotionModel` does."""
         self._centre, self._box_size = box[:2] + box[2:] / 2, box[2:].copy()
         self._window = window_size(box)
         self._ratio = float(box[2] / box[3])

@@ -36,8 +36,8 @@ class ContourSmoothColorParameters(SegmenterParameters):
     )
     plane: Literal["first", "refitted"] = choice(
         "first",
-        "colours are seen on the first frame's Fisher plane, or on that of the last "
-        "frame as it was segmented",
+        "colours are projected on the Fisher plane of the first frame, or of the last segmented "
+        "frame",
     )
 
 
@@ -46,12 +46,12 @@ class ContourSmoothColor(Segmenter):
 
     Contour particles, weights and snake are those of `moreno2005`. The colours are one pair of
     mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1). Each G is fitted to a segmented frame
-    (section 6 of the paper, after Isard & Blake). The paper does not state a; 1, the last frame's
-    colours, is mostly best. Nor does it state the plane: that of the first frame gives worse
-    results than `plane=refitted`. Colours are sampled one pixel inside the contour and two outside
-    it, as in the first frame.
+    (section 6 of the paper, after Isard & Blake). The paper states neither a nor the plane. a = 1
+    (the colours of the last frame) is mostly best. The plane of the first frame gives worse results
+    than `plane=refitted`. Colours are sampled one pixel inside the contour and two outside it, as
+    in the first frame.
 
-    `robust` is as in `moreno2005`. Details and arrays are those of `moreno2005`.
+    The preset `robust`, the details and the arrays are those of `moreno2005`.
     """
 
     name = "contour-smooth-color"
@@ -78,7 +78,7 @@ class ContourSmoothColor(Segmenter):
         return Chain([self.plane, self.colours, self.contour_cue(start)])
 
     def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:
-        """Fit the frame's colours on the first plane or a new one; see `Segmenter.learn`."""
+        """Fit the frame's colours on the first plane or on a new plane; see `Segmenter.learn`."""
         sets = self.colour_sets(image, inside)
         if sets is None:
             return

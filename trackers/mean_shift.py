@@ -18,15 +18,15 @@ class MeanShift(SharingTracker):
     The target model q is the joint colour histogram of the ellipse inscribed in the init box. The
     kernel weight of a pixel is 1 - (dx/hx)² - (dy/hy)², 0 on the rim. In each frame the ellipse
     starts at its last position and moves to the mean of its pixels, weighted by √(q/p) of their
-    bins, where p is the ellipse's histogram. It stops at a step below ε or after `max_iterations`.
-    A step that lowers the Bhattacharyya coefficient ρ of p and q is halved. The search uses the
-    current size h and sizes 10 % smaller and larger. The result of largest ρ is the estimate; h
-    becomes γ times its size plus (1 - γ) h.
+    bins, where p is the ellipse's histogram. It stops after a step below ε or after
+    `max_iterations`. A step that lowers the Bhattacharyya coefficient ρ of p and q is halved. The
+    search uses the current size h and sizes 10 % smaller and larger. The result of largest ρ is the
+    estimate; h becomes γ times its size plus (1 - γ) h.
 
     The paper uses 16 bins per channel. The default is 8, as in the particle filter of Nummiaro et
-    al. 2003, whose baseline this tracker is; `bins=16` is the paper's value. `as-written` stops at
-    steps below a pixel. `recommended` stops at 0.1 pixels, because steps become short well before
-    convergence.
+    al. 2003, whose baseline this tracker is; `bins=16` is the paper's value. `as-written` stops
+    after a step below a pixel. `recommended` stops after a step below 0.1 pixels, because steps
+    become short well before convergence.
 
     Kernel weights are multiples of 1/65536. Of equal coefficients, the current size wins, so that a
     target of one colour keeps its size. Pixels outside the image do not count. Sides are between 3
@@ -45,7 +45,7 @@ class MeanShift(SharingTracker):
     Parameters = MeanShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; errors are those of `TargetEllipse`."""
+        """See `Tracker.init`; raises TrackerError as `TargetEllipse` does."""
         self._target = TargetEllipse("mean-shift", self.parameters, frame, box)
         self._x, self._y = float(box[0] + box[2] / 2), float(box[1] + box[3] / 2)
 

@@ -22,26 +22,29 @@ class MeanShiftKalmanParameters(MeanShiftParameters):
         5.0, "standard deviation of the target's acceleration [pixels/frame²]"
     )
     least_coefficient: float = fraction(
-        0.5, "where the best place is less similar than this, the prediction stands [coefficient]"
+        0.5,
+        "if the coefficient of the result is lower, the target is not visible, and the "
+        "prediction is used [coefficient]",
     )
 
 
 class MeanShiftKalman(SharingTracker):
     """Mean shift that starts where a Kalman filter predicts the target.
 
-    Mean shift is that of `mean-shift`, with the same parameters. It starts at the position that a
-    Kalman filter per axis (position and velocity, white acceleration) predicts, and its result is
-    their measurement. The measurement's standard deviation is that of the scaled Gaussian through
-    three Bhattacharyya coefficients: at the result and half a target to either side (Comaniciu,
-    Ramesh & Meer 2003, section on Kalman prediction). A similar object near the target, or an
-    occlusion, flattens this surface, so that the prediction prevails. The box is centred at the
-    filtered position.
+    Mean shift and its parameters are those of `mean-shift`. It starts at the position that a Kalman
+    filter per axis (position and velocity, white acceleration) predicts. Its result is the
+    measurement of the filters. For the measurement's standard deviation, a scaled Gaussian is
+    fitted to three Bhattacharyya coefficients: at the result, and half a target to both sides
+    (Comaniciu, Ramesh & Meer 2003, section on Kalman prediction). A similar object near the target,
+    or an occlusion, flattens this surface, so that the prediction prevails. The box is centred at
+    the filtered position.
 
     Decisions that the papers leave open: the initial velocity is 0 with a standard deviation of
     half a target per frame. A surface without a peak is a measurement of infinite variance. The
     start of mean shift is clipped to the image. `recommended` ignores results with a coefficient
     below `least_coefficient`: position and size do not follow, and the target is not visible.
-    `as-written` uses every result. The acceleration is that of the 2003 paper's hand sequence.
+    `as-written` uses every result. The default acceleration is the value for the hand sequence of
+    the 2003 paper.
 
     Details: those of `mean-shift`, `measured_x` and `measured_y` (result of mean shift [pixels]),
     and `gain_x` and `gain_y` (Kalman gains in [0, 1]).
@@ -56,7 +59,7 @@ class MeanShiftKalman(SharingTracker):
     Parameters = MeanShiftKalmanParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; errors are those of `TargetEllipse`."""
+        """See `Tracker.init`; raises TrackerError as `TargetEllipse` does."""
         self._target = TargetEllipse("mean-shift-kalman", self.parameters, frame, box)
         half_axes = box[2:] / 2
         self._motion = ConstantVelocity(
@@ -108,6 +111,6 @@ class MeanShiftKalman(SharingTracker):
 def _deviation(before: float, peak: float, after: float, distance: float) -> float:
     """Return the standard deviation of the scaled Gaussian through three equally distant points."""
     ratio = before * after / peak**2
-    if ratio >= 1:  # no peak
+    if ratio >= 1:  # the surface has no peak
         return inf
     return distance / sqrt(-log(ratio)) if ratio > 0 else 0.0

@@ -39,77 +39,87 @@ ESTIMATED_SPREADS: Mapping[str, float] = {
 They were estimated on the same sequences as those of `LITERAL_PARAMETERS`.
 
 `plane_spread` is `sqrt(mean(|n - n'|²) / 4)` for the unit normals `n` and `n'` of the Fisher planes
-of consecutive frames: `H` and `p` have the same deviation, and a normal turns about two axes.
-The others are 1.4826 times the median absolute change of the components of the mixtures on the
-first frame's plane, because a component that is lost and found again is an outlier. Each mixture
-was refined from that of the frame before. Variances of target and background were averaged.
-Weights below 0.01 were left out, and angles of components whose eigenvalues differ by less than
-a factor of two. A change of weight was taken relative to its class's mean change.
+of consecutive frames: `H` and `p` have the same deviation, and a normal turns about two axes. The
+other values are 1.4826 times the median absolute change of the components of the mixtures on the
+first frame's plane. (The median ignores components that are lost and found again.) Each mixture was
+refined from the previous frame's mixture. Variances of target and background were averaged. Weights
+below 0.01 were left out, as were angles of components whose eigenvalues differ by less than a
+factor of two. Changes of weight are relative to the mean change of the class.
 """
 
 
 class Moreno2005Parameters(SegmenterParameters):
     """Parameters of `Moreno2005`."""
 
-    plane_samples: int = whole(20, "N₁: particles of the plane [count]")
-    colour_samples: int = whole(300, "N₂: particles of the colours [count]")
+    plane_samples: int = whole(20, "N₁: number of particles of the plane [count]")
+    colour_samples: int = whole(300, "N₂: number of particles of the colours [count]")
     window_components: int = whole(
-        4, "M_W: Gaussians of the colours in the window [count]", most=20
+        4, "M_W: number of Gaussians of the colours in the window [count]", most=20
     )
-    window_points: int = whole(200, "pixels drawn in the window for the planes [count]", 20)
-    outside_points: int = whole(400, "pixels drawn outside for them [count]", 20)
+    window_points: int = whole(
+        200, "number of pixels drawn in the window to weigh planes [count]", 20
+    )
+    outside_points: int = whole(
+        400, "number of pixels drawn outside the window to weigh planes [count]", 20
+    )
     plane_spread: float = nonnegative(0.04, "σ of H₁ and p₁, of a normal of length 1 [length]")
     colour_dynamics: MixtureScale = choice(
-        "shared", "whether centroids share a random map, or all numbers go on apart"
+        "shared",
+        "shared: all centroids also share a random linear map; diagonal: all numbers have "
+        "independent noise",
     )
-    mean_spread: float = nonnegative(0.02, "σ of a centroid [colour in 0..1]")
+    mean_spread: float = nonnegative(0.02, "σ of the noise of a centroid [colour in 0..1]")
     class_spread: float = nonnegative(
-        0.02, "σ of all centroids of target or background, shared [colour]"
+        0.02, "σ of the noise that all centroids of a class share [colour in 0..1]"
     )
     gain_spread: float = nonnegative(0.04, "σ of the shared gain [logarithm]")
-    jump_probability: float = fraction(0.2, "how often the shared gain may jump [probability]")
+    jump_probability: float = fraction(
+        0.2, "probability per frame of a jump of the shared gain [probability]"
+    )
     jump_spread: float = nonnegative(0.3, "σ of such a jump [logarithm]")
     prior_spread: float = nonnegative(0.1, "σ of a weight [logarithm]")
     eigenvalue_spread: float = nonnegative(0.1, "σ of an eigenvalue [logarithm]")
     angle_spread: float = nonnegative(0.08, "σ of a principal direction [radians]")
     plane_temperature: float = positive(
-        0.05, "τ₁: by which planes' differences are divided [difference]"
+        0.05, "τ₁: divisor of the differences of planes in exponential weights [difference]"
     )
     colour_temperature: float = positive(
-        0.05, "τ₂: by which colours' differences are divided [difference]"
+        0.05, "τ₂: divisor of the differences of colours in exponential weights [difference]"
     )
     feedback: Feedback = choice(
         "joint",
-        "weights that go on to the next frame: each cue's own, or those in the complete density",
+        "weights that enter the next frame: each cue's own, or its weights in the complete density",
     )
     association: Association = choice(
-        "by-weight", "which of the cue before are attached: by their weights, or evenly"
+        "by-weight",
+        "how hypotheses of the previous cue are attached: drawn by their weights, or uniformly",
     )
     position: Literal["particles", "kalman"] = choice(
-        "particles", "what yields the contours' places"
+        "particles", "source of the contours' positions: particles, or a Kalman filter"
     )
     colour_model: Literal["particles", "refitted"] = choice(
-        "particles", "what yields mixtures: particles, or fits to the last frame"
+        "particles", "source of mixtures: particles, or fits to the last frames"
     )
 
 
 class Moreno2005(Segmenter):
     """Fusion of conditionally dependent cues: plane, colours, contour.
 
-    A chain of three particle filters, followed by a snake. The first state is the normal of the
-    colour plane on which target and surroundings differ most. The second is a pair of Gaussian
-    mixtures on that plane: colours of target and background. The third is the contour, a polygon
-    with affine motion. Each hypothesis is weighed together with one of the previous cue, drawn by
-    its weights in this frame. Scores are the mean posterior inside a region minus that outside: a
-    window around the last contour for the first two cues, the contour for the third (sections 5.2
-    to 5.4). The snake starts at the mean contour, on edges of both image and best posterior.
+    The tracker is a chain of three particle filters, followed by a snake. The first state is the
+    normal of the colour plane on which target and surroundings differ most. The second is a pair of
+    Gaussian mixtures on that plane: colours of target and background. The third is the contour, a
+    polygon with affine motion. Each hypothesis is weighed together with a hypothesis of the
+    previous cue, drawn by its weight in this frame. A score is the mean posterior inside a region
+    minus the mean outside. The region is a window around the last contour for the first two cues,
+    and the contour for the third (sections 5.2 to 5.4). The snake starts at the mean contour, on
+    edges of both image and best posterior.
 
     `as-written` is the closest usable version of the text. Weights are the scores, and each cue
     keeps its own weights. A contour is compared with the whole image. Noise is independent for
-    every number of a mixture (the text's full random matrix would add angles to eigenvalues).
-    There is no density floor. Standard deviations were estimated on two sequences of the ellipse
-    that no experiment uses (`ESTIMATED_SPREADS`). The paper states no numbers of samples; they are
-    our choice in all presets.
+    every number of a mixture (the text's full random matrix would add angles to eigenvalues). There
+    is no density floor. Standard deviations were estimated on two sequences of the ellipse that no
+    experiment uses (`ESTIMATED_SPREADS`). The paper states no numbers of samples; they are our
+    choice in all presets.
 
     `recommended` differs from the text in five points, post hoc: exponential weights; weights of
     the complete density (`feedback=joint`, a correction: the contour also informs about colours);
@@ -117,14 +127,15 @@ class Moreno2005(Segmenter):
     density floor. The shared gain is a prior that fits changes of light by gains. So results under
     such light depend on this prior as much as on the dependence of cues.
 
-    The snake's weights refer to derivatives along the contour (post hoc). As written, they refer to
-    differences of neighbouring points, chosen for small ellipses: large contours shrink and become
-    round. Both shrink a contour by a few per cent of its area; `snake_stiffness=of-change` does
-    not. `robust` now equals `recommended`; it is kept for stored results.
+    In `recommended`, the snake's weights apply to derivatives along the contour (post hoc). In
+    `as-written`, they apply to differences of neighbouring points, with values chosen for small
+    ellipses: large contours shrink and become round. Both shrink a contour by a few per cent of its
+    area; `snake_stiffness=of-change` does not. `robust` equals `recommended`; it is kept for stored
+    results.
 
-    Of a mask in several parts, the largest is used, with holes filled, because a contour has
-    neither. There is no detection of loss and no re-detection: `confidence` is the best contour's
-    score, not calibrated.
+    A contour has one part and no holes: of the init mask, only the largest part is used, and its
+    holes are filled. There is no detection of loss and no re-detection: `confidence` is the best
+    contour's score, not calibrated.
 
     Details: `score` (best contour's score in [-1, 1]), `snake` (1 if the snake was accepted),
     `effective_planes`, `effective_colours`, `effective_contours` (1 / (n Σ w²), in (0, 1]). Arrays:
@@ -185,7 +196,7 @@ class Moreno2005(Segmenter):
         )
 
     def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:
-        """See `Segmenter.learn`: fitted mixtures lie on the plane of the best hypothesis."""
+        """See `Segmenter.learn`; fitted mixtures lie on the plane of the best hypothesis."""
         if self.parameters.colour_model == "particles":
             return
         sets = self.colour_sets(image, inside)

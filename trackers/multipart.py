@@ -28,8 +28,11 @@ from trackmark.trackers.histograms.rectangles import Regions, bhattacharyya_dist
 
 __all__ = ["Multipart"]
 
-MIN_SHARE, MIN_PIXELS = 0.25, 16  # of a rectangle inside the image, for a weight above 0
-LARGEST_CHANGE = 25.0  # of the area, either way, since the first frame
+MIN_SHARE, MIN_PIXELS = (
+    0.25,
+    16,
+)  # minimum part inside the image; otherwise the weight is 0
+LARGEST_CHANGE = 25.0  # maximum factor between the area and the first area
 
 
 class MultipartParameters(Parameters):
@@ -37,44 +40,48 @@ class MultipartParameters(Parameters):
 
     representation: Literal["adaptive", "single", "multi"] = choice(
         "adaptive",
-        "single: one histogram of the rectangle; multi: one of each half; adaptive: "
-        "chosen from the halves of the first frame",
+        "single: one histogram of the rectangle; multi: one histogram per half; adaptive: choice "
+        "by the distance of the halves in the first frame",
     )
     particles: int = whole(200, "number of particles N [count]")
-    position_divisor: float = positive(3.0, "a: noise of the centre is the width over this [ratio]")
-    size_divisor: float = positive(10.0, "b: noise of the area is the area over this [ratio]")
-    sigma: float = positive(0.1, "σ of the likelihood of a distance [histogram distance]")
+    position_divisor: float = positive(
+        3.0, "a: the maximum noise of the centre is width / a [ratio]"
+    )
+    size_divisor: float = positive(10.0, "b: the maximum noise of the area is area / b [ratio]")
+    sigma: float = positive(0.1, "σ of the likelihood [histogram distance]")
     threshold: float = fraction(
-        0.4, "T: two parts are used if the distance of the halves exceeds it [histogram distance]"
+        0.4,
+        "T: adaptive uses two parts if the distance of the halves exceeds T [histogram distance]",
     )
     binning: Binning = choice(
         "both",
-        "both: a pixel votes for its L and its uv bin; perez: for uv alone, or for L "
-        "alone where it has hardly any colour",
+        "both: a pixel votes for its L* bin and its u*v* bin; perez: only for its L* bin if it "
+        "is nearly grey, otherwise only for its u*v* bin",
     )
     uv_range: UvRange = choice(
         "full",
-        "what the uv bins divide: full, what a byte can hold; natural, u -60 to 120 "
-        "and v -80 to 80; srgb-gamut, u -83 to 175 and v -134 to 107",
+        "range of the u*v* bins; full: u* -134 to 220 and v* -140 to 122; natural: u* -60 to 120 "
+        "and v* -80 to 80; srgb-gamut: u* -83 to 175 and v* -134 to 107",
     )
     sigma_meaning: Literal["deviation", "variance"] = choice(
-        "deviation", "what sigma is of the Gaussian: its deviation or its variance"
+        "deviation", "meaning of sigma: standard deviation or variance of the Gaussian"
     )
     noise_range: Literal["half", "total"] = choice(
-        "half", "half: noise reaches its range either way; total: half of it"
+        "half", "half: noise is within ± width/a and ± area/b; total: within half of these bounds"
     )
     noise_size: Literal["mean", "sample"] = choice(
-        "mean", "whose size proportional noise follows: the last estimate's or each particle's"
+        "mean", "size that scales proportional noise: the last estimate's or each particle's"
     )
     dynamics: Literal["random-walk", "first-order"] = choice(
-        "random-walk", "first-order: particles keep their velocity, and the noise changes it"
+        "random-walk",
+        "random-walk: noise changes the position; first-order: noise changes the velocity",
     )
     noise: Literal["proportional", "fixed"] = choice(
         "proportional",
-        "proportional: noise follows the size; fixed: it stays as in the first frame",
+        "proportional: noise scales with the size; fixed: its range stays as in the first frame",
     )
     resampling: Literal["multinomial", "systematic", "stratified", "residual"] = choice(
-        "multinomial", "scheme by which particles go on to the next frame"
+        "multinomial", "resampling scheme"
     )
 
 
@@ -85,28 +92,28 @@ class Multipart(SharingTracker):
     have 10 bins of L* and 10 x 10 of u* and v*, without a kernel. In each frame, particles move by
     uniform noise (equations 5 and 6: ± width/a in x and y, ± area/b). Their weight is exp(-d²/2σ²),
     where d is the Bhattacharyya distance to the first frame's histogram (equations 1, 2 and 8). The
-    estimate is the weighted mean (equation 4); then particles are resampled. `adaptive` compares
-    the first rectangle's upper and lower half. If their distance exceeds the threshold, it equals
-    `multi`, otherwise `single`. (Equation 7 calls the distance of equation 1 a coefficient.)
+    estimate is the weighted mean (equation 4). Particles are then resampled. `adaptive` compares
+    the upper and the lower half of the first rectangle. If their distance exceeds the threshold, it
+    equals `multi`, otherwise `single`. (Equation 7 calls the distance of equation 1 a coefficient.)
 
-    The paper's first page is missing. So these are choices: L* and u*v* contribute half of the
-    histogram each, the range of the bins, and the state's "scale" as an area, which has the unit of
+    The paper's first page is missing. So these are our choices: L* and u*v* contribute half of the
+    histogram each; the range of the bins; and the state's "scale" is an area, in the unit of
     equation 6. The text calls σ a variance, but prints it as a standard deviation. The weight of a
-    rectangle is 0 if less than a quarter, or fewer than 16 pixels, are inside the image. Areas stay
-    within a factor of 25 of the first.
+    rectangle is 0 if less than a quarter of it, or fewer than 16 of its pixels, are inside the
+    image. Areas stay within a factor of 25 of the first.
 
-    With `dynamics=first-order`, the centre has a velocity and the noise is added to it instead of
-    the position. The spread around the prediction equals that of the random walk. The area remains
-    a random walk.
+    With `dynamics=first-order`, the centre has a velocity, and noise is added to the velocity
+    instead of the position. The spread around the prediction equals that of the random walk. The
+    area remains a random walk.
 
     The preset `robust` is for recorded video. Its values were selected one after the other on
-    synthetic scenes and the samples, none of which a table shows.
+    synthetic scenes and on the samples. No table shows results on these scenes.
 
-    The box is the mean state, not rounded. Details: `part_distance` (of the first rectangle's
-    halves), `effective_particles` (1/Σπ²), `distance` (weighted mean of d) and `area_ratio` (to the
-    first frame). `confidence` is the likelihood of `distance`, in [0, 1]. If all weights are 0, the
-    target is not visible and particles get equal weights. Arrays: `particles` (N, 3) before
-    resampling: x, y [pixels], area [square pixels]; `weights` (N,).
+    The box is the mean state, not rounded. Details: `part_distance` (between the halves of the
+    first rectangle), `effective_particles` (1/Σπ²), `distance` (weighted mean of d) and
+    `area_ratio` (area / first area). `confidence` is the likelihood of `distance`, in [0, 1]. If
+    all weights are 0, the target is not visible and particles get equal weights. Arrays:
+    `particles` (N, 3) before resampling: x, y [pixels], area [square pixels]; `weights` (N,).
     """
 
     paper = (
@@ -133,7 +140,7 @@ class Multipart(SharingTracker):
         settings = self.parameters
         x, y, width, height = (float(value) for value in box)
         if not (width > 0 and height > 0):
-            raise TrackerError(f"multipart: the box {box.tolist()} has no area; give another box.")
+            raise TrackerError(f"multipart: the box {box.tolist()} has no area. Use another box.")
         self._generator = np.random.default_rng(self.seed)
         self._colours = LuvBins(settings.binning, settings.uv_range)
         self._aspect = width / height
@@ -142,8 +149,8 @@ class Multipart(SharingTracker):
         halves = self._regions(frame, self._mean[np.newaxis], 2)
         if not halves.pixels.all():
             raise TrackerError(
-                f"multipart: of the box {np.round(box, 1).tolist()} too little lies in the image: "
-                f"a quarter, {MIN_PIXELS} pixels and two rows are needed; give another box."
+                f"multipart: too little of the box {np.round(box, 1).tolist()} is in the image. "
+                f"Needed: a quarter of it, {MIN_PIXELS} pixels and two rows. Use another box."
             )
         every = np.arange(N_BINS)
         counts = count_regions(frame, halves, self._colours, every)[:, 0]
@@ -211,7 +218,7 @@ class Multipart(SharingTracker):
         np.clip(self._states[:, 2], least, most, out=self._states[:, 2])
 
     def _distances(self, frame: SharedFrame) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Return each particle's distance and number of pixels (0 if it is mostly outside)."""
+        """Return each particle's distance and number of pixels (0 if mostly outside the image)."""
         regions = self._regions(frame, self._states, self._n_parts)
         counts = count_regions(frame, regions, self._colours, self._bins)
         total = np.zeros(len(self._states))

@@ -48,8 +48,8 @@ from trackmark.trackers.templates.occlusion import (
 __all__ = ["Nguyen2002"]
 
 
-MIN_SIDE = 4  # of a template [pixels]: the coarsest level reads every fourth pixel
-MAX_SEARCH_RANGE = 64  # after an occlusion [pixels]
+MIN_SIDE = 4  # minimum side of a template [pixels]: the coarsest level reads every fourth pixel
+MAX_SEARCH_RANGE = 64  # search range after an occlusion [pixels]
 POSITION_NOISE, SCALE_NOISE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
 """Standard deviations of the smoother: acceleration, measurement, initial velocity."""
 
@@ -59,14 +59,17 @@ class Nguyen2002Parameters(Parameters):
 
     features: Features = choice(
         "invariants",
-        "what a template holds of a pixel: ratios of colours (c1, c2, c3), their arc "
-        "tangents (both blind to what is grey), R, G and B, or R + G + B",
+        "features of a pixel: colour ratios (c1, c2, c3), their arc tangents (both constant on "
+        "grey pixels), (R, G, B), or R + G + B",
     )
     delta: float = Field(
         0.99, gt=0.0, lt=1.0, description="δ: share of residuals that are inliers [fraction]"
     )
     gamma: float = Field(
-        0.25, gt=0.0, lt=1.0, description="γ: more outliers than this are an occlusion [fraction]"
+        0.25,
+        gt=0.0,
+        lt=1.0,
+        description="γ: a larger share of outliers is a severe occlusion [fraction]",
     )
     minimal_speed: float = Field(
         0.05,
@@ -75,110 +78,125 @@ class Nguyen2002Parameters(Parameters):
         description="κ of the slowest occlusion; n_omax is γ / κ [template widths/frame]",
     )
     outlier_rule: Literal["exceeds", "reaches"] = choice(
-        "exceeds", "when a pixel's outliers in succession are too many: beyond n_omax"
+        "exceeds",
+        "a pixel takes its new value if its number of consecutive outliers exceeds n_omax, "
+        "or reaches it",
     )
     longest_occlusion: int = whole(
-        35, "L: longest occlusion looked through [frames]", FIRST_CANDIDATE, 1000
+        35, "L: maximum duration of an occlusion [frames]", FIRST_CANDIDATE, 1000
     )
     candidates: Literal["skipped", "all"] = choice(
         "skipped",
-        "frames that may end an occlusion: 5, 7, 11, 19, 35 and so on after its "
-        "beginning, or all from 5",
+        "frames that may end an occlusion: 5, 7, 11, 19, 35 and so on after its beginning, or "
+        "all from 5 on",
     )
-    average: int = whole(10, "K: residuals' covariances that are averaged [frames]")
+    average: int = whole(
+        10, "K: number of frames over which the residuals' covariance is averaged [frames]"
+    )
     search_range: int = Field(
-        16, ge=4, le=256, multiple_of=4, description="the search goes so far either way [pixels]"
+        16,
+        ge=4,
+        le=256,
+        multiple_of=4,
+        description="maximum translation in the search, per axis and direction [pixels]",
     )
-    subpixel: bool = choice(True, "whether it goes on in fractions of a pixel")
+    subpixel: bool = choice(True, "whether the search continues in fractions of a pixel")
     ties: Ties = choice(
-        "unchanged", "of scales that fit equally well the smallest is taken, or the unchanged one"
+        "unchanged", "scale that is selected if costs are equal: the smallest or the unchanged one"
     )
     misregistration: bool = choice(
-        True, "whether the first covariance makes up for the search's finest step"
+        True, "whether the first covariance is corrected for the search's finest step"
     )
     consistency: bool = choice(
-        True, "whether covariances of inliers make up for what the gate cut off"
+        True, "whether covariances of inliers are corrected for the removal of outliers"
     )
-    norm: Literal["huber", "quadratic"] = choice("huber", "ρ of the matching error")
+    norm: Literal["huber", "quadratic"] = choice(
+        "huber", "ρ of the cost: Huber's function or the square"
+    )
     covariance: Literal["full", "diagonal"] = choice(
-        "full", "whether a pixel's components are taken to be correlated"
+        "full", "whether the components of a pixel's features are treated as correlated"
     )
-    adaptive_noise: bool = choice(True, "whether C_w follows the residuals, or stays 0")
-    gate: bool = choice(True, "whether outliers are kept out of the template")
+    adaptive_noise: bool = choice(
+        True, "whether C_w is estimated from the residuals; otherwise it is 0"
+    )
+    gate: bool = choice(True, "whether outliers are excluded from template updates")
     rebootstrap: bool = choice(
-        True, "whether a pixel that was an outlier for too long is taken as it is"
+        True, "whether a pixel takes its new value after too many consecutive outliers"
     )
     reinitialise: Literal["bootstrap", "keep"] = choice(
-        "bootstrap", "noise after an occlusion: estimated again, or kept from the first frame"
+        "bootstrap", "noise after an occlusion: estimated again, or kept from the first frames"
     )
     report: Literal["smoothed", "raw"] = choice(
-        "smoothed", "whether boxes are the smoothed or the matched places"
+        "smoothed", "returned boxes: smoothed or matched positions"
     )
     first_spread: float = positive(
-        0.25, "deviation of the first residuals, in the template's own deviations [ratio]"
+        0.25, "standard deviation of the first residuals / that of the template's features [ratio]"
     )
     first_covariance: Literal["all", "inliers"] = Field(
         "inliers",
-        exclude_if=lambda value: value == "inliers",  # as runs were that don't name it
-        description="pixels that determine R(1): all, or inliers, which are selected six times",
+        exclude_if=lambda value: value == "inliers",  # value of older runs
+        description="pixels that determine R(1): all, or inliers, selected in six iterations",
     )
     end: Literal["minimum", "first"] = choice(
         "minimum",
-        "where an occlusion ends: at the candidate of least cost, or at the first one "
-        "with few outliers",
+        "end of an occlusion: the candidate of minimum cost, or the first candidate with few "
+        "outliers",
     )
-    accept: float = fraction(0.5, "most outliers of such a first one [fraction]")
+    accept: float = fraction(0.5, "maximum share of outliers of such a first candidate [fraction]")
 
 
 class Nguyen2002(SharingTracker):
     """A template of per-pixel robust adaptive Kalman filters.
 
-    Each pixel of the init box has d features, smoothed by a Kalman filter; all pixels share the
+    Each pixel of the init box has d features, which a Kalman filter smooths; all pixels share the
     covariances. In each frame, the template moves to the translation and scale of minimum cost: the
     sum of Huber's function of the residuals' Mahalanobis distances (equations 1 to 4). The search
     goes from coarse to fine, around the prediction of a constant-velocity filter. A pixel whose
-    residual exceeds the δ quantile of χ² is an outlier. Its filter is not updated; after n_omax
-    such frames the pixel takes its new value (equation 11). The covariance of the inliers'
-    residuals, averaged over K frames, sets the outlier limit and the noise of the template
+    residual exceeds the δ quantile of χ² is an outlier. The filter of an outlier is not updated;
+    after n_omax such frames the pixel takes its new value (equation 11). The covariance of the
+    inliers' residuals, averaged over K frames, sets the outlier limit and the noise of the template
     (equations 12 to 15).
 
     More than γ outliers are a severe occlusion, during which nothing is updated. The frozen
     template is matched with frames 5, 7, 11, 19, 35 and so on after the beginning, up to L. The
-    frame of minimum cost, however large, is the end; there the template is replaced. So the end is
-    only known L frames after the beginning. Until then, boxes are extrapolated and the target is
-    not visible. Then `Estimate.revised` returns the boxes since the beginning: interpolated up to
-    the end, matched after it. If the sequence ends earlier, `finish` returns them. `end=first`
-    takes the first candidate with few outliers, without waiting for later frames.
+    frame of minimum cost, however large, is the end of the occlusion; there the template is
+    replaced. So the end is only known L frames after the beginning. Until it is known, boxes are
+    extrapolated and the target is not visible. `Estimate.revised` then holds the boxes since the
+    beginning: interpolated up to the end, matched after it. If the sequence ends earlier, `finish`
+    returns them. `end=first` uses the first candidate with few outliers, without waiting for later
+    frames.
 
-    `as-written` follows the text, with decisions for its gaps: K = 10, L = 35 (the last number
-    printed), range and steps of the search, the smoother's noise, and the covariance of the first
+    `as-written` follows the text, with decisions for its gaps: K = 10, L = 35 (the last printed
+    number), range and steps of the search, the smoother's noise, and the covariance of the first
     match (`first_spread`). "Exceeds" n_omax is interpreted literally. R(1), which determines all
-    noise (equation 15), is the covariance of all pixels, because outliers need an R
-    (`first_covariance`).
+    noise (equation 15), is the covariance of all pixels, because outliers can only be found once R
+    is known (`first_covariance`).
 
-    `recommended` restricts R(1) to inliers and searches in fractions of a pixel. Of equal costs it
-    keeps the scale (`ties`; with the smallest, the template shrank over time on test clips). It
-    corrects covariances for the search step (`misregistration`) and the gate (`consistency`).
-    `robust` (RGB, γ = 0.4, `end=first`) is post hoc. In ratios, a maximum of 0 counts as one grey
-    level. Minimum eigenvalues keep covariances from being singular. Scales stay between 0.5 and 2.
+    `recommended` restricts R(1) to inliers and searches in fractions of a pixel. Of poses with
+    equal costs, it selects the one with unchanged scale (`ties`; with the smallest scale, the
+    template shrank over time on test clips). It corrects covariances for the search step
+    (`misregistration`) and for the removal of outliers (`consistency`). `robust` (RGB, γ = 0.4,
+    `end=first`) is post hoc. In ratios, a maximum of 0 counts as one grey level. Minimum
+    eigenvalues keep covariances from being singular. Scales stay between 0.5 and 2.
 
-    In whole pixels (`as-written`), the centre of an even side lies between two pixels, and the
-    search puts it on one of them. Pixels are then read half a pixel to the right of or below the
-    reported box. The first view of a template is interpolated at its pose, also after an occlusion.
+    With whole pixels (`as-written`), the centre of a template of even width or height lies between
+    two pixels, and the search puts it on one of them. Pixels are then read half a pixel to the
+    right of or below the reported box. The first view of a template is interpolated at its pose,
+    also after an occlusion.
 
-    Limits: positions are not bounded and the image's border pixels continue outside. So a template
-    can leave the image, match a constant border and count as visible without outliers. Ratios are
-    constant on grey targets and grey video: use `features=intensity`. With skipped candidates,
-    `longest_occlusion` takes effect at 5, 7, 11, 19, 35, 67 and so on only. An occlusion that
-    begins fewer than 5 frames before the end of the sequence stays open.
+    Limits: positions are not bounded, and border pixels are repeated outside the image. So a
+    template can leave the image, match a constant border and count as visible without outliers.
+    Ratios are constant on grey targets and grey video: use `features=intensity`. With skipped
+    candidates, `longest_occlusion` takes effect at 5, 7, 11, 19, 35, 67 and so on only. An
+    occlusion that begins fewer than 5 frames before the end of the sequence stays open.
 
-    Details: `outliers` is the share in the last compared frame, `occluded` 0 or 1, `cost` that of
-    the last match, and `revision` the number of frames revised now. `state_noise`,
-    `measurement_noise` and `residual` are traces of C_w, C_f and R̄, in squared units of the
-    features; after a first view, only R̄ is known and the others are 0. `beginning` and `end` are
-    frames in which occlusions began and ended, one of each per frame (NaN for none), because
-    several can become known at once. `ended` is the number of ends so far; `candidate` is the
-    frame in which an open occlusion would end (NaN for none).
+    Details: `outliers` is the share of outliers in the last compared frame, `occluded` is 0 or 1,
+    `cost` is the cost of the last match, and `revision` is the number of frames revised in this
+    frame. `state_noise`, `measurement_noise` and `residual` are traces of C_w, C_f and R̄, in
+    squared units of the features; after a template's first view, only R̄ is known and the others
+    are 0. `beginning` and `end` are frames in which occlusions began and ended (NaN for none).
+    Several can become known at once; each frame then reports one of them. `ended` is the number of
+    ends so far; `candidate` is the frame in which an open occlusion would end (NaN for none).
     """
 
     paper = (
@@ -216,8 +234,9 @@ class Nguyen2002(SharingTracker):
         inside = -0.5 < x < columns - 0.5 and -0.5 < y < rows - 0.5
         if min(self._width, self._height) < MIN_SIDE or not inside:
             raise TrackerError(
-                f"nguyen2002: a template has {MIN_SIDE} pixels or more either way and its "
-                f"centre in the image; the box {np.round(box, 1).tolist()} is none."
+                f"nguyen2002: the box {np.round(box, 1).tolist()} is too small or outside the "
+                f"image. Expected: sides of at least {MIN_SIDE} pixels, and the centre in the "
+                "image."
             )
         self._size = np.array([box[2], box[3]])
         self._shape = rows, columns
@@ -231,12 +250,13 @@ class Nguyen2002(SharingTracker):
         self._outlier_share, self._cost = 0.0, 0.0
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
-        """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
+        """See `Tracker.update`; raise TrackerError if the frame size changes."""
         if frame.image.shape[:2] != self._shape:
             rows, columns = self._shape
             raise TrackerError(
-                f"nguyen2002: a frame of {frame.image.shape[1]}x{frame.image.shape[0]} pixels "
-                f"after one of {columns}x{rows}; frames of a sequence are of one size."
+                f"nguyen2002: a frame has {frame.image.shape[1]}x{frame.image.shape[0]} pixels, "
+                f"the first one {columns}x{rows}. All frames of a sequence must have the same "
+                "size."
             )
         self._frame += 1
         revised: dict[int, Box] = {}
@@ -263,7 +283,7 @@ class Nguyen2002(SharingTracker):
         )
 
     def finish(self) -> Mapping[int, Box]:
-        """Return boxes of an occlusion that was open at the end; see `Finisher.finish`."""
+        """Return the boxes of an occlusion whose end was not found; see `Finisher.finish`."""
         revised: dict[int, Box] = {}
         while self._occlusion is not None and self._occlusion.candidates:
             self._resolve(self._occlusion, revised)
@@ -295,7 +315,7 @@ class Nguyen2002(SharingTracker):
         )
 
     def _advance(self, image: Image, frame: int, revised: dict[int, Box]) -> Pose:
-        """Process a frame; also used to process frames again after the end of an occlusion."""
+        """Process a new frame, or once an end is known, a frame after the end of the occlusion."""
         if self._occlusion is not None:
             return self._look_through(self._occlusion, image, frame, revised)
         around = Pose(*(smoother.predicted() for smoother in self._smoothers))
@@ -325,7 +345,7 @@ class Nguyen2002(SharingTracker):
     def _look_through(
         self, occlusion: Occlusion, image: Image, frame: int, revised: dict[int, Box]
     ) -> Pose:
-        """Store a frame of an occlusion; at the last candidate, determine the end."""
+        """Store a frame of an occlusion; at the last candidate, determine the occlusion's end."""
         settings = self.parameters
         occlusion.images.append(image)
         offset = frame - occlusion.beginning
@@ -344,7 +364,7 @@ class Nguyen2002(SharingTracker):
         return candidate_offsets(self.parameters.longest_occlusion, self.parameters.candidates)
 
     def _examine(self, occlusion: Occlusion, image: Image, offset: int) -> EndCandidate:
-        """Return a frame as a candidate: the frozen template is matched with it."""
+        """Match the frozen template with a frame; return the frame as a candidate."""
         around = occlusion.extrapolate(occlusion.beginning + offset)
         search_range = min(self.parameters.search_range + 2 * offset, MAX_SEARCH_RANGE)
         match, features = self._match(image, around, search_range)
@@ -383,7 +403,7 @@ class Nguyen2002(SharingTracker):
         ]
 
     def _match(self, image: Image, around: Pose, search_range: int) -> tuple[Match, Array]:
-        """Find the template in a frame (equation 4); return also the features at its pose."""
+        """Return the template's pose in a frame (equation 4), and the frame's features there."""
         settings = self.parameters
         window = self._window(image, around, search_range)
         match = find_pose(

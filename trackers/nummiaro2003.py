@@ -48,67 +48,80 @@ class Nummiaro2003Parameters(Parameters):
 
     particles: int = whole(100, "number of particles N [count]", most=100_000)
     colour: ColourSpace = choice("rgb", "colour space of the histograms")
-    bins: int = whole(8, "bins a channel; V of hsv has half as many [count]", 2, 32)
+    bins: int = whole(8, "number of bins per channel; V of hsv has half as many [count]", 2, 32)
     kernel: Kernel = choice(
         "isotropic",
-        "what a pixel's weight falls with: its distance over the root of Hx² + Hy², "
-        "its distances over Hx and Hy, or nothing",
+        "kernel weight of a pixel, which decreases with distance / √(Hx² + Hy²) (isotropic) or "
+        "with (dx / Hx)² + (dy / Hy)² (epanechnikov), or is constant (uniform)",
     )
-    sigma: float = positive(0.05, "σ of the likelihood of a distance [histogram distance]")
+    sigma: float = positive(0.05, "σ of the likelihood [histogram distance]")
     dynamics: Dynamics = choice(
         "first-order",
-        "what is constant but for noise: velocity and change of scale, their rates "
-        "of change (second-order), or place and size (random-walk)",
+        "quantities that are constant except for noise: velocity and change of scale "
+        "(first-order), their rates of change (second-order), or position and size (random-walk)",
     )
     axes: Axes = choice(
-        "together", "one noise of scale for both half axes, or one for each (apart)"
+        "together", "together: one size noise for both half axes; apart: one for each"
     )
     scale_change: ScaleChange = choice(
-        "linear", "half axes grow by sums, as A s + w does, or by factors"
+        "linear", "half axes change by sums, as in A s + w, or by factors"
     )
     scale_persistence: float = fraction(
-        1.0, "factor of the scale change from one frame to the next [ratio]"
+        1.0, "factor by which the change of scale is multiplied in each frame [ratio]"
     )
-    position_noise: float = nonnegative(0.12, "deviation of the centre's noise [half widths]")
+    position_noise: float = nonnegative(
+        0.12, "standard deviation of the centre's noise [half widths]"
+    )
     velocity_noise: float = nonnegative(
-        0.05, "deviation of the velocity's noise [half widths/frame]"
+        0.05, "standard deviation of the velocity's noise [half widths/frame]"
     )
-    size_noise: float = nonnegative(0.01, "deviation of the half axes' noise [half widths]")
+    size_noise: float = nonnegative(
+        0.01, "standard deviation of the half axes' noise [half widths]"
+    )
     scale_noise: float = nonnegative(
-        0.003, "deviation of the scale change's noise [half widths/frame]"
+        0.003, "standard deviation of the scale change's noise [half widths/frame]"
     )
-    model_update: bool = choice(True, "whether the target model follows the estimate")
+    model_update: bool = choice(
+        True, "whether the target model is updated by the estimate's histogram"
+    )
     update_reading: Interpretation = choice(
         "coefficient",
-        "what of the mean state must be above the update threshold: its likelihood "
-        "as a Gaussian density, as printed, with its peak at 1, with σ for a variance in the "
-        "weights too, its coefficient, or nothing",
+        "quantity of the mean state that must exceed the update threshold: its likelihood as a "
+        "Gaussian density, as printed, with a maximum of 1 (peak), or with σ as the variance, "
+        "also in weights (variance); its coefficient; or none (always)",
     )
-    update_threshold: float = positive(0.9, "π_T [in units of the reading]")
+    update_threshold: float = positive(
+        0.9, "π_T: threshold of this quantity [unit of the quantity]"
+    )
     alpha: float = fraction(0.1, "weight of the mean state's histogram in an update [ratio]")
     models: Literal["one", "per-particle"] = choice(
-        "one", "one target model for all particles, or one for each"
+        "one", "target model: one for all particles, or one per particle"
     )
     reinitialise: bool = choice(
-        True, "whether the target is searched for when too few particles match it"
+        True, "whether initialisation starts again if too few particles are similar to the target"
     )
     kick_off: float = Field(
         0.1,
         ge=0.0,
         lt=1.0,
-        description="b: more than this share of the particles must look like the target [ratio]",
+        description="b: minimum share of similar particles for tracking, exclusive [ratio]",
     )
-    loss_frames: int = whole(3, "so long with fewer, and the target is lost [frames]")
+    loss_frames: int = whole(
+        3,
+        "number of frames with fewer similar particles after which the target counts as lost "
+        "[frames]",
+    )
     placement: Placement = choice(
         "predicted",
-        "where a lost target is looked for: half at the borders and half where it "
-        "was, mostly where it would be by now, at the borders, or in the whole image",
+        "positions at which a lost target is searched: half at the borders and half at its last "
+        "position (last), mostly at its predicted position (predicted), at the borders, or in "
+        "the whole image",
     )
     appearance: Literal["current", "first"] = choice(
-        "current", "model that says which particles look like the target"
+        "current", "model with which particles are compared to count similar ones"
     )
     background_positions: int = whole(
-        1000, "about so many places of the background are examined [count]"
+        1000, "approximate number of positions at which the background is sampled [count]"
     )
 
 
@@ -118,25 +131,27 @@ class Nummiaro2003(SharingTracker):
     The state is x, y, vx, vy, Hx, Hy, a'. In each frame, N particles are resampled and propagated.
     Their weight is exp(-(1 - ρ) / 2σ²), where ρ is the Bhattacharyya coefficient of their histogram
     and the target model (equations 6 and 10). The estimate is the weighted mean (equation 1), not
-    rounded. If the likelihood of the mean state exceeds π_T (equation 11), the model q becomes
-    (1 - α) q + α p (equation 12), where p is the mean state's histogram.
+    rounded. If the likelihood of the mean state exceeds π_T (equation 11), the model q becomes (1 -
+    α) q + α p (equation 12), where p is the mean state's histogram.
 
     A particle is similar to the target if its ρ exceeds μ + 2σ of the background (equations 13 to
     15). If more than b N particles are similar, initialisation ends. If fewer are similar for some
-    frames, initialisation starts again, and particles are placed independently in every frame.
+    frames, initialisation starts again. During initialisation, the positions of particles do not
+    depend on the previous frame.
 
-    Initialise it by a box, by a histogram (`init_by_histogram`), or by a detector
+    The tracker can be initialised by a box, by a histogram (`init_by_histogram`), or by a detector
     (`init_by_detector`). The background is the last frame before the target appears (`watch`);
     otherwise it is the first frame without the target's surroundings.
 
-    The text does not state σ, α, the noise, the length of "a couple of frames", and the positions
-    of particles during initialisation. π_T = 0.9 has several interpretations. `as-written` is the
-    text with decisions for these. Three are post hoc: the interpretation `density`, the noise of
-    size and scale, and half of the particles at the target's last position (`last`). `recommended`
-    has σ = 0.05, an update if ρ exceeds 0.9, and particles at the target's predicted position.
-    `robust` is for recorded video; docs/presets.md describes its selection. If less than a quarter
-    of an ellipse is inside the image, ρ is 0. Half axes are at least 3 pixels. The background is
-    sampled at about a thousand positions. For the threshold, models per particle are averaged.
+    The text states neither σ, α and the noise, nor the length of "a couple of frames", nor the
+    positions of particles during initialisation. π_T = 0.9 has several interpretations.
+    `as-written` follows the text, with decisions for these gaps. Three decisions are post hoc: the
+    interpretation `density`, the noise of size and scale, and half of the particles at the target's
+    last position (`last`). `recommended` sets σ = 0.05, updates the model if ρ exceeds 0.9, and
+    places particles at the target's predicted position. `robust` is for recorded video;
+    docs/presets.md describes its selection. If less than a quarter of an ellipse is inside the
+    image, ρ is 0. Half axes are at least 3 pixels. The background is sampled at about a thousand
+    positions. With one model per particle, their mean determines the threshold.
 
     Details: `positive_appearances` (number of similar particles), `mode` (1: tracking, 0:
     initialisation), `half_width` and `half_height` (Hx and Hy of the estimate [pixels]),
@@ -227,8 +242,8 @@ class Nummiaro2003(SharingTracker):
         model, bins = np.array(histogram, float), self._colours.n_bins
         if model.shape != (bins,) or not ((model >= 0).all() and np.isclose(model.sum(), 1.0)):
             raise TrackerError(
-                f"nummiaro2003: the histogram must have {bins} bins, none below 0, that sum to 1; "
-                f"its shape is {model.shape}, its sum {model.sum():g}. `histogram_of` gives one."
+                f"nummiaro2003: the histogram has shape {model.shape} and sum {model.sum():g}. "
+                f"Expected: {bins} values ≥ 0 of sum 1, as `histogram_of` returns them."
             )
         sizes = np.array(half_axes, float)
         if sizes.shape != (2,) or not ((sizes > 0) & np.isfinite(sizes)).all():
@@ -243,9 +258,9 @@ class Nummiaro2003(SharingTracker):
     def init_by_detector(self, image: Image, detector: Callable[[Image], Array]) -> None:
         """Initialise by the first detection, in this frame or a later one.
 
-        `detector` maps a BGR image to boxes (k, 4) [pixels], best first; k may be 0. Boxes mostly
-        outside the image are ignored. Until a detection, estimates are the whole image, not
-        visible, without details. `trackers.detection` provides detectors.
+        `detector` maps a BGR image to boxes (k, 4) [pixels], best first; k may be 0. Boxes that are
+        mostly outside the image are ignored. Before the first detection, the estimate is the whole
+        image, not visible, without details. `trackers.detection` provides detectors.
         """
         self._detector = detector
         self._detect(image)
@@ -258,7 +273,10 @@ class Nummiaro2003(SharingTracker):
         model = self._ellipses.histogram(SharedFrame(image), ellipse_in(np.asarray(box, float)))
         if model is not None:
             return model
-        raise TrackerError(f"nummiaro2003: too little of the box {box} lies in the image.")
+        raise TrackerError(
+            f"nummiaro2003: less than a quarter of the ellipse in the box {box} is in the image. "
+            "Use another box."
+        )
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`."""
@@ -353,7 +371,9 @@ class Nummiaro2003(SharingTracker):
         height, width = image.shape[:2]
         boxes = np.asarray(self._detector(image), float)
         if boxes.size % 4:
-            raise TrackerError(f"nummiaro2003: the detector gave {boxes!r}, no boxes (k, 4).")
+            raise TrackerError(
+                f"nummiaro2003: the detector returned {boxes!r}. Expected: boxes of shape (k, 4)."
+            )
         for box in boxes.reshape(-1, 4):
             ellipse = ellipse_in(box)
             if self._ellipses.histogram(SharedFrame(image), ellipse) is not None:
@@ -394,7 +414,7 @@ class Nummiaro2003(SharingTracker):
                 self._tracking, self._n_few = False, 0
 
     def _record_location(self, positive: int, coefficient: float) -> None:
-        """Store the target's position, for the case that it is lost later."""
+        """Store the target's position, for a search after a later loss."""
         if positive > self.parameters.particles / 2:
             self._locations.record_probable(self._mean[:2], self._mean[4:6])
         if coefficient > (1 + self._threshold) / 2:

@@ -17,20 +17,19 @@ __all__ = ["Boosting"]
 class BoostingParameters(OpenCVParameters):
     """Parameters of `Boosting`: OpenCV's, with its defaults."""
 
-    # OpenCV always creates the number of features that its defaults need. Larger values would read
-    # beyond the end of that array.
-    classifiers: int = whole(100, "weak classifiers that are chosen [count]", most=100)
-    initial_steps: int = whole(50, "steps of learning in the first frame [count]", most=50)
-    overlap: float = fraction(0.99, "overlap of neighbouring places that are tried [fraction]")
-    search_factor: float = positive(1.8, "region that is searched, over the target's size [ratio]")
+    # OpenCV always creates the number of features for its defaults. With larger values, it would
+    # read beyond the end of the array of features.
+    classifiers: int = whole(100, "number of selected weak classifiers [count]", most=100)
+    initial_steps: int = whole(50, "number of learning steps in the first frame [count]", most=50)
+    overlap: float = fraction(0.99, "overlap of neighbouring positions in the search [fraction]")
+    search_factor: float = positive(1.8, "size of the search region / size of the target [ratio]")
 
 
 class Boosting(OpenCVTracker):
     """OpenCV's Boosting: on-line AdaBoost over Haar features.
 
-    A classifier that separates the target from its surroundings, updated in every frame. It uses
-    libc's `rand` in every frame; OpenCV seeds `rand` with a constant, this class with the seed of
-    the repetition.
+    A classifier that separates the target from its surroundings is updated in every frame. It uses
+    libc's `rand`. OpenCV seeds `rand` with a constant; this class uses the seed of the repetition.
 
     OpenCV 5.0 terminates the process for an `overlap` of 0.5 or 0, so that the run fails. It raises
     an error for a `search_factor` of 0.5.
@@ -48,7 +47,7 @@ class Boosting(OpenCVTracker):
             "numClassifiers": settings.classifiers,
             "iterationInit": settings.initial_steps,
             "overlap": settings.overlap,
-            # OpenCV reads two names; the second one takes effect.
+            # OpenCV reads both names; the second one takes effect.
             "samplerSearchFactor": settings.search_factor,
             "searchFactor": settings.search_factor,
         }

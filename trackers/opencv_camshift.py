@@ -21,25 +21,27 @@ N_HUES = 180  # hue values of OpenCV's 8-bit HSV
 class OpenCVCamShiftParameters(Parameters):
     """Parameters of `OpenCVCamShift`."""
 
-    hue_bins: int = whole(32, "bins of the hue histogram [count]", most=N_HUES)
+    hue_bins: int = whole(32, "number of bins of the hue histogram [count]", most=N_HUES)
     stop_distance: float = nonnegative(
-        2.0, "a mean shift step shorter than this is the last one [pixels]"
+        2.0, "mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(10, "most mean shift steps in a frame [count]")
-    minimum_saturation: float = fraction(0.0, "pixels of less saturation weigh nothing [fraction]")
-    minimum_value: float = fraction(0.0, "pixels darker than this weigh nothing [fraction]")
-    maximum_value: float = fraction(1.0, "pixels brighter than this weigh nothing [fraction]")
+    max_iterations: int = whole(10, "maximum number of mean shift steps per frame [count]")
+    minimum_saturation: float = fraction(
+        0.0, "pixels with a lower saturation get weight 0 [fraction]"
+    )
+    minimum_value: float = fraction(0.0, "pixels with a lower value (HSV) get weight 0 [fraction]")
+    maximum_value: float = fraction(1.0, "pixels with a higher value (HSV) get weight 0 [fraction]")
 
 
 class OpenCVCamShift(TrackerPlugin):
     """OpenCV's CamShift on a hue back-projection.
 
-    The definition differs from `camshift`. After convergence, OpenCV enlarges the window by ten
-    pixels on each side and fits its size by second moments. It rounds all values to whole pixels,
-    and the back-projection to bytes. By default all pixels count, as in `camshift`; it loses fewer
-    targets if pale and dark pixels are excluded (`minimum_saturation`, `minimum_value`). This
-    tracker is for comparison only; no claim of a paper uses it. The box is the window. If the
-    window becomes empty, the last one is kept and the target is not visible.
+    OpenCV's definition differs from `camshift`. After convergence, OpenCV enlarges the window by
+    ten pixels on each side and fits its size by second moments. It rounds all values to whole
+    pixels, and the back-projection to bytes. By default all pixels count, as in `camshift`. The
+    tracker loses fewer targets if pale and dark pixels are excluded (`minimum_saturation`,
+    `minimum_value`). This tracker is for comparison only; no claim of a paper uses it. The box is
+    the window. If the window becomes empty, the last one is kept and the target is not visible.
     """
 
     paper = (
@@ -49,7 +51,7 @@ class OpenCVCamShift(TrackerPlugin):
     Parameters = OpenCVCamShiftParameters
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; raise TrackerError if no pixel of the box counts."""
+        """See `Tracker.init`; raise TrackerError if no pixel of the box is within the limits."""
         settings = self.parameters
         x, y, width, height = self._window = pixel_rectangle(box, image)
         patch = image[y : y + height, x : x + width]
@@ -57,9 +59,9 @@ class OpenCVCamShift(TrackerPlugin):
         counts = cv2.calcHist([hsv], [0], self._counted(hsv), [settings.hue_bins], [0, N_HUES])
         if counts.max() == 0:
             raise TrackerError(
-                f"opencv-camshift: no pixel of the box {np.round(box, 1).tolist()} is within "
-                "minimum_saturation, minimum_value and maximum_value; give another box or widen "
-                "them."
+                f"opencv-camshift: no pixel of the box {np.round(box, 1).tolist()} is within the "
+                "limits minimum_saturation, minimum_value and maximum_value. Use another box, or "
+                "widen the limits."
             )
         self._weights = counts * np.float32(255 / counts.max())
 
@@ -75,13 +77,13 @@ class OpenCVCamShift(TrackerPlugin):
             settings.stop_distance,
         )
         (_, size, _), (x, y, width, height) = cv2.CamShift(weights, self._window, criteria)
-        has_area = max(size) > 0 and min(width, height) > 0  # without weights the size is 0
+        has_area = max(size) > 0 and min(width, height) > 0  # the size is 0 if all weights are 0
         if has_area:
             self._window = x, y, width, height
         return Estimate(np.array(self._window, np.float64), visible=has_area)
 
     def _counted(self, hsv: Image) -> Image:
-        """Return 255 for pixels that count, 0 for pixels outside the limits."""
+        """Return 255 for pixels within the limits, 0 for others."""
         settings = self.parameters
         least = (0, 255 * settings.minimum_saturation, 255 * settings.minimum_value)
         most = (255, 255, 255 * settings.maximum_value)

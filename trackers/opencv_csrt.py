@@ -21,48 +21,50 @@ class CSRTParameters(OpenCVParameters):
     """Parameters of `CSRT`: OpenCV's, by its names, with its defaults."""
 
     psr_threshold: float = nonnegative(
-        0.035, "where the filter's answer is below, the target counts as lost [answer]"
+        0.035, "the target counts as lost if the maximum response is lower [response]"
     )
     use_hog: bool = choice(True, "whether gradients (HOG) are features")
     use_color_names: bool = choice(True, "whether colour names are features")
     use_gray: bool = choice(True, "whether the grey value is a feature")
     use_rgb: bool = choice(False, "whether the three colours are features")
-    num_hog_channels_used: int = whole(18, "channels of HOG that are used [count]", most=31)
-    hog_orientations: float = positive(9.0, "orientations of HOG, as OpenCV has it [count]")
-    hog_clip: float = positive(0.2, "largest value of HOG, as OpenCV has it [share]")
-    use_channel_weights: bool = choice(True, "whether channels count by their reliability")
-    use_segmentation: bool = choice(True, "whether pixels count by a segmentation")
-    histogram_bins: int = whole(16, "bins a colour of the segmentation [count]", most=256)
-    background_ratio: int = whole(2, "how far the background reaches, over the target [ratio]")
-    histogram_lr: float = fraction(0.04, "share of a frame in the histograms [fraction]")
-    filter_lr: float = fraction(0.02, "share of a frame in the filter [fraction]")
-    weights_lr: float = fraction(0.02, "share of a frame in the channels' weights [fraction]")
-    admm_iterations: int = whole(4, "steps by which a filter is found [count]")
-    padding: float = positive(3.0, "what is searched around the target, over its size [ratio]")
-    template_size: float = positive(200.0, "side that what is searched is scaled to [pixels]")
-    gsl_sigma: float = positive(1.0, "width of the answer that is learnt [cells]")
+    num_hog_channels_used: int = whole(18, "number of HOG channels that are used [count]", most=31)
+    hog_orientations: float = positive(9.0, "number of HOG orientations [count]")
+    hog_clip: float = positive(0.2, "value at which HOG is clipped [share]")
+    use_channel_weights: bool = choice(True, "whether channels are weighted by their reliability")
+    use_segmentation: bool = choice(True, "whether pixels are weighted by a segmentation")
+    histogram_bins: int = whole(
+        16, "number of bins per colour channel in the segmentation [count]", most=256
+    )
+    background_ratio: int = whole(2, "size of the background region / target size [ratio]")
+    histogram_lr: float = fraction(0.04, "weight of a new frame in the histograms [fraction]")
+    filter_lr: float = fraction(0.02, "weight of a new frame in the filter [fraction]")
+    weights_lr: float = fraction(0.02, "weight of a new frame in the channel weights [fraction]")
+    admm_iterations: int = whole(4, "number of iterations of the filter's optimisation [count]")
+    padding: float = positive(3.0, "size of the search region / size of the target [ratio]")
+    template_size: float = positive(200.0, "side to which the search region is scaled [pixels]")
+    gsl_sigma: float = positive(1.0, "width of the desired response [cells]")
     window_function: Literal["hann", "cheb", "kaiser"] = choice("hann", "how borders fade")
     cheb_attenuation: float = positive(45.0, "attenuation of the window cheb [decibels]")
     kaiser_alpha: float = nonnegative(3.75, "shape of the window kaiser [alpha]")
-    number_of_scales: int = whole(33, "sizes that are tried, an odd number [count]")
-    scale_step: float = Field(1.02, ge=1.0, description="from one size to the next [ratio]")
-    scale_lr: float = fraction(0.025, "share of a frame in the filter of sizes [fraction]")
+    number_of_scales: int = whole(33, "number of sizes that are tried, odd [count]")
+    scale_step: float = Field(1.02, ge=1.0, description="ratio of consecutive sizes [ratio]")
+    scale_lr: float = fraction(0.025, "weight of a new frame in the scale filter [fraction]")
     scale_sigma_factor: float = positive(
-        0.25, "width of the answer that is learnt over sizes [ratio]"
+        0.25, "width of the desired response of the scale filter [ratio]"
     )
     scale_model_max_area: float = Field(
-        512.0, ge=16.0, description="largest patch for the filter of sizes [square pixels]"
+        512.0, ge=16.0, description="maximum area of the patch for the scale filter [square pixels]"
     )
 
 
 class CSRT(OpenCVTracker):
     """OpenCV's CSRT: a correlation filter with channel and spatial reliability.
 
-    A correlation filter on colour names and gradients, restricted to the target by a spatial
-    reliability map. It adapts to changes of size.
+    The filter uses colour names and gradients. A spatial reliability map restricts it to the
+    target. The tracker adapts to changes of size.
 
-    The paper has no `psr_threshold`: the maximum of the filter response is the target in every
-    frame. OpenCV skips frames whose maximum is below 0.035: it neither moves the box nor updates
+    The paper has no `psr_threshold`: in every frame, the target is at the maximum of the filter
+    response. OpenCV skips frames whose maximum is below 0.035: it neither moves the box nor updates
     the filter. `recommended` disables the threshold (0). That changes boxes only if the target is
     nearly invisible. OTB's Crossing has no such frame (mean overlap 0.71 with both).
     """
@@ -80,8 +82,9 @@ class CSRT(OpenCVTracker):
     def _make(self) -> Any:
         settings = self.parameters
         kinds = settings.use_hog, settings.use_color_names, settings.use_gray, settings.use_rgb
-        if not any(kinds):  # OpenCV would terminate the process
+        if not any(kinds):  # without features, OpenCV terminates the process
             raise TrackerError(
-                "opencv-csrt needs features: one of use_hog, use_color_names, use_gray and use_rgb."
+                "opencv-csrt has no features. Set at least one of use_hog, use_color_names, "
+                "use_gray and use_rgb to true."
             )
         return super()._make()

@@ -10,22 +10,22 @@ from trackmark.trackers.base.opencv import (
 
 __all__ = ["DaSiamRPN"]
 
-SOURCE = "which OpenCV's sample of DaSiamRPN names, and trackmark has not [path]"
+SOURCE = "named in OpenCV's sample of DaSiamRPN, not included in trackmark [path]"
 
 
 class DaSiamRPNParameters(ModelFileParameters):
     """Parameters of `DaSiamRPN`."""
 
     model: ModelFile = model_file(f"ONNX file of DaSiamRPN's network, {SOURCE}")
-    kernel_cls1: ModelFile = model_file(f"ONNX file of its kernel for classes, {SOURCE}")
-    kernel_r1: ModelFile = model_file(f"ONNX file of its kernel for regions, {SOURCE}")
+    kernel_cls1: ModelFile = model_file(f"ONNX file of the classification kernel, {SOURCE}")
+    kernel_r1: ModelFile = model_file(f"ONNX file of the regression kernel, {SOURCE}")
 
 
 class DaSiamRPN(ModelFileTracker):
     """OpenCV's DaSiamRPN: a Siamese region proposal network.
 
     Kernels computed from the target in the first frame are correlated with the region around the
-    last box. It adapts to changes of size and shape, and never reports a lost target.
+    last box. The tracker adapts to changes of size and shape, and never reports a lost target.
     """
 
     paper = (

@@ -12,7 +12,7 @@ from trackmark.trackers.base.opencv import (
 
 __all__ = ["GOTURN"]
 
-SOURCE = "which OpenCV's sample of GOTURN names, and trackmark has not [path]"
+SOURCE = "named in OpenCV's sample of GOTURN, not included in trackmark [path]"
 
 
 class GOTURNParameters(ModelFileParameters):
@@ -26,13 +26,13 @@ class GOTURN(ModelFileTracker):
     """OpenCV's GOTURN: regression by a deep network.
 
     A network predicts the new box from the image around the last box in two consecutive frames. It
-    keeps no appearance of the first frame. OpenCV 5 does not include it.
+    does not use the first frame's appearance. OpenCV 5 does not include this tracker.
     """
 
     paper = "D. Held, S. Thrun, S. Savarese, Learning to track at 100 FPS, ECCV 2016"
     Parameters = GOTURNParameters
     create_tracker = find_factory(
-        "GOTURN", "it is in OpenCV 4 (from 4.5.1), and no more in OpenCV 5"
+        "GOTURN", "install OpenCV 4 (4.5.1 or newer); OpenCV 5 does not include it"
     )
     opencv_parameters = "TrackerGOTURN_Params"
 

@@ -16,14 +16,18 @@ __all__ = ["MedianFlow"]
 class MedianFlowParameters(OpenCVParameters):
     """Parameters of `MedianFlow`: OpenCV's, with its defaults."""
 
-    grid: int = whole(10, "points along each side of the grid [count]", most=100)
+    grid: int = whole(10, "number of points along each side of the grid [count]", most=100)
     window: int = whole(3, "side of the window of the optical flow [pixels]", least=3)
-    levels: int = whole(5, "levels of the pyramid above the image [count]", least=0, most=10)
-    max_iterations: int = whole(20, "most steps of the optical flow on a level [count]")
-    stop_distance: float = positive(0.3, "a step shorter than this is the last one [pixels]")
+    levels: int = whole(5, "number of pyramid levels above the image [count]", least=0, most=10)
+    max_iterations: int = whole(20, "maximum number of iterations per level [count]")
+    stop_distance: float = positive(
+        0.3, "the optical flow stops after a step shorter than this [pixels]"
+    )
     patch: int = whole(30, "side of the patches that are compared [pixels]", least=2)
     longest_deviation: float = nonnegative(
-        10.0, "where half of the points move more otherwise than the box, it is lost [pixels]"
+        10.0,
+        "maximum median difference of point motions from their median; above, the target is lost "
+        "[pixels]",
     )
 
 

@@ -13,12 +13,14 @@ class MILParameters(Parameters):
     """Parameters of `MIL`, with OpenCV's defaults."""
 
     initial_radius: float = positive(3.0, "radius of the positive bag in the first frame [pixels]")
-    initial_negatives: int = whole(65, "negative samples in the first frame [count]")
-    search_window: float = positive(25.0, "radius around the last place that is searched [pixels]")
+    initial_negatives: int = whole(65, "number of negative samples in the first frame [count]")
+    search_window: float = positive(25.0, "search radius around the last position [pixels]")
     track_radius: float = positive(4.0, "radius of the positive bag while tracking [pixels]")
-    track_positives: int = whole(100_000, "most positive samples while tracking [count]")
-    track_negatives: int = whole(65, "negative samples while tracking [count]")
-    features: int = whole(250, "Haar features to choose from [count]")
+    track_positives: int = whole(
+        100_000, "maximum number of positive samples while tracking [count]"
+    )
+    track_negatives: int = whole(65, "number of negative samples while tracking [count]")
+    features: int = whole(250, "number of candidate Haar features [count]")
 
 
 class MIL(OpenCVTracker):
@@ -27,7 +29,8 @@ class MIL(OpenCVTracker):
     A classifier is trained on bags of patches around the last box, which tolerates slightly
     misplaced boxes. It keeps the initial size and never reports a lost target.
 
-    `init` draws its features by libc's `rand` and OpenCV's generator, both state of the process.
+    `init` draws features by libc's `rand` and by OpenCV's generator, which belong to the whole
+    process.
     """
 
     paper = (

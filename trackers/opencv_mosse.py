@@ -8,8 +8,8 @@ __all__ = ["MOSSE"]
 class MOSSE(OpenCVTracker):
     """OpenCV's MOSSE: the first adaptive correlation filter.
 
-    A filter on grey values whose response to the target is a sharp peak, updated in every frame. It
-    keeps the initial size and reports a lost target.
+    The filter on grey values is trained such that its response to the target is a sharp peak. It is
+    updated in every frame. The tracker keeps the initial size and reports a lost target.
     """
 
     paper = (

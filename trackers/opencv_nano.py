@@ -10,7 +10,7 @@ from trackmark.trackers.base.opencv import (
 
 __all__ = ["Nano"]
 
-SOURCE = "which comes with the NanoTrack project, not with trackmark [path]"
+SOURCE = "published by the NanoTrack project, not included in trackmark [path]"
 
 
 class NanoParameters(ModelFileParameters):

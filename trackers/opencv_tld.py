@@ -9,8 +9,8 @@ __all__ = ["TLD"]
 class TLD(OpenCVTracker):
     """OpenCV's TLD: tracking, learning and detection.
 
-    A median flow tracker combined with a cascaded detector, which is trained on the results of
-    both. `init` draws the detector's features by libc's `rand`.
+    A median flow tracker is combined with a cascaded detector. The detector is trained on the
+    results of both. `init` draws the detector's features by libc's `rand`.
 
     OpenCV 4.14 and 5.0 crash with a segmentation fault for many long and thin boxes, and in images
     that are hardly larger than the target. The run then fails.

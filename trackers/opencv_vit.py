@@ -16,10 +16,10 @@ class VitParameters(ModelFileParameters):
     """Parameters of `Vit`."""
 
     net: ModelFile = model_file(
-        "ONNX file of VitTrack, which comes with OpenCV's model zoo, not with trackmark [path]"
+        "ONNX file of VitTrack, published in OpenCV's model zoo, not included in trackmark [path]"
     )
     tracking_score_threshold: float = fraction(
-        0.2, "where the score is below, the target counts as lost [score]"
+        0.2, "the target counts as lost if the score is lower [score]"
     )
 
 
@@ -31,7 +31,7 @@ class Vit(ModelFileTracker):
 
     OpenCV 5.0 normalises colours differently from the model's training: it inverts the three
     standard deviations as one quaternion, which negates two channels. This class does not correct
-    that.
+    the error.
     """
 
     paper = "P. Liu, VitTrack, OpenCV Zoo, 2023: a model without a paper"

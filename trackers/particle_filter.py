@@ -27,9 +27,9 @@ class ParticleFilter(PositionFilter):
 
     "The same" may mean the formula r = √N / 2, 10 pixels for N = 400, or the r of the proposed
     tracker, 3.87 pixels (`radius=3.87`). `as-written` uses the formula, which gives about one
-    particle per pixel for any N. Results depend on r, so tables have a row for each.
+    particle per pixel for any N. Results depend on r, so tables have a row for both values.
 
-    Presets, details and arrays are those of `wang2010`, and so is the uncertainty about σ.
+    Presets, details, arrays and the uncertainty about σ are those of `wang2010`.
     """
 
     name = "particle-filter"

@@ -15,7 +15,7 @@ __all__ = ["Static"]
 class Static(TrackerPlugin):
     """Constant init box: the lower reference of every table.
 
-    On a sequence where a method is not better than it, the method has not tracked the target.
+    A method that is not better than this on a sequence has not tracked the target.
     """
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:

@@ -14,9 +14,11 @@ class Wang2010Parameters(PositionFilterParameters):
     """Parameters of `Wang2010`."""
 
     stop_distance: float = nonnegative(
-        2.0, "ε: a mean shift step shorter than this is the last one [pixels]"
+        2.0, "ε: mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(10, "n₀: most mean shift steps of a particle in a frame [count]")
+    max_iterations: int = whole(
+        10, "n₀: maximum number of mean shift steps of a particle per frame [count]"
+    )
 
 
 class Wang2010(PositionFilter):
@@ -26,7 +28,7 @@ class Wang2010(PositionFilter):
     pixel is I_c = α hue + (1 - α) saturation, each relative to its histogram's largest bin
     (equation 3). A pixel moves if the averaged differences of the last three frames, summed over a
     small window, exceed their mean by λ standard deviations. The weight of a moving pixel is I_c,
-    that of others (1 - β) I_c (equation 5).
+    the weight of others is (1 - β) I_c (equation 5).
 
     A particle is the position of a window of the init box's size. In each frame it moves by its
     last step and a random displacement of up to r per axis (equation 8). Mean shift then moves it
@@ -41,15 +43,16 @@ class Wang2010(PositionFilter):
     Equation 10 has no scale: with D in [0, 1], its weights differ at most by a factor of 1.65. So
     `as-written` has σ = 1. `recommended` (equal to `sharp`) has σ = 0.158, the value of Pérez et
     al. (exp(-20 D²), ECCV 2002); it comes from the literature, not from results. `robust` (σ = 0.1,
-    r = 10, ε = 0.5, n = 7) is for recorded video, and post hoc. The paper states neither the number
-    of bins (here 32 each) nor n (here 5), although results depend on both. "At most n₀" iterations
-    is our interpretation; literally n₀ + 1 are allowed, `max_iterations=11`.
+    r = 10, ε = 0.5, n = 7) is for recorded video, and post hoc. The paper states neither the
+    numbers of bins (here 32 for hue and for saturation) nor n (here 5), although results depend on
+    them. "At most n₀" iterations is our interpretation; the text literally allows n₀ + 1
+    (`max_iterations=11`).
 
     Motion is measured in grey, R + G + B: a target as bright as its background shows little motion.
     The camera must not move. Otherwise, edges change in the whole image and raise the threshold, so
-    that the motion map is unrelated to the target. Then `changing` is 20 to 50 %, instead of a few
-    per cent, and `moving_inside` is little above `moving`. `beta=0` disables motion, `alpha=1`
-    saturation.
+    that the motion map is unrelated to the target. In that case, `changing` is 20 to 50 % instead
+    of a few per cent, and `moving_inside` is hardly above `moving`. `beta=0` disables motion,
+    `alpha=1` saturation.
 
     Details: `effective_sample_size` is 1 / (N Σ w²), in (0, 1], and `weight_ratio` the largest
     weight times N. `spread` is the root mean square distance of particles from their mean [pixels],
@@ -75,5 +78,5 @@ class Wang2010(PositionFilter):
     Parameters = Wang2010Parameters
 
     def drift_rule(self) -> tuple[float, int]:
-        """See `PlaceFilter.drift_rule`."""
+        """See `PositionFilter.drift_rule`."""
         return self.parameters.stop_distance, self.parameters.max_iterations

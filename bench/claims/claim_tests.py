@@ -1,7 +1,4 @@
-"""Judge a claim from one value per scene, by the kind of test that it names.
-
-`Evidence` holds the values; the rules stand in `bench.statistics.verdict_rules`.
-"""
+"""Tests of claims: each judges one value per scene (`Evidence`) by a rule of `verdict_rules`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -24,36 +21,36 @@ from trackmark.bench.statistics.verdict_rules import (
     time,
 )
 
-FLOOR = 0.5  # share of scenes in which a reference must be kept
+FLOOR = 0.5  # minimum share of scenes in which a reference keeps the target
 
 Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Values that a claim is judged from, in one setting.
+    """Values from which a claim is judged in one setting.
 
     Attributes
     ----------
     first, second : DataFrame
-        One row per sequence, scene and tracker: `sequence`, `rank` (of the scene, from 0),
-        `tracker`, `value` (mean over repetitions). `first` has the trackers of `better` or `of`,
-        or the values of a measure without trackers, `second` those of `worse`.
+        One row per sequence, scene and tracker: `sequence`, `rank` (index of the scene, from 0),
+        `tracker`, `value` (mean over repetitions). `first` contains the trackers of `better` or
+        `of`, or values of a measure without trackers. `second` contains the trackers of `worse`.
     lower_is_better : bool
-        Whether a smaller value is the better one.
+        True if smaller values are better.
     largest : float
-        Largest absolute value that a difference can take.
+        Largest possible absolute difference.
     unit, counted : str
-        Unit of the values; the unit of repetition in the singular.
+        Unit of the values; name of a statistical unit, in the singular.
     reference_kept : float
         Share of the scenes in which the trackers of `second` keep the target; NaN if unknown.
     lost_before : float
         Share of the scenes in which the target is lost before the event; NaN without an event.
     failed : str
-        How many runs failed, and why the first one did; empty if none failed.
+        Sentence on failed runs; empty if none failed.
     times : sequence of pairs of arrays
-        For tests of time: longer and shorter, or times and nothing. Of several pairs the one with
-        the smallest ratio decides.
+        For tests of time: longer and shorter times, or times and an empty array. The pair with the
+        smallest ratio decides.
     """
 
     first: pd.DataFrame = field(default_factory=pd.DataFrame)
@@ -84,7 +81,7 @@ def judge(claim: Claim, evidence: Evidence) -> Verdict:
 
 
 def notes(evidence: Evidence) -> list[str]:
-    """Return remarks that a verdict must be read with."""
+    """Return remarks that limit a verdict."""
     remarks = []
     if evidence.lost_before > FLOOR:
         remarks.append(f"lost before the event in {100 * evidence.lost_before:.0f} % of the scenes")
@@ -94,11 +91,11 @@ def notes(evidence: Evidence) -> list[str]:
 
 
 def scene_differences(claim: Claim, evidence: Evidence) -> "pd.Series[float]":
-    """Return better minus worse by sequence and scene, positive if the claim's order is met."""
+    """Return better minus worse by sequence and scene; positive values support the claim."""
     sign = -1.0 if evidence.lower_is_better else 1.0
     first = sign * _by_scene(evidence.first, "min", sign)
     if not claim.worse:
-        return sign * first  # the measure is a difference by itself
+        return sign * first  # values of the measure are differences
     differences: pd.Series[float] = first - sign * _by_scene(evidence.second, "max", sign)
     return differences.dropna()
 
@@ -118,13 +115,13 @@ def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:
     else:
         verdict = no_worse(values, margin, limit=limit)
     if verdict.verdict == "holds" and evidence.reference_kept <= FLOOR:
-        # Two failures are no equality.
+        # Two trackers that fail are not called equal.
         return replace(verdict, verdict="inconclusive", reason=_floor(evidence))
     return verdict
 
 
 def _floor(evidence: Evidence) -> str:
-    return f"floor: the reference is kept in {100 * evidence.reference_kept:.0f} %"
+    return f"floor: the reference keeps the target in {100 * evidence.reference_kept:.0f} %"
 
 
 def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:
@@ -153,8 +150,8 @@ def _successes(table: pd.DataFrame) -> Values:
 def _by_scene(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> "pd.Series[float]":
     """Return one value per sequence and scene.
 
-    Of several trackers it is that of the one whose mean times `sign` is the least (`min`) or the
-    greatest (`max`) on the sequence.
+    Of several trackers the one is used whose mean on the sequence, times `sign`, is smallest
+    (`min`) or largest (`max`).
     """
     pieces: list[pd.Series[float]] = []
     for _, rows in table.groupby("sequence", sort=False):

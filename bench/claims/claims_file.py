@@ -1,6 +1,6 @@
-"""Claims of a paper, as its `claims.toml` states them.
+"""Reader of `claims.toml`.
 
-    read_claims("wang2010") -> {"WA-7": Claim(...), ...}
+read_claims("wang2010") -> {"WA-7": Claim(...), ...}
 
 A claim has one source, one measure and one test. CONTRIBUTING.md shows how to add one.
 """
@@ -17,21 +17,21 @@ FOLDER = Path(__file__).parent.parent / "papers"
 Test = Literal["order", "no-worse", "no-worse both ways", "share", "time", "number"]
 
 DEFAULT_SCENES = {"share": 24, "order": 32, "no-worse": 36, "no-worse both ways": 36}
-"""Scenes of each sequence, by kind of test; 24 for the others."""
+"""Number of scenes per sequence by kind of test; 24 for other kinds."""
 
 
 def as_tuple(value: Any) -> Any:
-    """Return a single text as a tuple of one."""
+    """Convert a text to a tuple with this text."""
     return (value,) if isinstance(value, str) else value
 
 
 Text = Annotated[str, Field(min_length=1)]
 Names = Annotated[tuple[Text, ...], BeforeValidator(as_tuple)]
-"""A list of names, or one name."""
+"""List of names, or one name."""
 
 
 class Entry(BaseModel):
-    """A table of a TOML file: unknown keys are errors."""
+    """Table of a TOML file; unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -40,41 +40,41 @@ E = TypeVar("E", bound=Entry)
 
 
 class Claim(Entry):
-    """A claim of a paper.
+    """Claim of a paper.
 
     Attributes
     ----------
     name : str
-        Identifier, as `WA-7`.
+        Identifier, such as `WA-7`.
     source, quote : str
         Table, figure or section of the paper, and its words.
-    short, says : str
-        The claim in a few words, and in a sentence.
+    short, statement : str
+        Claim in a few words, and in a sentence.
     paper : str
-        The paper's number or description, printed next to ours.
+        Result of the paper, printed next to ours.
     sequences : tuple of str
-        Names of `paper.toml`. A share holds in a scene if it does so on every sequence; other
-        tests count each scene of each sequence.
+        Names of `paper.toml`. For the test `share`, a scene succeeds if it succeeds on every
+        sequence. In other tests each scene of each sequence is a statistical unit.
     better, worse : tuple of str
-        Trackers of `paper.toml` that are compared. Of several on a side, the one that makes the
-        claim hardest to hold is compared, chosen for each sequence by the mean over its scenes.
+        Trackers of `paper.toml` that are compared. Of several trackers the least favourable one for
+        the claim is used, chosen for each sequence by the mean over its scenes.
     of : tuple of str
-        Trackers that are not compared.
+        Trackers of a claim without comparison.
     measure : str
-        Measure of a run in text form, as `mean_error:first=36`; `scenes.NAME` for a measure of
-        scenes without a run, and `timing.NAME` for times.
+        Measure of a run, such as `mean_error:first=36`; `scenes.NAME` for a measure of scenes
+        without runs; `timing.NAME` for times.
     test : str
         Kind of test.
     margin : float
-        Differences up to this are irrelevant in practice, in the unit of the measure.
+        Largest irrelevant difference, in the unit of the measure.
     limit : float or None
         Ratio that a time must exceed; with a `unit` of time, the time that it must stay below.
     falsified : str
-        What would show that the claim does not hold.
+        Result that refutes the claim.
     reason : str
-        Why this measure, sequence or margin.
+        Reason for measure, sequence or margin.
     scenes : int
-        Scenes of each sequence; 0 for as many as its kind of test takes.
+        Number of scenes per sequence; 0 for the number of its kind of test.
     note : str
         Printed next to the verdict.
     """
@@ -83,7 +83,7 @@ class Claim(Entry):
     source: Text
     quote: Text
     short: Annotated[str, Field(min_length=1, max_length=60)]
-    says: Text
+    statement: Text
     paper: Text
     sequences: Names = ()
     better: Names = ()
@@ -108,12 +108,12 @@ class Claim(Entry):
         if compares and self.margin is None:
             raise ValueError(f"a test of kind {self.test!r} needs a `margin`")
         if self.test != "number" and not self.falsified:
-            raise ValueError("`falsified` must say what would show that the claim does not hold")
+            raise ValueError("`falsified` is empty; expected: the result that refutes the claim")
         return self
 
     @property
     def trackers(self) -> tuple[str, ...]:
-        """All trackers that it names."""
+        """All trackers of the claim."""
         return self.of + self.better + self.worse
 
     @property
@@ -123,12 +123,12 @@ class Claim(Entry):
 
 
 def read_claims(paper: str, path: Path | None = None) -> dict[str, Claim]:
-    """Read the claims of a paper by their identifiers; `path` replaces its own file.
+    """Read the claims of a paper by identifier, or those of the file `path` instead.
 
     Raises
     ------
     ExperimentError
-        Naming the file, the claim and the field that is missing, unknown or wrong.
+        If a field is missing, unknown or wrong; the message names file, claim and field.
     """
     path = path or FOLDER / paper / "claims.toml"
     table = read_toml(path, ExperimentError)
@@ -139,7 +139,7 @@ def read_claims(paper: str, path: Path | None = None) -> dict[str, Claim]:
 
 
 def checked(kind: type[E], table: dict[str, Any], place: str) -> E:
-    """Return an entry; raise `ExperimentError` that names the place and the first wrong field."""
+    """Validate an entry; raise `ExperimentError` with the place and the first wrong field."""
     try:
         return kind.model_validate(table)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""Verdicts on a paper's claims as rows: one per claim, with both settings next to each other."""
+"""Verdicts on the claims of a paper: one row per claim, one column per setting."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,25 +12,25 @@ from trackmark.bench.statistics.verdict_rules import Verdict, plural
 from trackmark.reports.tables import MISSING, Cell, Table
 
 SETTINGS = ("as-written", "recommended")
-"""Settings of equal rank in which every claim is judged."""
+"""Settings in which every claim is judged."""
 
 VERDICTS = ("holds", "does not hold", "inconclusive", "not testable")
 
 
 @dataclass(frozen=True)
 class VerdictRow:
-    """A claim with its verdicts.
+    """Claim with its verdicts.
 
     Attributes
     ----------
     claim : Claim
         The claim.
     verdicts : mapping of str to Verdict
-        Verdict by setting.
+        Verdicts by setting.
     notes : mapping of str to list of str
-        Remarks that the verdict must be read with, by setting.
+        Remarks that limit the verdicts, by setting.
     evidence : mapping of str to Evidence
-        Values that the verdict was computed from, by setting.
+        Values from which the verdicts follow, by setting.
     """
 
     claim: Claim
@@ -39,13 +39,13 @@ class VerdictRow:
     evidence: Mapping[str, Evidence]
 
     def for_json(self) -> dict[str, Any]:
-        """Return the row for scripts; numbers that are not finite are None."""
+        """Return the row for JSON; numbers that are not finite are None."""
         return {
             "id": self.claim.name,
             "source": self.claim.source,
             "quote": self.claim.quote,
             "short": self.claim.short,
-            "claim": self.claim.says,
+            "claim": self.claim.statement,
             "paper": self.claim.paper,
             "falsified_if": self.claim.falsified,
             "reason": self.claim.reason,
@@ -69,7 +69,7 @@ class VerdictRow:
 
 
 def effect_text(claim: Claim, verdict: Verdict) -> str:
-    """Return estimate, interval and number of units, as `18 of 24, 0.75 [0.53, 0.90]`."""
+    """Return estimate, interval and number of units: `18 of 24, 0.75 [0.53, 0.90]`."""
     if not isfinite(verdict.statistic):
         return MISSING
     numbers = verdict.effect.partition(f", {verdict.cells} ")[0].removesuffix(" share")
@@ -83,7 +83,7 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
 
 
 def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
-    """Judge a claim in every setting that there is evidence for."""
+    """Judge a claim in every setting with evidence."""
     return VerdictRow(
         claim,
         {name: judge(claim, item) for name, item in evidence.items()},
@@ -98,7 +98,7 @@ def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:
 
 
 def count_words(verdicts: Iterable[str]) -> str:
-    """Return how many verdicts there are of each kind, as `count_verdicts`."""
+    """Count verdicts in words; see `count_verdicts`."""
     counts = Counter(verdicts)
     plurals = {"holds": "hold", "does not hold": "do not hold"}
     parts = [
@@ -110,7 +110,7 @@ def count_words(verdicts: Iterable[str]) -> str:
 
 
 def verdict_table(rows: Sequence[VerdictRow]) -> Table:
-    """Return the verdicts as a table: claim, paper, and ours with the verdict by setting."""
+    """Return a table with claim, result of the paper, and our results and verdicts by setting."""
     heads = ["claim", "", "paper"]
     for setting in SETTINGS:
         heads += [setting.replace("-", " "), "verdict"]

@@ -80,7 +80,7 @@ def command(options: StressOptions) -> int:
         Series,
         answer_lines,
         as_data,
-        knob_of,
+        parse_difficulty,
         tables,
         write_curves,
     )
@@ -96,7 +96,7 @@ def command(options: StressOptions) -> int:
     )
     texts = {spec.label: text for text, spec in specs.items()}
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
-    knobs = {knob_of(text, sequences.sequences): None for text in knob_texts}
+    knobs = {parse_difficulty(text, sequences.sequences): None for text in knob_texts}
     if len({knob.name for knob in knobs}) < len(knobs):
         raise click.UsageError("--knob: a name is given twice, with different ranges.")
     series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]

@@ -1,1 +1,1 @@
-"""Comparing trackers on the same sequences: what stored runs say of which is better."""
+"""Comparisons of trackers on stored runs: better or worse, breaking points, regressions."""

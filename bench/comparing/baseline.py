@@ -1,7 +1,7 @@
 """Baselines: scores of trackers in a text file that is committed and reviewed.
 
 An entry is a tracker–sequence pair, with the mean overlap and a digest of the boxes of each run.
-Seeds count from 0. An unchanged tracker therefore gives the same boxes again.
+Seeds count from 0, so that an unchanged tracker gives equal boxes.
 """
 
 import hashlib
@@ -48,29 +48,33 @@ class BaselineError(ResultsError):
 
 @dataclass(frozen=True)
 class BaselineEntry:
-    """Runs of a tracker on a sequence, by seed; one run of a tracker without randomness."""
+    """Runs of a tracker on a sequence by seed; a deterministic tracker has one run."""
 
     source: SequenceSource
     sequence: str  # digest of pixels and ground truth
-    overlap: tuple[float, ...]  # mean overlap; 0 of a failed run
-    boxes: tuple[str, ...]  # digests; empty for a failed run
-    failures: Mapping[int, str] = field(default_factory=dict)  # reasons by seed; none in a file
+    overlap: tuple[float, ...]  # mean overlaps; 0 for a failed run
+    boxes: tuple[str, ...]  # digests of boxes; empty for a failed run
+    failures: Mapping[int, str] = field(
+        default_factory=dict
+    )  # reasons of failures by seed; not stored in the file
 
 
 BaselineEntries = Mapping[str, Mapping[str, BaselineEntry]]
-"""BaselineEntries by the tracker's label and the sequence's name."""
+"""Entries by label of the tracker and name of the sequence."""
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """Scores of trackers on sequences, with the platform and libraries that they were made with."""
+    """Scores of trackers on sequences, with the platform and libraries of the runs."""
 
     entries: BaselineEntries
     texts: Mapping[str, str]  # specifications of the trackers, by label
-    seeds: int  # runs of each tracker that declares randomness
-    detect: float  # drop of the mean overlap on one sequence that must not be missed
+    seeds: int  # number of runs of each stochastic tracker
+    detect: float  # drop of the mean overlap on one sequence to detect
     made_with: Mapping[str, str]  # platform, Python and libraries
-    accepted: Sequence[Mapping[str, Any]] = field(default_factory=tuple)  # changes, with reasons
+    accepted: Sequence[Mapping[str, Any]] = field(
+        default_factory=tuple
+    )  # accepted changes with reasons
 
     def with_seeds(self, seeds: int) -> "Baseline":
         """Return the baseline restricted to the first seeds."""
@@ -84,7 +88,7 @@ class Baseline:
         return replace(self, entries=entries, seeds=seeds)
 
     def moved_on(self, tracker: str, now: BaselineEntries, reason: str, date: str) -> "Baseline":
-        """Return the baseline with a tracker's new entries and the reason for accepting them."""
+        """Return the baseline with new entries of a tracker and the reason for the change."""
         by_sequence = [
             [np.mean(entry.overlap) for entry in entries[tracker].values()]
             for entries in (self.entries, now)
@@ -96,12 +100,12 @@ class Baseline:
 
 
 def baseline_path(name: str) -> Path:
-    """Return the file of a baseline: a path if it ends in `.toml`, else a file in `baselines`."""
+    """Return the file of a baseline: a path that ends in `.toml`, or a name in `baselines`."""
     return Path(name) if name.endswith(".toml") else FOLDER / f"{name}.toml"
 
 
 def surroundings() -> dict[str, str]:
-    """Return platform, Python version and libraries, which boxes may depend on."""
+    """Return platform, Python version and libraries, on which boxes can depend."""
     return {
         "platform": f"{platform.system()} {platform.machine()}",
         "python": ".".join(map(str, sys.version_info[:2])),
@@ -122,7 +126,7 @@ def box_digest(boxes: NDArray[np.float64]) -> str:
 
 
 def digest(content: bytes) -> str:
-    """Return the digest of boxes or of a sequence's fingerprint."""
+    """Return a short digest of bytes or of a fingerprint."""
     return hashlib.sha256(content).hexdigest()[:_DIGITS]
 
 
@@ -131,7 +135,8 @@ def stored_entries(
 ) -> BaselineEntries:
     """Return the entries of the stored runs of an experiment.
 
-    `runs`: number of seeds by tracker and sequence. `sources`: of the sequences, by name.
+    `runs`: number of seeds by tracker and sequence. `sources`: specifications of the sequences, by
+    name.
 
     Raises `BaselineError` for a finished run without a score.
     """
@@ -193,7 +198,7 @@ def _lines(baseline: Baseline) -> Iterator[str]:
     yield "\n[made_with]"
     yield from _toml_lines(baseline.made_with)
     if texts := {label: text for label, text in baseline.texts.items() if text != label}:
-        yield "\n# Specifications of trackers that their names do not give."
+        yield "\n# Specifications of trackers with other names."
         yield "[specifications]"
         yield from _toml_lines(texts)
     for tracker, entries in baseline.entries.items():
@@ -220,7 +225,7 @@ def _inline(name: str, entry: BaselineEntry) -> str:
 
 
 def _toml(value: object) -> str:
-    # JSON leaves DEL as it is, which TOML forbids.
+    # JSON does not escape DEL, which TOML forbids.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
@@ -241,7 +246,7 @@ class _FileEntry(_Strict):
     truth: Annotated[str, Field(min_length=1)] | None = None
 
     def stored(self, name: str) -> BaselineEntry:
-        """Return the entry of the sequence of this name."""
+        """Return the entry of a sequence."""
         source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
         return BaselineEntry(source, self.sequence, tuple(self.overlap), tuple(self.boxes))
 
@@ -268,7 +273,7 @@ class _File(_Strict):
 def read_baseline(path: Path) -> Baseline:
     """Read a baseline.
 
-    Raises `BaselineError` naming the file, the place, the value and what was expected.
+    Raises `BaselineError` with file, place, value and expectation.
     """
     if not path.is_file():
         raise BaselineError(f"{path}: baseline not found. Create it with `trackmark baseline`.")
@@ -301,7 +306,7 @@ def read_baseline(path: Path) -> Baseline:
 
 
 def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _FileEntry]) -> None:
-    """Refuse a tracker whose numbers of runs differ or are neither 1 nor the file's seeds."""
+    """Raise `BaselineError` unless a tracker has 1 run, or one per seed, on every sequence."""
     (first, *_) = entries.values()
     n = len(first.overlap)
     for name, entry in entries.items():
@@ -313,7 +318,7 @@ def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _
 
 
 def _place(location: Sequence[int | str]) -> str:
-    """Return a key of the file in words."""
+    """Return the description of a key for messages."""
     if location[0] != "trackers" or len(location) < 2:
         return ".".join(map(str, location))
     kinds = zip(("tracker", "sequence"), location[1:3], strict=False)

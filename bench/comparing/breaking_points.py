@@ -1,8 +1,8 @@
 """Breaking points: levels of a difficulty at which half of a tracker's runs survive.
 
-A knob is a difficulty: a filter or a parameter of scenes. A series is a tracker under one knob.
-Each run of a series has its own scene or, on recorded data, its own start frame and random filter.
-Runs with the same number in all series are matched.
+A difficulty is a filter or a parameter of scenes. A series contains the runs of one tracker under
+one difficulty. Each run of a series has its own scene or, on recorded data, its own start frame and
+random filter. Runs with equal numbers are matched across series.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,16 +40,16 @@ ENOUGH = 0.05
 """Half-width of the interval, as a share of the range, at which a series ends early."""
 
 RULE = "A run is lost if its centre is outside the target's box in ten consecutive visible frames."
-"""Definition of a lost run, by `first_loss` of the metrics preset `native`."""
+"""Definition of a lost run; see `first_loss` in the metrics preset `native`."""
 
 LEVELS = 40
-"""Number of steps of a range. Runs have levels on this grid, which keeps their names short."""
+"""Number of steps of a range. Levels on this grid keep the names of runs short."""
 
 SHORTEST = 40
 """Minimum number of frames of a sequence without free scenes."""
 
 SEVERITIES = (0.9, 0.75, 0.5, 0.25, 0.1)
-"""Shares of surviving baseline runs; levels with the same share are equally severe."""
+"""Shares of surviving baseline runs that define equally severe levels."""
 
 PLACES = np.linspace(0, 1, 201)
 """Positions along a range, from 0 (easy) to 1 (hard), at which curves are evaluated."""
@@ -59,7 +59,7 @@ BINS = 8
 
 
 @dataclass(frozen=True)
-class Knob:
+class Difficulty:
     """A filter or a parameter of scenes, between an easy and a hard level."""
 
     name: str
@@ -68,22 +68,22 @@ class Knob:
     hard: float
     whole: bool = False  # levels are integers
     logarithmic: bool = False
-    is_filter: bool = True  # otherwise a parameter of the scenes
+    is_filter: bool = True  # False: a parameter of the scenes
 
     def level(self, place: float) -> float:
-        """Return the level at a place: 0 is the easy end of the range, 1 the hard one."""
+        """Return the level at a position: 0 is the easy end of the range, 1 the hard end."""
         if self.logarithmic:
             return float(self.easy * (self.hard / self.easy) ** place)
         return self.easy + (self.hard - self.easy) * place
 
     def place(self, level: float) -> float:
-        """Return the place of a level; see `level`."""
+        """Return the position of a level in the range; see `level`."""
         if self.logarithmic:
             return log(level / self.easy) / log(self.hard / self.easy)
         return (level - self.easy) / (self.hard - self.easy)
 
     def run_level(self, place: float) -> float:
-        """Return the level of a run near a place: on the grid, with three digits or whole."""
+        """Return the level of a run near a position, on the grid, rounded to three digits."""
         level = self.level(round(place * LEVELS) / LEVELS)
         return float(round(level)) if self.whole else float(f"{level:.3g}")
 
@@ -93,8 +93,8 @@ class Knob:
         return f"{self.name} [{self.unit}], {self.easy:g} to {self.hard:g}"
 
 
-def knob_of(text: str, sequences: Sequence[str]) -> Knob:
-    """Return the knob of `NAME` or `NAME=FROM..TO`: a filter, or a parameter of the scenes.
+def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
+    """Parse `NAME` or `NAME=FROM..TO`: a filter, or a parameter of the scenes.
 
     Raises `ExperimentError` for an unknown name or an invalid range.
     """
@@ -105,28 +105,29 @@ def knob_of(text: str, sequences: Sequence[str]) -> Knob:
         ends = [nan]
     if equals and (len(ends) != 2 or ends[0] == ends[1] or not all(map(isfinite, ends))):
         raise ExperimentError(
-            f"knob {text!r}: invalid range. Use {name}=FROM..TO; FROM is the easy end."
+            f"--knob {text}: invalid range. Expected: {name}=FROM..TO; FROM is the easy end."
         )
     filters = {key: kind for key, kind in FILTERS.items() if key != "start"}
     if name in filters:
         kind = filters[name]
         easy, hard = ends or (kind.easy, kind.hard)
         if kind.logarithmic and min(easy, hard) <= 0:
-            raise ExperimentError(f"knob {text!r}: both ends must be above 0.")
-        return Knob(name, kind.unit, easy, hard, kind.whole, kind.logarithmic)
+            raise ExperimentError(f"--knob {text}: expected ends above 0.")
+        return Difficulty(name, kind.unit, easy, hard, kind.whole, kind.logarithmic)
     for sequence in sequences:
         options = {option["name"]: option for option in datasets.options(_bare(sequence))}
         if name not in options or name == "scene":
             raise ExperimentError(
-                f"{sequence} has no knob {name!r}.{close_match(name, [*filters, *options])} "
-                f"Filters go over any sequence: {', '.join(filters)}."
+                f"--knob {name}: {sequence} has no such parameter."
+                f"{close_match(name, [*filters, *options])} "
+                f"Filters apply to any sequence: {', '.join(filters)}."
             )
         default = options[name]["default"]
         if not ends or type(default) not in (int, float):
-            raise ExperimentError(f"knob {name!r} of scenes: give numbers, {name}=FROM..TO.")
+            raise ExperimentError(f"--knob {text}: expected numbers, {name}=FROM..TO.")
     _, bracket, unit = options[name]["meaning"].rpartition("[")
     unit = unit.rstrip("]") if bracket else "share"
-    return Knob(name, unit, ends[0], ends[1], isinstance(default, int), is_filter=False)
+    return Difficulty(name, unit, ends[0], ends[1], isinstance(default, int), is_filter=False)
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ class RunSequences:
         """Raise `ExperimentError` for a sequence that is too short."""
         _ = self._start_frames
 
-    def text(self, knob: Knob, level: float, number: int) -> str:
+    def text(self, axis: Difficulty, level: float, number: int) -> str:
         """Return the specification of the sequence of a run, numbered from 0, at a level."""
         turn, index = divmod(number, len(self.sequences))
         bare, filters = split_filters(self.sequences[index])
@@ -153,15 +154,15 @@ class RunSequences:
             filters["start"] = filters.get("start", 0) + int(_halving(turn) * start_frames)
         if number:
             filters["draw"] = number
-        if knob.is_filter:
-            filters[knob.name] = level
+        if axis.is_filter:
+            filters[axis.name] = level
         else:
-            options[knob.name] = int(level) if knob.whole else level
+            options[axis.name] = int(level) if axis.whole else level
         return with_filters(format_text(bare, options), filters)
 
     @cached_property
     def _start_frames(self) -> list[int]:
-        """Number of frames at which runs may start, by sequence; 0 if its scenes are free."""
+        """Number of possible start frames by sequence; 0 if the parameter `scene` is free."""
         return [_start_frames(text) for text in self.sequences]
 
 
@@ -202,43 +203,43 @@ class Trial:
 
 @dataclass(frozen=True)
 class Series:
-    """Runs of a tracker under a knob."""
+    """Runs of a tracker under a difficulty."""
 
     tracker: str  # label
-    knob: Knob
+    axis: Difficulty  # whose level varies between runs
     sequences: RunSequences
     max_runs: int
     trials: Sequence[Trial] = field(default_factory=tuple)
 
     @cached_property
     def threshold(self) -> Threshold:
-        """Place along the range at which half of the runs survive."""
-        places = [self.knob.place(trial.level) for trial in self.trials]
+        """Position in the range at which half of the runs survive."""
+        places = [self.axis.place(trial.level) for trial in self.trials]
         return threshold(places, [trial.survived for trial in self.trials])
 
     @property
     def verdict(self) -> str:
-        """`broken` within the range, or `never` or `at once` if the point is beyond an end."""
+        """`broken`, or `never` or `at once` if the breaking point is beyond an end of the range."""
         place = self.threshold.median
         return "never" if place > 1 else "at once" if place < 0 else "broken"
 
     @property
     def level(self) -> float:
         """Breaking point."""
-        return self.knob.level(self.threshold.median)
+        return self.axis.level(self.threshold.median)
 
     @property
     def interval(self) -> Interval:
         """95 % interval of the breaking point, from easy to hard; infinite beyond the range."""
         low, high = self.threshold.interval
-        away = inf if self.knob.hard > self.knob.easy else -inf
+        away = inf if self.axis.hard > self.axis.easy else -inf
         return Interval(
-            self.knob.level(low) if low >= 0 else -away,
-            self.knob.level(high) if high <= 1 else away,
+            self.axis.level(low) if low >= 0 else -away,
+            self.axis.level(high) if high <= 1 else away,
         )
 
     def next_runs(self) -> list[tuple[str, float]]:
-        """Return sequences and levels of the next runs; none if the point is known well enough."""
+        """Return sequences and levels of the next runs; none if the interval is narrow enough."""
         done = len(self.trials)
         if not done:
             places: NDArray[np.float64] = (np.arange(N_FIRST_RUNS) + 0.5) / N_FIRST_RUNS
@@ -246,40 +247,40 @@ class Series:
             low, high = self.threshold.interval
             if self.threshold.half_width <= ENOUGH or low > 1 or high < 0:
                 return []
-            key = crc32(self.tracker.encode()), crc32(self.knob.name.encode())
+            key = crc32(self.tracker.encode()), crc32(self.axis.name.encode())
             random = np.random.default_rng(np.random.SeedSequence(done, spawn_key=key))
             places = next_difficulties(self.threshold, random, N_NEXT_RUNS)
-        levels = [self.knob.run_level(place) for place in places[: self.max_runs - done].tolist()]
+        levels = [self.axis.run_level(place) for place in places[: self.max_runs - done].tolist()]
         return [
-            (self.sequences.text(self.knob, level, done + i), level)
+            (self.sequences.text(self.axis, level, done + i), level)
             for i, level in enumerate(levels)
         ]
 
     def with_outcomes(self, outcomes: Mapping[str, tuple[bool, str]]) -> "Series":
         """Return the series after its next runs.
 
-        `outcomes`: by sequence, whether the run survived and why it failed.
+        `outcomes`: by sequence, whether the run survived and the reason of a failure.
         """
         new = [Trial(text, level, *outcomes[text]) for text, level in self.next_runs()]
         return replace(self, trials=[*self.trials, *new])
 
 
 def factor(series: Series, baseline: Series) -> tuple[float, Interval]:
-    """Return the ratio of a tracker's breaking level to the baseline's, and its 95 % interval.
+    """Return the ratio of a tracker's breaking point to the baseline's, and its 95 % interval.
 
-    A ratio above 1 means that the tracker survives harder levels. If a tracker never breaks it is
-    a lower bound with an infinite upper end. It is NaN if the baseline does not break within the
-    range, or for levels below 0, which have no ratio.
+    A ratio above 1 means that the tracker survives harder levels. If a tracker never breaks, the
+    ratio is a lower bound and the interval is open. It is NaN if the baseline does not break within
+    the range, or for levels of 0 or below.
     """
-    knob = series.knob
-    if baseline.verdict != "broken" or series.verdict == "at once" or min(knob.easy, knob.hard) < 0:
+    axis = series.axis
+    if baseline.verdict != "broken" or series.verdict == "at once" or min(axis.easy, axis.hard) < 0:
         return nan, Interval(nan, nan)
     least = 1 / LEVELS / 10  # a level of 0 has no ratio
-    limits = 0 if knob.easy else least, 1 if knob.hard else 1 - least
+    limits = 0 if axis.easy else least, 1 if axis.hard else 1 - least
     shares = ((np.arange(200) + 0.5) / 200).tolist()
     places = np.array([[side.threshold.quantile(x) for x in shares] for side in (series, baseline)])
-    levels = [knob.level(place) for place in np.clip(places, *limits).ravel().tolist()]
-    logs = np.log(levels).reshape(places.shape) * (1 if knob.hard > knob.easy else -1)
+    levels = [axis.level(place) for place in np.clip(places, *limits).ravel().tolist()]
+    logs = np.log(levels).reshape(places.shape) * (1 if axis.hard > axis.easy else -1)
     ratios = logs[0][:, None] - logs[1][None]
     middle, low = (float(np.exp(end)) for end in (np.median(ratios), np.quantile(ratios, 0.025)))
     ratios[places[0] > 1] = inf
@@ -288,60 +289,60 @@ def factor(series: Series, baseline: Series) -> tuple[float, Interval]:
 
 @dataclass(frozen=True)
 class BreakingPoints:
-    """Series of several trackers and knobs, compared with a baseline tracker."""
+    """Series of several trackers and difficulties, compared with a baseline tracker."""
 
     series: Sequence[Series]
     baseline: str  # label
     scores: Mapping[str, Sequence[float]]  # mean overlaps on recorded sequences, by tracker
 
     @cached_property
-    def knobs(self) -> dict[Knob, dict[str, Series]]:
-        """Series by knob and tracker."""
-        by_knob: dict[Knob, dict[str, Series]] = {}
+    def axes(self) -> dict[Difficulty, dict[str, Series]]:
+        """Series by difficulty and tracker."""
+        by_axis: dict[Difficulty, dict[str, Series]] = {}
         for series in self.series:
-            by_knob.setdefault(series.knob, {})[series.tracker] = series
-        return by_knob
+            by_axis.setdefault(series.axis, {})[series.tracker] = series
+        return by_axis
 
     @cached_property
     def points(self) -> list[dict[str, Any]]:
-        """Row of values per series; values beyond the range are None."""
-        return [_row(series, self.knobs[series.knob][self.baseline]) for series in self.series]
+        """One row of values per series; values beyond the range are None."""
+        return [_row(series, self.axes[series.axis][self.baseline]) for series in self.series]
 
     @cached_property
     def runs(self) -> list[dict[str, Any]]:
-        """All runs, with knob and tracker."""
+        """All runs, with difficulty and tracker."""
         return [
-            {"knob": series.knob.name, "tracker": series.tracker, **vars(trial)}
+            {"knob": series.axis.name, "tracker": series.tracker, **vars(trial)}
             for series in self.series
             for trial in series.trials
         ]
 
     @cached_property
     def correlations(self) -> list[tuple[str, float, Interval]]:
-        """Correlation of breaking points with scores, by knob and over all knobs."""
+        """Correlation of breaking points with scores, by difficulty and over all difficulties."""
         if not self.scores:
             return []
         means = [float(np.mean(scores)) for scores in self.scores.values()]
         places = {
-            knob.name: [
+            axis.name: [
                 min(1.0, max(0.0, by_tracker[name].threshold.median)) for name in self.scores
             ]
-            for knob, by_tracker in self.knobs.items()
+            for axis, by_tracker in self.axes.items()
         }
         if len(places) > 1:
-            places["mean over the knobs"] = np.mean(list(places.values()), axis=0).tolist()
+            places["mean over all difficulties"] = np.mean(list(places.values()), axis=0).tolist()
         return [(name, *rank_correlation(points, means)) for name, points in places.items()]
 
 
 def _row(series: Series, baseline: Series) -> dict[str, Any]:
-    knob = series.knob
+    axis = series.axis
     ratio, ratios = factor(series, baseline)
     easy, hard = series.threshold.survival([0.0, 1.0]).tolist()
     return {
-        "knob": knob.name,
-        "unit": knob.unit,
-        "easy": knob.easy,
-        "hard": knob.hard,
+        "knob": axis.name,
+        "unit": axis.unit,
+        "easy": axis.easy,
+        "hard": axis.hard,
         "tracker": series.tracker,
         "breaks": series.verdict,
         "level": series.level if series.verdict == "broken" else None,
@@ -405,19 +406,27 @@ def _points(result: BreakingPoints) -> Table:
     for series, row in zip(result.series, result.points, strict=True):
         harder = "1" if series.tracker == result.baseline else _factor(row)
         shares = f"{100 * row['survive_at_easy']:.0f} … {100 * row['survive_at_hard']:.0f}"
-        texts = [series.knob.head, series.tracker, _level(row), _interval(series), harder, shares]
+        texts = [series.axis.head, series.tracker, _level(row), _interval(series), harder, shares]
         rows.append([Cell(text) for text in (*texts, str(row["runs"]))])
     runs = pd.DataFrame(result.runs)
     runs["status"] = np.where(runs["failure"] == "", "finished", "failed")
     failures = failure_notes(runs, "lost", "counted as lost")
-    end = f"Runs end at half an interval's width of {100 * ENOUGH:g} % of the range, or at --runs."
+    end = f"A series ends if its interval is within ±{100 * ENOUGH:g} % of the range, or at --runs."
     return Table(
         name="breaking-points",
         caption=(
             "Breaking points: the level at which half of the runs survive, with 95 % intervals; "
             f"factor: how much harder that is than the breaking point of {result.baseline}."
         ),
-        heads=["knob", "tracker", "breaks at", "95 %", "factor", "survive at ends [%]", "runs"],
+        heads=[
+            "difficulty",
+            "tracker",
+            "breaks at",
+            "95 %",
+            "factor",
+            "survive at ends [%]",
+            "runs",
+        ],
         n_labels=2,
         rows=rows,
         notes=[RULE, end, *(f"{tracker}: {note}" for tracker, note in failures.items())],
@@ -433,10 +442,10 @@ def _level(row: Mapping[str, Any]) -> str:
 
 
 def _interval(series: Series) -> str:
-    """Return the interval from the easier to the harder end, cut at the ends of the range."""
-    knob, places = series.knob, series.threshold.interval
-    before = f"{'before' if knob.hard > knob.easy else 'above'} {knob.easy:g}"
-    beyond = f"beyond {knob.hard:g}"
+    """Return the interval as text, from the easier to the harder end, clipped at the range."""
+    axis, places = series.axis, series.threshold.interval
+    before = f"{'before' if axis.hard > axis.easy else 'above'} {axis.easy:g}"
+    beyond = f"beyond {axis.hard:g}"
     if places.low > 1 or places.high < 0:
         return beyond if places.low > 1 else before
     low = before if places.low < 0 else f"{series.interval.low:.3g}"
@@ -469,14 +478,15 @@ def _agreement(result: BreakingPoints) -> Table:
             f"Rank correlation over {len(result.scores)} trackers of breaking points with the mean "
             f"overlap on {sequences} recorded sequences."
         ),
-        heads=["knob", "Spearman's", "95 %"],
+        heads=["difficulty", "Spearman's", "95 %"],
         n_labels=1,
         rows=[
             [Cell(name), Cell(_text(r, ".2f")), Cell(f"{interval.low:.2f} to {interval.high:.2f}")]
             for name, r, interval in result.correlations
         ],
         notes=[
-            f"Intervals are for other trackers of this kind; below {MIN_UNITS} they are -1 to 1."
+            f"Intervals apply to other trackers of this kind. With fewer than {MIN_UNITS} trackers "
+            "they are -1 to 1."
         ],
         data=pd.DataFrame(
             {"knob": name, "rank_correlation": r, **interval._asdict()}
@@ -486,21 +496,21 @@ def _agreement(result: BreakingPoints) -> Table:
 
 
 def _severity(result: BreakingPoints) -> Table:
-    """Return levels at which shares of the baseline's runs survive; gaps beyond the range."""
+    """Return the levels at which shares of the baseline's runs survive."""
     rows, data = [], []
-    for knob, by_tracker in result.knobs.items():
+    for axis, by_tracker in result.axes.items():
         survival = by_tracker[result.baseline].threshold.survival(PLACES)
         places = np.interp(np.negative(SEVERITIES), -survival, PLACES, left=np.nan, right=np.nan)
-        levels = [knob.level(place) for place in places.tolist()]
-        rows.append([Cell(knob.head), *(Cell(_text(level, ".3g")) for level in levels)])
+        levels = [axis.level(place) for place in places.tolist()]
+        rows.append([Cell(axis.head), *(Cell(_text(level, ".3g")) for level in levels)])
         data += [
-            {"knob": knob.name, "survive": share, "level": level}
+            {"knob": axis.name, "survive": share, "level": level}
             for share, level in zip(SEVERITIES, levels, strict=True)
         ]
     return Table(
         name="severity",
         caption=f"Levels by severity: the share of {result.baseline}'s runs that survives there.",
-        heads=["knob", *(f"{100 * share:g} %" for share in SEVERITIES)],
+        heads=["difficulty", *(f"{100 * share:g} %" for share in SEVERITIES)],
         n_labels=1,
         rows=rows,
         data=pd.DataFrame(data),
@@ -514,29 +524,29 @@ def _runs(result: BreakingPoints) -> Table:
 
 
 def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:
-    """Draw survival by level into a folder, a figure for each knob; return the files."""
-    names = file_names(knob.name for knob in result.knobs)
+    """Write a figure of survival by level for each difficulty; return the files."""
+    names = file_names(axis.name for axis in result.axes)
     paths = []
-    for knob, by_tracker in result.knobs.items():
-        levels = np.array([knob.level(place) for place in PLACES.tolist()])
+    for axis, by_tracker in result.axes.items():
+        levels = np.array([axis.level(place) for place in PLACES.tolist()])
         curves = {name: _curve(series, levels) for name, series in by_tracker.items()}
-        title = f"Runs that survive under {knob.name}"
-        figure = breaking_plot(curves, f"{knob.name} [{knob.unit}]", title, knob.logarithmic)
-        paths.append(write_figure(folder / f"curve-{names[knob.name]}.png", figure))
+        title = f"Runs that survive under {axis.name}"
+        figure = breaking_plot(curves, f"{axis.name} [{axis.unit}]", title, axis.logarithmic)
+        paths.append(write_figure(folder / f"curve-{names[axis.name]}.png", figure))
     return paths
 
 
 def _curve(series: Series, levels: NDArray[np.float64]) -> SurvivalCurve:
-    """Return the survival curve with dots for groups of neighbouring runs, and the interval."""
-    knob = series.knob
-    runs = [(knob.place(trial.level), trial.survived) for trial in series.trials]
+    """Return the survival curve, dots for groups of neighbouring runs, and the interval."""
+    axis = series.axis
+    runs = [(axis.place(trial.level), trial.survived) for trial in series.trials]
     groups = np.array_split(sorted(runs, key=lambda run: run[0]), min(BINS, len(runs)))
     dots = (
-        np.array([knob.level(float(np.mean(group[:, 0].copy()))) for group in groups]),
+        np.array([axis.level(float(np.mean(group[:, 0].copy()))) for group in groups]),
         np.array([np.mean(group[:, 1]) for group in groups]),
         np.array([float(len(group)) for group in groups]),
     )
     ends = [nan, nan]
     if series.verdict == "broken":
-        ends = [knob.level(min(1.0, max(0.0, end))) for end in series.threshold.interval]
+        ends = [axis.level(min(1.0, max(0.0, end))) for end in series.threshold.interval]
     return SurvivalCurve(levels, series.threshold.survival(PLACES), *dots, *ends)

@@ -18,7 +18,7 @@ from trackmark.bench.store.results import Results
 from trackmark.reports.tables import ScoreMeasure
 
 DECIMALS = 3
-"""Decimals of boxes that are compared [pixels]."""
+"""Number of decimals to which boxes are compared."""
 
 
 class ComparisonError(ResultsError):
@@ -32,16 +32,18 @@ class AllFailedError(ComparisonError):
 def of_protocol(
     runs: pd.DataFrame, stored: str, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, ScoreMeasure]:
-    """Return runs by one protocol, filed as one-pass, and the measure with the protocol's title.
+    """Return the runs by one protocol, relabelled as one-pass, and the measure with its title.
 
-    `runs`: as `bench.load_results` returns them. `stored`: name under which runs by the protocol
-    are filed. Timing runs stay. Only one-pass runs have a first loss. The title names one-pass only
-    if runs by other protocols exist. Raises `ComparisonError` if no run is by the protocol.
+    `runs`: as `bench.load_results` returns them. `stored`: stored name of the protocol. Timing runs
+    are kept. Only one-pass runs have a first loss. The title mentions one-pass evaluation only if
+    runs by other protocols exist. Raises `ComparisonError` if no run is by the protocol.
     """
     protocols = runs["protocol"].astype(str)
     others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]
     if stored not in protocols.unique():
-        remedy = f" Stored are runs by {', '.join(others)}; choose with --protocol." * bool(others)
+        remedy = f" Stored runs are by {', '.join(others)}. Select one with --protocol." * bool(
+            others
+        )
         raise ComparisonError(f"no stored run is by the protocol {title(stored)}.{remedy}")
     if others or stored != STORED_ONE_PASS:
         measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
@@ -68,7 +70,7 @@ def selected_trackers(
         if selected.count(name) > 1:
             raise ComparisonError(f"{name!r} is named twice. Name each tracker once.")
     if len(selected) < 2:
-        raise ComparisonError(f"{len(selected)} tracker to compare. Name two or more.")
+        raise ComparisonError(f"only {len(selected)} tracker to compare. Name two or more.")
     return selected
 
 
@@ -116,10 +118,10 @@ def _place(row: "pd.Series[str]") -> str:
 def same_boxes(
     folder: Path, runs: pd.DataFrame, stored: str = STORED_ONE_PASS
 ) -> Counter[tuple[str, str]]:
-    """Return the number of sequences on which two trackers gave the same boxes in all runs.
+    """Return the number of sequences on which two trackers gave equal boxes in all runs.
 
-    `folder`: of the experiment. `runs`: as `load_results` gives them. `stored`: protocol under
-    which the runs are filed. Raises `ResultsError` if a file is damaged.
+    `folder`: results folder of the experiment. `runs`: as `load_results` returns them. `stored`:
+    stored name of the protocol. Raises `ResultsError` if a file is damaged.
     """
     results = Results(folder)
 
@@ -139,7 +141,7 @@ def same_boxes(
     same: Counter[tuple[str, str]] = Counter()
     for sequence, by_tracker in scores.items():
         for first, second in combinations(by_tracker, 2):
-            # Equal boxes have equal scores: files of other runs are not opened.
+            # Only runs with equal scores can have equal boxes; other files are not opened.
             same[first, second] += by_tracker[first] == by_tracker[second] and all(
                 np.array_equal(
                     boxes(first, sequence, seed), boxes(second, sequence, seed), equal_nan=True
@@ -152,18 +154,18 @@ def same_boxes(
 def with_published(
     runs: pd.DataFrame, file: Path, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, list[str]]:
-    """Return the runs with a row per published score, and the labels of these trackers.
+    """Return the runs extended by published scores, and the labels of the published trackers.
 
     `runs`: as `bench.load_results` returns them. `file`: CSV with the columns `tracker`, `sequence`
-    and the measure's name; other sequences than those of the runs are left out. Labels end in
-    `(published)`. Raises `ComparisonError` if a column, a name, a number or a sequence is missing,
-    a score is impossible, or a row occurs twice.
+    and the measure's name; sequences without runs are ignored. Labels end in `(published)`. Raises
+    `ComparisonError` if a column, a name, a number or a sequence is missing, a score is impossible,
+    or a row occurs twice.
     """
     published = _read_published_scores(file, measure)
     sequences = set(runs["sequence"].astype(str))
     published = published[published["sequence"].isin(sequences)]
     if published.empty:
-        raise ComparisonError(f"{file}: no row is about a sequence that was run.")
+        raise ComparisonError(f"{file}: no row has a sequence of the experiment.")
     for tracker, names in published.groupby("tracker")["sequence"]:
         if missing := sorted(sequences - set(names)):
             raise ComparisonError(f"{file}: tracker {tracker} has no score on {missing[0]}.")

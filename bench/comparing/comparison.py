@@ -1,7 +1,7 @@
 """Comparison of trackers on stored runs: differences of pairs with intervals and decisions.
 
 Repetitions on a sequence are averaged first, then the sequences of a unit. Trackers are paired by
-sequence, not by seed: equal seeds have no common effect on two methods.
+sequence, not by seed, because equal seeds have no common effect on two methods.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -27,20 +27,20 @@ Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
 
 Losses: TypeAlias = Mapping[str, tuple[NDArray[np.float64], NDArray[np.bool_]]]
-"""Frames at which runs were lost or ended, and whether they were lost, by tracker."""
+"""Frame of the loss or end of each run, and whether it was lost, by tracker."""
 
 DEFAULT = "default"
-"""Stands for the value of a parameter that a sequence's name does not set."""
+"""Replaces the value of a parameter that a sequence's name does not contain."""
 
 
 @dataclass(frozen=True)
 class Standing:
-    """A tracker in a comparison; means are in the measure's unit before scaling."""
+    """Tracker in a comparison; means are in the measure's unit before scaling."""
 
     tracker: str
     mean: float
-    interval: tuple[float, float] | None  # of the mean at 95 %; None for too few units
-    contender: bool  # marked by the star
+    interval: tuple[float, float] | None  # interval of the mean at 95 %; None for too few units
+    contender: bool  # True: the tracker gets a star
     kept: float  # share of runs that never lost the target; the name is a key of --json
     milliseconds: float  # per frame
     timed: bool  # in timing runs; otherwise in accuracy runs, which share the machine
@@ -48,20 +48,20 @@ class Standing:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two trackers: score of the first minus score of the second.
+    """Pair of trackers; differences are score of the first minus score of the second.
 
-    Mean and interval of `answer` are positive if the first is better. `interval` is that of the
-    differences themselves, also if lower scores are better.
+    Mean and interval of `answer` are positive if the first is better. `interval` is the interval of
+    the plain differences, which are negative if lower scores are better.
     """
 
     first: str
     second: str
     differences: NDArray[np.float64]  # shape (n_sequences,), in the order of the sequences
-    by_unit: NDArray[np.float64]  # shape (n_units,): their means
-    answer: Decision  # about the first
+    by_unit: NDArray[np.float64]  # shape (n_units,): mean differences
+    answer: Decision  # decision on the first tracker
     interval: Interval | None  # corrected for all pairs; None for too few units
     wins: int  # units on which the first is better
-    same_boxes: int  # sequences on which both gave the same boxes in all runs
+    same_boxes: int  # number of sequences with equal boxes in all runs
 
     @property
     def label(self) -> str:
@@ -76,19 +76,21 @@ class Pair:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Trackers compared by one measure; differences up to its margin are irrelevant."""
+    """Comparison of trackers by one measure; differences up to its margin are irrelevant."""
 
     measure: ScoreMeasure
     units: StatisticalUnits
     sequences: Sequence[str]
-    scores: Mapping[str, Sequence[NDArray[np.float64]]]  # of repetitions, by tracker and sequence
+    scores: Mapping[
+        str, Sequence[NDArray[np.float64]]
+    ]  # number of repetitions by tracker and sequence
     losses: Losses
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
-    main: str  # tracker that others are compared with, or the one with the best mean
-    failures: Mapping[str, str]  # by tracker: how many runs failed, and why
+    main: str  # tracker `against`, or the one with the best mean
+    failures: Mapping[str, str]  # sentence on failed runs by tracker
     left_out: Collection[str]  # trackers whose every run failed
-    not_repeatable: Collection[str]  # trackers that gave other boxes with the same seed
+    not_repeatable: Collection[str]  # trackers that gave different boxes with equal seeds
     attributes: Sequence[Collection[str]]  # that occur in each sequence, where it is known
 
     @property
@@ -98,7 +100,7 @@ class Comparison:
 
     @property
     def repetitions(self) -> tuple[int, int]:
-        """Minimum and maximum number of repetitions of any tracker on any sequence."""
+        """Minimum and maximum number of repetitions over trackers and sequences."""
         counts = [len(runs) for by_sequence in self.scores.values() for runs in by_sequence]
         return min(counts), max(counts)
 
@@ -121,12 +123,12 @@ class Comparison:
 def parts_of(
     sequences: Sequence[str], attributes: Sequence[Collection[str]] = ()
 ) -> dict[tuple[str, str], NDArray[np.bool_]]:
-    """Return masks of the sequences in each part, shape (n_sequences,), by parameter and value.
+    """Return masks of the subsets of the sequences, shape (n_sequences,), by parameter and value.
 
-    A part has one value of a parameter that names of sequences set (`:light=dappled`), except
-    `scene`, if the parameter takes several values (`DEFAULT` if a name does not set it). Attributes
-    that only some sequences have are values of the parameter `attribute`. `attributes`: of each
-    sequence, if known.
+    A subset has one value of a parameter in the names of sequences (`:light=dappled`), or `DEFAULT`
+    if a name does not contain it. Parameters with one value and `scene` give no subset. Attributes
+    that only some sequences have are values of the parameter `attribute`. `attributes`: attributes
+    of each sequence, if known.
     """
     families = [name.partition(":")[0] for name in sequences]
     options = [
@@ -163,7 +165,7 @@ def means_in_part(
 
 
 def _in_order(value: str) -> tuple[bool, float, str]:
-    """Return the sort key of a parameter's value: the default first, then numbers by size."""
+    """Return the sort key of a parameter's value: default, numbers by size, texts."""
     try:
         number = float(value)
     except ValueError:
@@ -186,10 +188,10 @@ def compare(
 
     `runs`: as `load_results` returns them, of one experiment; failed runs have the worst scores.
     `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
-    stored trackers. `against`: tracker that is compared with each other tracker. `by_scene`: scenes
-    of several families are the units. `attributes`: by sequence. `same_boxes`: number of sequences
-    on which two trackers gave the same boxes. `not_repeatable`: trackers that gave different boxes
-    with the same seed.
+    stored trackers. `against`: tracker to compare with each other tracker. `by_scene`: units are
+    scenes, also for several families. `attributes`: by sequence. `same_boxes`: function that
+    returns on how many sequences two trackers gave equal boxes. `not_repeatable`: trackers that
+    gave different boxes with the same seed.
 
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
@@ -250,7 +252,7 @@ def _pairs(
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
-    """Compare all pairs, or `against` with each other tracker; no pairs if that has no mean."""
+    """Compare all pairs, or `against` (if it has a mean) with each other tracker."""
     names = list(combinations(means, 2))
     if against is not None:
         names = [(against, name) for name in means if name != against and against in means]
@@ -272,7 +274,7 @@ def _pairs(
 
 
 def _sign(measure: ScoreMeasure) -> float:
-    """Return 1 if higher scores are better, -1 if lower ones are."""
+    """Return 1 if higher scores are better, else -1."""
     return 1.0 if measure.direction == "higher" else -1.0
 
 

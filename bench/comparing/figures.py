@@ -1,4 +1,4 @@
-"""Figures of a comparison, from its numbers."""
+"""Figures of a comparison."""
 
 from pathlib import Path
 
@@ -18,13 +18,13 @@ SHOWN_PAIRS = 4
 
 
 def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
-    """Draw what the comparison's numbers allow into a folder, and give the files."""
+    """Write the figures of a comparison into a folder; return the files."""
     measure = comparison.measure
     title = f"{measure.title} on {len(comparison.sequences)} sequences"
     profiles = [
         _profile(comparison, name, position) for position, name in enumerate(comparison.scores)
     ]
-    words = "share of sequences with at least that"
+    words = "share of sequences with at least this score"
     profile = Chart("", measure.head, words, profiles, "", "step", top=1.0)
     figures = {"profiles": chart_plot(profile, title)}
     differences = {
@@ -57,7 +57,7 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
 
 
 def _profile(comparison: Comparison, tracker: str, position: int) -> Line:
-    """Share of sequences above each score; the band (Kolmogorov's) holds for all scores at once."""
+    """Return the share of sequences above each score, with Kolmogorov's simultaneous band."""
     means = np.sort([float(run.mean()) for run in comparison.scores[tracker]])
     n = len(means)
     places = np.concatenate([[min(0.0, means[0])], means]) * comparison.measure.scale

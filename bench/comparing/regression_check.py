@@ -27,22 +27,22 @@ UNREPEATABLE = "not repeatable"
 
 @dataclass(frozen=True)
 class ScoreChange:
-    """Change of a tracker on a sequence, or in the mean over its sequences.
+    """Change of a tracker on a sequence, or of its mean over sequences.
 
-    Runs are paired by seed; the one run of a tracker without randomness counts for all seeds.
+    Runs are paired by seed. The single run of a deterministic tracker represents all seeds.
     """
 
     tracker: str
-    sequence: str  # name, or the words for the mean
+    sequence: str  # name of the sequence, or the label of the mean
     old: Sequence[float]  # mean overlap by run
     new: Sequence[float]
-    same: Sequence[bool]  # pairs of runs with equal boxes
-    failures: Mapping[int, str]  # reasons by seed
+    same: Sequence[bool]  # number of pairs of runs with equal boxes
+    failures: Mapping[int, str]  # reasons of failures by seed
     change: Decision = IDENTICAL
 
     @property
     def differences(self) -> NDArray[np.float64]:
-        """Scores now minus before, shape (pairs,); 0 for equal boxes."""
+        """Score now minus score before, shape (pairs,); 0 for equal boxes."""
         differences = np.round(np.array(self.new) - np.array(self.old), DECIMALS)
         return np.where(self.same, 0.0, differences)
 
@@ -53,23 +53,23 @@ class ScoreChange:
 
     @property
     def is_regression(self) -> bool:
-        """True if the score is worse or a run failed: a baseline has no failed runs."""
+        """True if the score is worse or a run failed; a baseline contains no failed runs."""
         return self.change.label == "worse" or bool(self.failures)
 
 
 @dataclass(frozen=True)
 class Check:
-    """Changes of the trackers of a baseline."""
+    """Result of a check: changes of the trackers of a baseline."""
 
     before: Baseline
     now: BaselineEntries
     made_with: Mapping[str, str]
     sequences: Sequence[ScoreChange]
-    means: Sequence[ScoreChange]  # of the changed trackers with random numbers
+    means: Sequence[ScoreChange]  # number of seeds of the changed stochastic trackers
 
     @property
     def changes(self) -> Sequence[ScoreChange]:
-        """Changes by sequence, then in the mean, each with the worst first."""
+        """Changes by sequence, then of means, each with the worst first."""
         return [*self.sequences, *self.means]
 
     @property
@@ -82,10 +82,7 @@ class Check:
 
 
 def changed_facts(before: BaselineEntries, now: BaselineEntries) -> dict[str, list[str]]:
-    """Return sequences with other boxes than before, by tracker without randomness.
-
-    Failed runs are left out.
-    """
+    """Return the sequences with changed boxes by deterministic tracker, without failed runs."""
     changed: dict[str, list[str]] = {}
     for row in _paired(before, now):
         if not (row.is_random or row.same[0] or row.failures):
@@ -101,8 +98,8 @@ def check(
 ) -> Check:
     """Compare entries with a baseline.
 
-    `now`: the same trackers and sequences. `made_with`: what made them, as `surroundings` gives it.
-    `not_repeatable`: trackers and sequences whose boxes differ from run to run without randomness.
+    `now`: entries of the same trackers and sequences. `made_with`: their `surroundings`.
+    `not_repeatable`: deterministic trackers and sequences whose boxes differ between runs.
     """
     rows = _paired(before.entries, now)
     changed = [row for row in rows if row.is_random and not all(row.same)]
@@ -127,7 +124,7 @@ def check(
 
 
 def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
-    """Return a row per tracker and sequence, not judged yet."""
+    """Return the change per tracker and sequence, before a decision."""
     rows = []
     for tracker, entries in before.items():
         for name, old in entries.items():
@@ -138,7 +135,7 @@ def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
 
 
 def _mean(rows: Sequence[ScoreChange], comparisons: int, detect: float) -> ScoreChange:
-    """Return the change in the mean over all sequences of a tracker."""
+    """Return the change of a tracker's mean over all sequences."""
     by_seed = np.mean([row.differences for row in rows], axis=0)
     old, new, same = (
         list(chain.from_iterable(parts))
@@ -157,7 +154,7 @@ _ORDER = ("worse", "inconclusive", "better", "not worse", "identical")
 
 
 def _in_order(changes: Sequence[ScoreChange]) -> list[ScoreChange]:
-    """Return the changes, the worst first."""
+    """Sort the changes, the worst first."""
     return sorted(changes, key=lambda row: (_ORDER.index(row.change.label), row.change.mean))
 
 
@@ -184,7 +181,7 @@ def headline(result: Check, where: str, slower: int = 0, *, strict: bool = False
 
 
 def table(result: Check, *, whole: bool = False) -> Table:
-    """Return the table of the changes; identical sequences are rows only if `whole`."""
+    """Return the table of changes; `whole` includes sequences with equal boxes."""
     visible = [row for row in result.sequences if whole or row.change.label != "identical"]
     return Table(
         name="check",
@@ -248,7 +245,7 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
 
 
 def _regressions(result: Check, tracker: str) -> list[str]:
-    """Return lines on the regressions of one tracker."""
+    """Return one line per regression of a tracker."""
     rows = [row for row in result.sequences if row.tracker == tracker]
     names = [row.sequence for row in rows if row.change.label == "worse"]
     places = [f"on {', '.join(names)}"] if names else []
@@ -277,9 +274,9 @@ def as_data(result: Check) -> dict[str, Any]:
 
 
 def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
-    """Return JUnit's XML: a test case per sequence and mean; inconclusive ones are skipped.
+    """Return JUnit XML with a test case per sequence and mean; inconclusive cases are skipped.
 
-    `times`: tracker, state and words of those that were timed, which are cases, too.
+    `times`: test cases of timed trackers: tracker, state and message.
     """
     cases: list[tuple[str, str, str, str]] = [
         (row.tracker, row.sequence, "worse" if row.is_regression else row.change.label, _words(row))
@@ -299,7 +296,7 @@ def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
 
 
 def _words(row: ScoreChange) -> str:
-    """Return a row as the message of a test case."""
+    """Return the message of a test case."""
     change = row.change
     words = f"mean overlap {np.mean(row.old):.4f} -> {np.mean(row.new):.4f} ({change.label})"
     words += f"; {change.reason}" if change.reason else ""

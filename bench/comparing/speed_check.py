@@ -1,4 +1,4 @@
-"""Speed of trackers against a git revision of their files: sessions, and tables of the results."""
+"""Speed of trackers compared with a git revision of their files."""
 
 import io
 import subprocess
@@ -31,7 +31,7 @@ from trackmark.reports.tables import MISSING, Cell, Table
 from trackmark.trackers.base.catalogue import in_file, is_outside
 
 CLIPS = 4
-"""Number of a tracker's sequences, evenly spread, whose first frames are shown."""
+"""Number of evenly spread sequences of a tracker on which it is timed."""
 
 FRAMES = 20
 
@@ -49,16 +49,15 @@ def check_speeds(
 ) -> dict[str, Pace]:
     """Time trackers of a baseline against a git revision of their files; slower ones come first.
 
-    `labels`: which trackers; they are timed on the first frames of their sequences. `budget`:
-    seconds after which no session is added; trackers share them. `report`: called with a sentence
-    on the progress.
+    `labels`: timed trackers; they run on the first frames of their sequences. `budget`: total time
+    after which no session is added [s]. `report`: called with a sentence on the progress.
 
-    Raises `BaselineError` if a tracker has no such revision or no sequence to be timed on.
+    Raises `BaselineError` if a tracker is not in the revision or has no sequence for timing.
     """
     paces = {}
     ends = monotonic() + budget
     with tempfile.TemporaryDirectory(prefix="trackmark-") as folder:
-        # All first: a missing revision must not waste the time of the others.
+        # Extract all trackers first: a missing revision is then reported before any timing.
         olds = {
             label: _older_setup(revision, _setup(baseline, label), Path(folder, str(number)))
             for number, label in enumerate(labels)
@@ -90,7 +89,7 @@ def _sample(
     tests: int,
     report: Callable[[str], None],
 ) -> Sample:
-    """Run sessions until there are as many as their spread needs, or the time is over."""
+    """Run sessions until their number suffices for their spread or the time is over."""
     logs: list[float] = []
     began = monotonic()
     while more := missing_sessions(logs, tests):
@@ -122,13 +121,13 @@ def _clips(baseline: Baseline, label: str, folder: Path) -> list[Clip]:
     ]
     if not clips:
         raise BaselineError(
-            f"{label} cannot be timed: its sequences have one frame. Add a longer one."
+            f"{label} cannot be timed: its sequences have one frame. Add a longer sequence."
         )
     return clips
 
 
 def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | None:
-    """Write the first frames of a sequence; None if there is only the first one."""
+    """Write the first frames of a sequence; None if it has one frame."""
     sequence = datasets.load(source.text, truth=source.truth)
     sequence.check_runnable()
     first = sequence.first_frame
@@ -150,12 +149,11 @@ def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | N
 
 
 def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
-    """Extract a tracker as of a git revision, with the files next to it, into a folder.
+    """Extract a tracker of a git revision, with the files next to it, into a folder.
 
-    The folder of a tracker's file also takes its place on the module path, and modules of other
-    packages are today's. A tracker of trackmark comes with the whole package `trackers`.
-
-    Raises `BaselineError` if the revision does not have the tracker.
+    The extracted folder replaces the folder of the tracker's file on the module path. Modules of
+    other packages are the current ones. For a tracker of trackmark the whole package `trackers` is
+    extracted. Raises `BaselineError` if the tracker is not in the revision.
     """
     name = now.name
     place = in_file(name)
@@ -184,7 +182,7 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
     if place is None:
         return replace(now, home=str(folder), revision=revision)
     name = f"{then}:{class_name}" if class_name else str(then)
-    # A file next to our own packages imports the current ones.
+    # The repository's packages are imported in their current version.
     swapped = () if file.parent == _PACKAGE.parent else (str(file.parent), str(folder))
     return replace(now, name=name, revision=revision, swapped=swapped)
 
@@ -198,13 +196,13 @@ def _git(folder: Path, *arguments: str) -> bytes:
     if done.returncode:
         message = "".join(done.stderr.decode(errors="replace").strip().splitlines()[-1:])
         if "single revision" in message:
-            message = f"there is no revision {arguments[-1].removesuffix('^{commit}')!r}"
+            message = f"unknown revision {arguments[-1].removesuffix('^{commit}')!r}"
         raise BaselineError(f"--against: git failed in {folder}: {message or 'no message'}.")
     return done.stdout
 
 
 def speed_table(paces: Mapping[str, Pace]) -> Table:
-    """Return a table of all trackers."""
+    """Return the table of speeds."""
     return Table(
         name="speeds",
         caption="CPU time of updates, now relative to before, with its 95 % interval.",

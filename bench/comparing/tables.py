@@ -1,4 +1,4 @@
-"""A comparison as tables, as JSON, and as a paragraph for a paper."""
+"""Tables, JSON and a text paragraph of a comparison."""
 
 import json
 import textwrap
@@ -36,7 +36,7 @@ _REASONED_PAIRS = 3
 """Maximum number of pairs whose reasons are all printed; of more, the main tracker's are."""
 
 SENTENCE_PAIRS = 3
-"""Maximum number of pairs with a sentence each; of more, each answer has one sentence."""
+"""Maximum number of pairs with one sentence each; beyond, there is one sentence per answer."""
 
 VERBS = {
     "better": "was better than",
@@ -111,7 +111,7 @@ def milliseconds_text(milliseconds: float) -> str:
 
 
 def files(comparison: Comparison) -> list[Table]:
-    """Return all tables, for a folder: also scores by sequence, and differences by part."""
+    """Return all tables for a folder, with scores by sequence and differences by subset."""
     pairs = [_file_pairs(comparison)] if comparison.pairs else []
     parts = _subset_table(comparison)
     tables = [_standings(comparison), *pairs, _sequences(comparison)]
@@ -119,7 +119,7 @@ def files(comparison: Comparison) -> list[Table]:
 
 
 def as_data(comparison: Comparison) -> dict[str, Any]:
-    """Return the comparison for `--json`; scores unscaled, gaps null."""
+    """Return the comparison for `--json`: unscaled scores, null for missing values."""
     units, measure = comparison.units, comparison.measure
     sentence = answer_of(comparison)
     return {
@@ -194,7 +194,7 @@ def _scaled(interval: Limits, scale: float) -> Limits:
 
 
 def shown_pairs(comparison: Comparison) -> list[Pair]:
-    """Return all pairs, or those with the main tracker if there are too many for a screen."""
+    """Return all pairs, or only pairs with the main tracker if there are too many."""
     few = len(comparison.pairs) <= SHOWN_PAIRS
     return list(comparison.pairs) if few else comparison.main_pairs
 
@@ -216,13 +216,11 @@ def _standings(comparison: Comparison) -> Table:
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
     few = _too_few(comparison)
-    notes = [
-        few or "* marks the best mean and all that no other tracker is better than, over all pairs."
-    ]
+    notes = [few or "*: no other tracker is better, over all pairs."]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
         notes.append(
-            "~: time of the accuracy runs, which share the machine (run --timing measures)."
+            "~: time in accuracy runs, which share the machine; `run --timing` measures times."
         )
     return Table(
         name="comparison",
@@ -369,15 +367,15 @@ def _subset_table(comparison: Comparison) -> Table:
     rows, data = [], []
     widest = comparison.measure.most - comparison.measure.least
     parts = parts_of(comparison.sequences, comparison.attributes)
-    for pair, ((knob, value), chosen) in product(shown_pairs(comparison), parts.items()):
+    for pair, ((parameter, value), chosen) in product(shown_pairs(comparison), parts.items()):
         n, by_unit = int(chosen.sum()), means_in_part(comparison.units, pair.differences, chosen)
         mean, interval = float(by_unit.mean()), interval_or_none(by_unit, 1, -widest, widest)
         texts = [
             _number(comparison, mean, signed=True),
             _interval(comparison, interval, signed=True),
         ]
-        rows.append([pair.label, f"{knob}={value}", str(n), *texts])
-        part = {"first": pair.first, "second": pair.second, "knob": knob, "value": value}
+        rows.append([pair.label, f"{parameter}={value}", str(n), *texts])
+        part = {"first": pair.first, "second": pair.second, "knob": parameter, "value": value}
         data.append(part | {"sequences": n, "difference": mean, **_ends(interval)})
     return Table(
         name="comparison-parts",
@@ -441,7 +439,7 @@ def _sentence(comparison: Comparison, pair: Pair) -> str:
 
 
 def _summary(comparison: Comparison) -> list[str]:
-    """Return one sentence per answer on the main pairs, and one on the other pairs."""
+    """Return one sentence per answer for the main pairs, and one for the other pairs."""
     opposites = {"better": "worse", "worse": "better"}
     groups: dict[str, list[str]] = {}
     for pair in comparison.main_pairs:
@@ -543,7 +541,7 @@ def _ends(interval: Limits) -> dict[str, float]:
 
 
 def _without_gaps(row: dict[str, Any]) -> dict[str, Any]:
-    """Return the row for JSON, which has no NaN and no infinity."""
+    """Replace NaN and infinity, which JSON does not have, by None."""
     return {
         key: None if isinstance(value, float) and not isfinite(value) else value
         for key, value in row.items()

@@ -40,10 +40,10 @@ def export_results(
 ) -> list[Path]:
     """Write the finished runs of an experiment in a result format, and return the files.
 
-    `target`: gets one folder per tracker. `on_message`: called with sentences on the content of the
-    format and on omitted runs. `tracker`, `sequence`: patterns. `origin`: number of the first
-    pixel; that of the format by default. `force`: replace existing files; otherwise nothing is
-    written if one of the files exists.
+    `target`: folder for one subfolder per tracker. `on_message`: called with sentences on the
+    content of the format and on omitted runs. `tracker`, `sequence`: patterns. `origin`: number of
+    the first pixel, by default that of the format. `force`: replace existing files; by default
+    nothing is written if a file exists.
 
     Raises `ExchangeError` or `ProtocolError` if no run matches, two runs would share a file, a file
     exists, the format cannot represent the runs or the protocol is unknown. Raises `ResultsError`
@@ -89,8 +89,8 @@ def export_results(
 
 
 def _check_format(folder: Path, name: str) -> None:
-    """Refuse a tracker's folder with results in another format: readers would mix the two."""
-    if folder.is_dir() and load_format(name).fits:  # without `fits` formats cannot be distinguished
+    """Raise `ExchangeError` for a folder with results in another format."""
+    if folder.is_dir() and load_format(name).fits:  # a format without `fits` cannot be recognised
         for other in format_names():
             if other != name and has_format(other, folder):
                 raise ExchangeError(
@@ -100,7 +100,7 @@ def _check_format(folder: Path, name: str) -> None:
 
 
 def _write(texts: Mapping[Path, str], *, force: bool) -> None:
-    """Write texts by path; without `force` write nothing if one of the files exists."""
+    """Write texts by path; raise `ExchangeError` if a file exists, unless `force`."""
     existing = [path for path in texts if os.path.lexists(path)]
     if existing and not force:
         raise ExchangeError(
@@ -150,10 +150,10 @@ def _split_segments(run: Run, rows: ResultRows) -> list[tuple[NDArray[Any], Resu
 
 
 def _frame_seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
-    """Return the time of each frame [s] of the timing run, else the run's median update time.
+    """Return the time of each frame [s] in the timing run, else the run's median update time.
 
-    Without a timing run the initialisation time is unknown, as it may include a compilation.
-    Returns None if the run has no update time.
+    Without a timing run the initialisation time is unknown, because it can include compilation. The
+    result is None if the run has no update time.
     """
     first = int(np.isfinite(run.boxes).all(axis=1).argmax())
     key = run.identity

@@ -2,8 +2,8 @@
 
 A first box often differs from the ground truth. It is rounded, counts pixels from 1, comes from
 another version of the ground truth, or is the tracker's own first estimate. Such a box is accepted.
-A box that fits as two corners is refused, as all boxes of the file would be misread. For any other
-box that does not fit there is a message only: the file may still be the one that the user means.
+A box that fits better as two corners is refused, because all boxes of the file would be misread.
+Any other misfit causes a message only: the file can still be right.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,11 +20,11 @@ _ORIGINS = (0, 1)
 # Largest difference of a first box with a known origin [px]. Trackers that scale images miss the
 # ground truth by a fraction of a pixel; the two origins differ by 1 px.
 _MAX_DIFFERENCE = 0.3
-_MIN_OVERLAP = 0.5  # overlap below which there is a message
+_MIN_OVERLAP = 0.5  # overlap below which a message is shown
 _CERTAIN_OVERLAP = 0.9  # overlap above which a box is never taken for corners
 _MIN_CORNER_OVERLAP = 0.8  # overlap as corners below which a box is not taken for corners
-_MIN_ORDERED = 0.9  # share of the rows whose second corner is right of and below the first
-_MIN_GAIN = 4  # factor by which corners must be closer to an overlap of 1
+_MIN_ORDERED = 0.9  # minimum share of rows whose second corner is right of and below the first
+_MIN_GAIN = 4  # factor by which the overlap of corners must be closer to 1
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class FirstBox:
 
 
 def find_origin(boxes: Iterable[FirstBox], rounding: Rounding) -> int | None:
-    """Return the number of the first pixel, 0 or 1; None if the first boxes do not show it."""
+    """Return the number of the first pixel, 0 or 1; None if the first boxes do not determine it."""
     matching = [
         {
             origin
@@ -61,7 +61,7 @@ def check_first_boxes(
     better as corners `x1, y1, x2, y2`.
     """
     finite = rows[np.isfinite(rows).all(axis=1)]
-    in_order = (finite[:, 2:] >= finite[:, :2]).all(axis=1)  # also of boxes without size
+    in_order = (finite[:, 2:] >= finite[:, :2]).all(axis=1)  # also for boxes without size
     can_be_corners = bool(in_order.sum() >= _MIN_ORDERED * len(finite))
     misfits = []
     for box in boxes:

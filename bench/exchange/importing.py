@@ -1,8 +1,8 @@
 """Import of other toolkits' results as runs, into a new folder or a copy of an experiment.
 
-Boxes are scored by the ground truth of the named sequences. The first box is replaced by the ground
-truth; it also shows whether a file counts pixels from 0 or from 1. Times are not imported: times of
-other machines are not comparable.
+Boxes are scored with the ground truth of the named sequences. The first box shows whether a file
+counts pixels from 0 or from 1; it is then replaced by the ground truth. Times are not imported,
+because times of different machines are not comparable.
 """
 
 import hashlib
@@ -227,7 +227,7 @@ def _find_segments(
     n, m = len(rows.boxes), len(sequence.boxes)
     if not rows.protocol and n != m:
         row = result_format.row
-        reason = f"ends after {row} {n}" if n < m else f"{row} {m + 1} is one too many"
+        reason = f"ends after {row} {n}" if n < m else f"{row} {m + 1} is too many"
         raise ExchangeError(f"{file}: {n} rows for the {m} frames of {sequence.name}: {reason}.")
     segments = [np.arange(m)]
     if rows.headers and result_format.frames:
@@ -281,7 +281,7 @@ def _convert_boxes(
         on_message(message)
     boxes[:, :2] -= result_format.origin if origin is None else origin
     for row, box in zip(init_rows, first_boxes, strict=True):
-        # Perturbed boxes of a toolkit can be rounded: they are the boxes that the tracker received.
+        # Perturbed init boxes of a toolkit can be rounded: use the boxes that the tracker received.
         if not is_perturbed or not np.isfinite(boxes[row]).all():
             boxes[row] = box.expected
     return boxes
@@ -299,7 +299,7 @@ def _stored_protocol(
     file: Path,
     on_message: Callable[[str], None],
 ) -> str:
-    """Return the protocol of a run; plain `tre` if the toolkit selects other starts than we do."""
+    """Return the protocol of a run; plain `tre` if the toolkit's start frames differ."""
     if rows.protocol != "tre":
         return rows.protocol or STORED_ONE_PASS
     present = _present(sequence)
@@ -317,10 +317,7 @@ def _stored_protocol(
 
 
 def _with_whole_segments(run: Run, sequence: ResultSequence) -> Run:
-    """Extend segments from the first target to the end so that they cover the whole sequence.
-
-    Every protocol stores such segments in this way.
-    """
+    """Extend segments from the first target to the end, as protocols store them."""
     first = int(_present(sequence).argmax())
     n = len(sequence.boxes)
     segments, inserted, row = [], [], 0

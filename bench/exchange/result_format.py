@@ -25,7 +25,7 @@ class ExchangeError(ResultsError):
 
 @dataclass(frozen=True)
 class ResultSequence:
-    """Sequence of imported results: its ground truth and where it was opened from."""
+    """Sequence of imported results, with ground truth and source."""
 
     name: str
     fingerprint: str
@@ -63,7 +63,7 @@ class ResultRows:
 
 
 Rounding: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-"""Function that rounds boxes, shape (n, 4), as a file does that stores them."""
+"""Function that rounds boxes, shape (n, 4), to the precision of a file."""
 
 
 SegmentWriter: TypeAlias = Callable[
@@ -92,7 +92,7 @@ class ResultFormat:
     write: Callable[[Path, str, int, ResultRows], Mapping[Path, str]]
     rounding: Rounding = lambda boxes: boxes
     has_repetitions: bool = False  # True if a folder can contain several repetitions
-    row: str = "line"  # word for a row in messages
+    row: str = "line"  # name of a row in messages
     parts: Callable[[Path], Sequence[Path]] = lambda file: [file]  # all files of a run
     # Return the frames of the rows of each header, from 0. Raise `ExchangeError` for a header that
     # contradicts the sequence.
@@ -155,7 +155,7 @@ def read_column(file: Path, n_rows: int) -> NDArray[np.float64] | None:
 
 
 def column_text(values: NDArray[np.float64]) -> str:
-    """Return a text with one number per line; the line of NaN is empty."""
+    """Return a text with one number per line and an empty line for NaN."""
     return "".join("\n" if value != value else f"{value!r}\n" for value in values.tolist())
 
 

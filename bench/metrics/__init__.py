@@ -24,7 +24,7 @@ def preset(name: str) -> Preset:
 
 
 def canonical_name(name: str) -> str:
-    """Return the name of a preset for this name or an alias; raise as `preset`."""
+    """Return the name of the preset with this name or alias; raise `ValueError` if unknown."""
     if name in preset_names():
         return name
     aliases = _aliases()
@@ -42,7 +42,7 @@ def is_preset(name: str) -> bool:
 
 
 def read_definition(name: str) -> str:
-    """Return the definition of a preset's scores with its source: a line and a paragraph."""
+    """Return the definition of a preset: one line, and one paragraph with the source."""
     return (_module(canonical_name(name)).__doc__ or "").strip()
 
 

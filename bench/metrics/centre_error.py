@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.bench.metrics.overlap import is_well_formed
 
 MAX_CENTRE_ERROR = 1e100
-"""Largest finite centre error [px]: sums and squares of larger ones would overflow."""
+"""Largest finite centre error [px]. Sums and squares of larger errors would overflow."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # boxes of 1e308

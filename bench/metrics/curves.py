@@ -16,7 +16,7 @@ NORMALISED_DISTANCES = np.arange(51) / 100
 def share_curve(
     values: NDArray[np.float64], thresholds: NDArray[np.float64], *, above: bool = False
 ) -> NDArray[np.float64]:
-    """Return the share of values up to, or above, each threshold.
+    """Return the share of values that are up to each threshold, or above it.
 
     The result has points (threshold, share), shape (thresholds, 2). NaN values are never counted.
     All shares are NaN if there are no values.

@@ -26,7 +26,7 @@ VISIBLE_FRACTION = 0.3
 
 
 class GroundTruthLike(Protocol):
-    """Ground truth of n frames for scores, for example a `datasets.Sequence`."""
+    """Ground truth of n frames, for example a `datasets.Sequence`."""
 
     @property
     def boxes(self) -> NDArray[np.float64]:
@@ -35,7 +35,7 @@ class GroundTruthLike(Protocol):
 
     @property
     def regions(self) -> Mapping[str, NDArray[np.float64]]:
-        """Boxes of other image regions by name, as `full`, shape (n, 4) each."""
+        """Boxes of other regions by name, such as `full`, shape (n, 4)."""
         ...
 
     @property
@@ -47,7 +47,7 @@ class GroundTruthLike(Protocol):
 def native(
     truth: GroundTruthLike, estimate: NDArray[np.float64], visible: NDArray[np.bool_] | None = None
 ) -> dict[str, float]:
-    """Compute the scores of the preset `native`, which are described by its columns.
+    """Compute the scores of the preset `native`; its columns describe them.
 
     `estimate`: boxes in pixels, shape (n, 4); rows up to the initialisation are ignored.
     `visible`: shape (n,), True if the tracker reported the target; without it `absence_reported` is

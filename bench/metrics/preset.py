@@ -17,13 +17,13 @@ from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.region_overlap import Shapes
 
 Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
-"""Kind of runs that a preset scores: initialised once, restarted after failures or from anchors."""
+"""Kind of scored runs: initialised once, restarted after failures, or started from anchors."""
 
 
 class FrameState(IntEnum):
     """State of a frame of a supervised run."""
 
-    SKIPPED = 0  # after a failure, before the tracker is initialised again
+    SKIPPED = 0  # between a failure and the restart
     INITIALISED = 1
     FAILED = 2
     TRACKED = 3
@@ -34,21 +34,25 @@ class GroundTruthArrays:
     """Ground truth of n frames as arrays, for example of a part of a `datasets.Sequence`."""
 
     boxes: NDArray[Any]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows without target
-    regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # further boxes by name
+    regions: Mapping[str, NDArray[Any]] = field(
+        default_factory=dict
+    )  # boxes of other regions by name
     visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))  # (n,): in [0, 1]
-    image_size: tuple[int, int] | None = None  # width and height; some presets clip regions there
+    image_size: tuple[int, int] | None = (
+        None  # width and height of the images, for presets that clip regions
+    )
     shapes: Shapes = None  # for presets with overlaps of regions
 
 
 @dataclass(frozen=True)
 class RunEstimates:
-    """Estimates of a tracker for the n frames of a run."""
+    """Estimates of a tracker in the n frames of a run."""
 
     boxes: ArrayLike  # (n, 4); rows up to the initialisation are ignored
     visible: NDArray[Any] | None = None  # (n,): True if the target was reported; None if unknown
     confidence: NDArray[Any] | None = None  # (n,): NaN if missing
     states: NDArray[Any] | None = None  # (n,): a `FrameState` per frame of a supervised run
-    n_sequence_frames: int = 0  # length of the sequence, if the run covers a part of it
+    n_sequence_frames: int = 0  # length of the sequence, if the run covers only a part
 
 
 @dataclass(frozen=True)
@@ -99,7 +103,7 @@ class Axes:
 
 
 Runs: TypeAlias = Sequence[Sequence[PresetResult]]
-"""Results of runs by sequence: its repetitions, or its runs from anchors."""
+"""Results by sequence: one per repetition, or one per anchor."""
 
 
 def mean_of_sequences(runs: Runs) -> PresetResult:

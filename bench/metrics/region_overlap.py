@@ -101,7 +101,7 @@ def _boxes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 def _pixel_overlap(
     shape: NDArray[np.float64], corners: NDArray[np.int64], size: tuple[int, int] | None
 ) -> float:
-    """Return the overlap in pixels of a mask or a polygon of whole coordinates with a box."""
+    """Return the overlap of a mask or of a polygon with integer coordinates with a box."""
     left, top, right, bottom = (int(value) for value in corners)
     mask, x, y = (shape, 0, 0) if shape.dtype == bool else _polygon_pixels(shape, size, left)
     height, width = mask.shape
@@ -115,12 +115,12 @@ def _pixel_overlap(
 def _polygon_pixels(
     points: NDArray[np.float64], size: tuple[int, int] | None, from_column: int
 ) -> tuple[NDArray[np.bool_], int, int]:
-    """Return the pixels of a polygon of whole coordinates as a mask, with its column and row.
+    """Return the pixels of a polygon with integer coordinates as a mask, with its column and row.
 
-    Pixels from the first to the second crossing of a row with the edges are inside, including both
-    ends, and so on. Equal crossings count once if another one follows. Crossings are truncated to
-    whole columns. Columns are counted from `from_column` if it is left of the polygon: VOT counts
-    from the left end of the two regions.
+    In each row the crossings with edges are paired; the pixels of a pair are inside, including both
+    ends. Equal crossings count once if another one follows. Crossings are truncated to integers.
+    Columns are counted from `from_column` if it is left of the polygon, as VOT counts from the left
+    end of both regions.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     low[0] = min(low[0], from_column)

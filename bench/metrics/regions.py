@@ -18,7 +18,7 @@ CONTOUR_TOLERANCE = 0.008
 """Largest distance of matching contour pixels, as a share of the image diagonal."""
 
 RECALL_THRESHOLD = 0.5
-"""Similarity or accuracy above which a frame counts for the recall."""
+"""Value above which a frame counts for the recall."""
 
 _QUARTERS = 4
 

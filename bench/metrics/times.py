@@ -1,8 +1,9 @@
 """Times of trackers: seconds in `update` without decoding; the initialisation is separate.
 
 Trackers with one thread are compared by CPU time: other load can double the wall time and affects
-the CPU time less. They are compared by *warm* times, on images in memory. Decoding evicts the CPU
-caches: the next update, the *as-decoded* time, took 1.4 to 3.1 times as long.
+the CPU time less. They are compared by *warm* times, on images in memory. The *as-decoded* time is
+that of an update right after decoding, which evicts the CPU caches; it was 1.4 to 3.1 times as
+long.
 """
 
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ class Times:
 
     wall: NDArray[Any]  # (n,): as-decoded time of `update`; NaN if it was not called
     cpu: NDArray[Any]
-    initialisation_wall: float  # of `init`
+    initialisation_wall: float  # time of `init`
     initialisation_cpu: float
     warm_wall: NDArray[Any] | None = None  # None in results of versions without warm times
     warm_cpu: NDArray[Any] | None = None
@@ -42,8 +43,8 @@ def is_disturbed(times: Times) -> bool:
 def time_scores(times: Times) -> dict[str, float]:
     """Return median and upper quantiles of the times per frame, and the initialisation time [s].
 
-    `warm_seconds_…` are CPU times of the warm pass, if there is one; the others are as-decoded
-    times. All are NaN if a pass was disturbed.
+    Scores `warm_seconds_…` are CPU times of the warm pass, if there is one. Other scores are
+    as-decoded times. All are NaN if a pass was disturbed.
     """
     disturbed = is_disturbed(times)
     scores = {"disturbed": float(disturbed)}

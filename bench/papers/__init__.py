@@ -1,8 +1,8 @@
-"""The papers whose tables, figures and claims can be reproduced: one folder per paper.
+"""Papers whose tables, figures and claims can be reproduced: one folder per paper.
 
-`paper.toml`, `claims.toml` and `sensitivity.toml` of a folder say what is run, shown and claimed,
-`criteria.toml` what its scenes must meet. `measures.py`, `scenes.py`, `timing.py` and `figures.py`
-of a folder hold what is the paper's own.
+A folder contains `paper.toml` (runs, tables and figures), `claims.toml`, `sensitivity.toml` and
+`criteria.toml` (criteria that scenes must meet). Its `measures.py`, `scenes.py`, `timing.py` and
+`figures.py` contain functions that only this paper needs.
 """
 
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ FOLDER = Path(__file__).parent
 class Effort:
     """Extent of a reproduction."""
 
-    quick: bool = False  # main table and figure strips alone, from few scenes, without verdicts
-    everything: bool = False  # also the sensitivity table
-    seeds: int | None = None  # maximum repetitions of any tracker; None: those of the paper
+    quick: bool = False  # only main table and film strips, on few scenes, without verdicts
+    everything: bool = False  # adds the sensitivity table
+    seeds: int | None = None  # maximum number of repetitions; None: as in `paper.toml`
     jobs: int | None = None  # worker processes; None: one per core
 
     def command(self, paper: str) -> str:
-        """Return the command that makes the report again."""
+        """Return the command that writes the report."""
         options = [
             *(["--quick"] if self.quick else []),
             *(["--all"] if self.everything else []),
@@ -34,7 +34,7 @@ class Effort:
 
 
 def paper_names() -> list[str]:
-    """Return the papers that can be reproduced; imports none."""
+    """Return the names of the papers that can be reproduced, without importing their modules."""
     return sorted(file.parent.name for file in FOLDER.glob("*/paper.toml"))
 
 

@@ -1,4 +1,4 @@
-"""A paper as its `paper.toml` describes it, read and checked.
+"""Reader of `paper.toml` and `sensitivity.toml`, with checks.
 
     read_description("wang2010") -> Description
 
@@ -17,14 +17,14 @@ from trackmark.bench.experiments.experiment import ExperimentError, read_toml
 FOLDER = Path(__file__).parent
 
 Options = dict[Text, str]
-"""Options in text form by tracker name, as `{ wang2010 = "preset=as-written" }`."""
+"""Options by tracker name, as `{ wang2010 = "preset=as-written" }`."""
 
 
 class SequenceEntry(Entry):
-    """A sequence that claims and tables name; of several members the values are added up."""
+    """Sequence that claims and tables name. Values of several members are summed."""
 
     members: Annotated[tuple[Text, ...], BeforeValidator(as_tuple)]
-    scenes_of: Text | None = None  # name in criteria.csv, if it differs from the member's name
+    scenes_of: Text | None = None  # name of the scenes in criteria.csv, if not that of the member
 
 
 def _as_sequence(value: Any) -> Any:
@@ -32,10 +32,10 @@ def _as_sequence(value: Any) -> Any:
 
 
 class MainRow(Entry):
-    """A row of the main table: the paper's entry and ours in both settings.
+    """Row of the main table: the paper's entry and our values in both settings.
 
-    Values of several trackers stand next to each other, those of several measures, too. `hook`
-    names a function of the paper's own that returns the text of a setting.
+    A cell contains one value per tracker and measure. `hook` names a function in the paper's
+    modules that returns the text of a setting's cell instead.
     """
 
     labels: Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
@@ -47,50 +47,50 @@ class MainRow(Entry):
 
 
 class MainTable(Entry):
-    """The paper's main table with our values."""
+    """Main table of a paper."""
 
     caption: Text
-    heads: Names  # of the labels
+    heads: Names  # headings of the label columns
     rows: tuple[MainRow, ...]
 
 
 class FigureEntry(Entry):
-    """A figure of the paper, drawn from our runs.
+    """Figure of the paper, drawn from our runs.
 
-    A `strip` shows `frames` (numbered as in the paper) of the scene with the median error of the
-    first tracker as recommended; one row per tracker and setting. A `series` shows the median and
-    the quartiles of a series by frame over the scenes. A `hook` is a function of the paper's own
-    modules; `bench.papers.figures` describes what it returns.
+    A `strip` shows `frames` (numbered as in the paper), one row per tracker and setting. Its scene
+    has the median error of the first tracker in the setting `recommended`. A `series` shows median
+    and quartiles over scenes of a value per frame. A `hook` is a function in the paper's modules;
+    `bench.papers.figures` describes its result.
     """
 
     kind: Literal["strip", "series", "hook"]
-    caption: Text | dict[str, Text]  # what the paper's figure shows; by file if there are several
-    words: str = ""  # what a hook's figure shows
+    caption: Text | dict[str, Text]  # content of the paper's figure; by file if there are several
+    words: str = ""  # content of our figure, for hooks
     sequence: Text = ""
     trackers: Names = ()
     frames: tuple[int, ...] = ()
-    shape: Literal["box", "ellipse"] = "box"  # of the target in a strip
-    of: Text = "error"  # series by frame
-    quantity: str = ""  # name of the series with its unit; as the series by default
+    shape: Literal["box", "ellipse"] = "box"  # drawn around the target in a strip
+    of: Text = "error"  # value per frame of a series
+    quantity: str = ""  # axis label of a series with its unit
     hook: str = ""
-    quick: bool = True  # whether a hook is called under `--quick`
+    quick: bool = True  # False: the hook is not called with `--quick`
 
     def caption_of(self, stem: str) -> str:
-        """Return the caption of a file, as `figure-3-recommended`, by the start of its name."""
+        """Return the caption of a file, `figure-3-recommended`, by the start of its name."""
         if isinstance(self.caption, str):
             return self.caption
         names = [name for name in self.caption if f"{stem}-".startswith(f"{name}-")]
         if not names:
-            raise ExperimentError(f"{stem}: there is no caption of this figure in `caption`.")
+            raise ExperimentError(f"{stem}: `caption` has no entry for this figure. Add one.")
         return self.caption[max(names, key=len)]
 
     def is_drawn(self, quick: bool) -> bool:
-        """Return whether a report, quick or not, has the figure; quick ones have no series."""
+        """Return whether a report contains the figure; quick reports contain no series."""
         return not quick or (self.quick and self.kind != "series")
 
 
 class SensitivityColumn(Entry):
-    """A column of the sensitivity table: a measure of a tracker on a sequence."""
+    """Column of the sensitivity table: a measure of a tracker on a sequence."""
 
     head: Text
     sequence: Text
@@ -99,19 +99,19 @@ class SensitivityColumn(Entry):
 
 
 class SensitivityRow(Entry):
-    """One choice that the text leaves open: options that replace those of a setting.
+    """Choice that the paper leaves open, with the options that replace those of a setting.
 
-    `change` has options by tracker, named as in `paper.toml` or by its own name.
+    `change`: options by tracker, which is named as in `paper.toml` or by its registered name.
     """
 
     choice: Text
     setting: Literal["as-written", "recommended"] = "recommended"
     change: Options = Field(default={})
-    on: str = ""  # further options of the sequences
+    on: str = ""  # additional options of the sequences
 
 
 class Sensitivity(Entry):
-    """The sensitivity table of a paper; it has no verdicts."""
+    """Sensitivity table of a paper, which has no verdicts."""
 
     scenes: Annotated[int, Field(ge=1)] = 8
     repetitions: Annotated[int, Field(ge=1)] = 1
@@ -125,27 +125,27 @@ class Description(Entry):
     Attributes
     ----------
     title, citation, method : str
-        Title of the page, the full citation, one sentence on the method.
+        Title of the page, full citation, and the method in one or two sentences.
     repetitions : int
-        Repetitions of every run that draws random numbers; an odd number, as a share counts the
-        scenes in which more than half of the runs succeed.
+        Number of repetitions of stochastic trackers. It is odd: a scene counts as a success if more
+        than half of its runs succeed.
     frames_from : int
-        Number that the paper gives the first frame.
+        Number of the first frame in the paper.
     on_target : str
-        Series by frame that says where the target is tracked: `within` (half the mean box side),
-        `inside` (centre inside the box), or a function of the paper's `measures.py`.
+        Criterion for a tracked frame: `within` (centre error up to half the mean box side),
+        `inside` (centre inside the box), or a function in the paper's `measures.py`.
     trace : str
-        Boxes that are judged: `online`, or `revised`.
+        Boxes that are measured: `online` or `revised`.
     quick_scenes : int
-        Scenes of each sequence under `--quick`.
+        Number of scenes per sequence with `--quick`.
     trackers : mapping of str to str
-        Text forms by the names that claims, tables and figures use.
+        Specifications by the names that claims, tables and figures use.
     settings : mapping of str to options
-        Options that a setting adds to each tracker, by the tracker's own name.
+        Options that a setting adds to each tracker, by its registered name.
     sequences : mapping of str to SequenceEntry
         Sequences by the names that claims, tables and figures use.
     setting_table : list of lists of str
-        Rows of the page's table of settings: value, as written, recommended, source.
+        Rows of the table of settings: parameter, as written, recommended, source.
     main, figure : MainTable, mapping of str to FigureEntry
         Main table and figures.
     """
@@ -170,7 +170,7 @@ class Description(Entry):
     @model_validator(mode="after")
     def _check_names(self) -> "Description":
         if self.repetitions % 2 == 0:
-            raise ValueError(f"repetitions is {self.repetitions}; give an odd number")
+            raise ValueError(f"repetitions is {self.repetitions}; expected: an odd number")
         if {*self.settings} != {*SETTINGS}:
             raise ValueError(f"settings must be {' and '.join(SETTINGS)}")
         for row in self.main.rows:
@@ -181,7 +181,7 @@ class Description(Entry):
         return self
 
     def check_names(self, trackers: Names, sequences: Names, place: str) -> None:
-        """Raise `ValueError` for trackers or sequences that the description does not name."""
+        """Raise `ValueError` for trackers or sequences that `paper.toml` does not define."""
         for names, valid_names, kind in (
             (trackers, self.trackers, "tracker"),
             (sequences, self.sequences, "sequence"),
@@ -193,18 +193,18 @@ class Description(Entry):
 
 
 def read_description(name: str, path: Path | None = None) -> Description:
-    """Read a paper's `paper.toml`; `path` replaces its own file.
+    """Read the `paper.toml` of a paper, or the file `path` instead.
 
     Raises
     ------
     ExperimentError
-        Naming the file and the entry that is missing, unknown or of the wrong kind.
+        If an entry is missing, unknown or of the wrong type; the message names file and entry.
     """
     path = path or FOLDER / name / "paper.toml"
     return checked(Description, {"name": name, **read_toml(path, ExperimentError)}, str(path))
 
 
 def read_sensitivity(name: str, path: Path | None = None) -> Sensitivity:
-    """Read a paper's `sensitivity.toml`; raises as `read_description`."""
+    """Read the `sensitivity.toml` of a paper; errors as in `read_description`."""
     path = path or FOLDER / name / "sensitivity.toml"
     return checked(Sensitivity, read_toml(path, ExperimentError), str(path))

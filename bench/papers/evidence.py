@@ -1,4 +1,4 @@
-"""Evidence for a claim in a setting: values by scene, or times, from stored runs and scenes."""
+"""Evidence for claims: values by scene from stored runs or rendered scenes, or times."""
 
 from math import inf, nan
 
@@ -13,7 +13,7 @@ from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.scene_values import scene_values
 
-BOUNDED = ("share", "overlap")  # units of measures in [0, 1]
+BOUNDED = ("share", "overlap")  # units of measures with values in [0, 1]
 
 
 def verdict_rows(context: Context) -> list[VerdictRow]:
@@ -25,7 +25,7 @@ def verdict_rows(context: Context) -> list[VerdictRow]:
 
 
 def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
-    """Return the values that a claim is judged from."""
+    """Return the values from which a claim is judged in a setting."""
     module, _, name = claim.measure.partition(".")
     if module == "timing":
         return _times(claim, setting, context, name)
@@ -62,7 +62,7 @@ def _values(
 
 
 def _kept_share(claim: Claim, setting: str, context: Context) -> float:
-    """Return the share of scenes in which the reference of a no-worse test is kept."""
+    """Return the share of scenes in which the reference of a no-worse test keeps the target."""
     if not claim.test.startswith("no-worse"):
         return nan
     measure = find_measure("kept", context.description.name)
@@ -82,7 +82,7 @@ def _lost_before(claim: Claim, setting: str, context: Context, measure: Measure)
 
 
 def _failed(claim: Claim, setting: str, context: Context) -> str:
-    """Return how many runs failed, and where and why the first one did."""
+    """Return a sentence on failed runs with the reason of the first; empty if none failed."""
     texts = [tracker_text(context.description, tracker, setting) for tracker in claim.trackers]
     scenes = [
         member
@@ -96,7 +96,7 @@ def _failed(claim: Claim, setting: str, context: Context) -> str:
     total = sum(len(context.runs.files(text, scene)) for text in texts for scene in scenes)
     if not failures:
         return ""
-    return f"{len(failures)} of {total} runs failed and count as lost, the first on {failures[0]}"
+    return f"{len(failures)} of {total} runs failed and count as lost. First: {failures[0]}"
 
 
 def _of_scenes(claim: Claim, setting: str, context: Context, name: str) -> Evidence:

@@ -1,7 +1,7 @@
-"""Figures of a paper as its `[figure]` entries describe them: film strips, series and hooks.
+"""Figures of a paper: film strips, series and hooks, from the `[figure]` entries of `paper.toml`.
 
 A hook is a function `(context)` that returns a Matplotlib figure, a strip (a BGR image), a mapping
-of file stems to these, or None if it draws nothing.
+from file stems to figures and strips, or None.
 """
 
 import re
@@ -29,26 +29,27 @@ Strip = NDArray[np.uint8]
 Drawn = Figure | Strip
 Series = NDArray[np.float64]
 
-TILE_WIDTH = 320  # of a frame in a strip, at most [px]
-ROW_HEIGHT = 1.9  # of a panel [inches]
+TILE_WIDTH = 320  # maximum width of a frame in a strip [px]
+ROW_HEIGHT = 1.9  # height of a panel [inches]
 QUANTITIES = {"error": "centre error [px]"}
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure that was drawn."""
+    """Drawn figure."""
 
-    name: str  # stem of its file, as `figure-3`
-    label: str  # the paper's name of it, as `Fig. 3`
+    name: str  # stem of the file, such as `figure-3`
+    label: str  # name in the paper, such as `Fig. 3`
     caption: str  # content of the paper's figure
-    words: str  # content of ours
+    words: str  # content of our figure
     path: Path  # PNG file
 
 
 def draw_figures(context: Context) -> list[Drawing]:
-    """Draw the figures of a paper into the report's folder, in the order of its `paper.toml`.
+    """Write the figures of a paper into the report's folder, in the order of `paper.toml`.
 
-    Quick reports have the strips, and the hooks that are quick. A figure without runs is left out.
+    A quick report contains the strips and the hooks that are marked as quick. Figures without runs
+    are omitted.
     """
     drawings = []
     for name, entry in context.description.figure.items():
@@ -63,7 +64,7 @@ def draw_figures(context: Context) -> list[Drawing]:
 
 
 def figure_label(name: str) -> str:
-    """Return `Fig. 3, recommended` for `figure-3-recommended`; other names as words."""
+    """Return `Fig. 3, recommended` for `figure-3-recommended`; for other names, words."""
     number, _, rest = name.removeprefix("figure-").partition("-")
     if not re.fullmatch(r"figure-\d+\w?(-.*)?", name):
         return name.replace("-", " ").capitalize()
@@ -71,7 +72,7 @@ def figure_label(name: str) -> str:
 
 
 def _draw(name: str, entry: FigureEntry, context: Context) -> tuple[str, Mapping[str, Drawn]]:
-    """Return what a figure shows, and its plots by file stem."""
+    """Return the description of our figure, and its plots by file stem."""
     if entry.kind == "hook":
         plots = context.function(entry.hook)(context)
         plots = plots if isinstance(plots, Mapping) else {name: plots}
@@ -89,7 +90,7 @@ def _write(name: str, plot: Drawn, context: Context) -> Path:
 
 
 def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
-    """Draw frames of the typical scene, one row per tracker and setting."""
+    """Draw frames of the scene with the median error, one row per tracker and setting."""
     scenes = [members[0] for members in _scenes(entry, context)]
     scene = median_scene(entry, context)
     if scene is None:
@@ -111,7 +112,7 @@ def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
                 sequence.__getitem__,
                 frames,
                 {TRUTH: judged.truth.boxes, tracker: judged.boxes},
-                f"{tracker}, {setting}: like this in {same} of {len(runs)} scenes",
+                f"{tracker}, {setting}: the same frames tracked in {same} of {len(runs)} scenes",
                 min(len(frames), MAX_COLUMNS),
                 min(DEFAULT_WIDTH, TILE_WIDTH * len(frames)),
                 shape=entry.shape,
@@ -129,7 +130,7 @@ def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
 
 
 def median_scene(entry: FigureEntry, context: Context) -> str | None:
-    """Return the scene with the median error of the first tracker as recommended; None without."""
+    """Return the scene with the median error of the first tracker as recommended, or None."""
     text = tracker_text(context.description, entry.trackers[0], "recommended")
     error = find_measure("mean_error", context.description.name)
     values = context.runs.values(text, entry.sequence, error, context.scenes)
@@ -142,7 +143,7 @@ def _pattern(judged: JudgedRun, frames: Iterable[int]) -> list[bool]:
 
 
 def _rows(entry: FigureEntry, context: Context) -> Iterator[tuple[str, str, str]]:
-    """Yield tracker, setting and text form; once if both settings are equal."""
+    """Yield tracker, setting and specification; only once if both settings are equal."""
     for tracker in entry.trackers:
         texts = [tracker_text(context.description, tracker, setting) for setting in SETTINGS]
         if len(set(texts)) == 1:
@@ -153,7 +154,7 @@ def _rows(entry: FigureEntry, context: Context) -> Iterator[tuple[str, str, str]
 
 
 def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
-    """Draw a series by frame: one line per tracker, a panel per setting."""
+    """Draw a value by frame: one line per tracker, one panel per setting."""
     by_frame = series(entry.of, context.description.name)
     quantity = entry.quantity or QUANTITIES.get(entry.of, entry.of)
     scenes, start = _scenes(entry, context), context.description.frames_from
@@ -181,7 +182,7 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
 
 
 def _stacked(series: list[Series]) -> Series:
-    """Return series of scenes as rows, filled up with NaN to the longest one."""
+    """Return the series of scenes as rows, padded with NaN to the longest one."""
     rows = np.full((len(series), max(map(len, series))), np.nan)
     for row, values in zip(rows, series, strict=True):
         row[: len(values)] = values

@@ -24,7 +24,7 @@ from trackmark.reports.tables import MISSING, text_table
 
 Scenes = Mapping[tuple[str, str], list[SceneRow]]
 """Worst scenes by claim and setting."""
-FACTS = ("says", "paper", "measure", "falsified", "reason", "note")
+FACTS = ("statement", "paper", "measure", "falsified", "reason", "note")
 
 
 def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) -> list[Path]:

@@ -27,7 +27,7 @@ def main_table(context: Context) -> Table:
 
 
 def sensitivity_table(context: Context, table: Sensitivity) -> Table:
-    """Return the measures of every choice that the text leaves open; there are no verdicts."""
+    """Return the measures for every choice that the paper leaves open, without verdicts."""
     rows = []
     for row in table.rows:
         cells = []
@@ -44,7 +44,7 @@ def sensitivity_table(context: Context, table: Sensitivity) -> Table:
 
 
 def format_mean(values: pd.DataFrame, measure: Measure, members: int) -> str:
-    """Return the mean of a measure as text, in the form that its unit asks for."""
+    """Return the mean of a measure as text, formatted by its unit."""
     if values.empty:
         return MISSING
     mean = float(values["value"].mean())
@@ -77,18 +77,18 @@ def setting_table(description: Description) -> Table:
     """Return the values that differ between the settings, with their sources."""
     heads = ["", "as written", "recommended", "source"]
     rows = [list(row) for row in description.setting_table]
-    caption = "Values in which the settings differ, and values that both share"
+    caption = "Parameters of the settings, with their sources"
     return text_table("settings", caption, heads, rows, 1)
 
 
 def criteria_table(paper: str) -> Table:
-    """Return criterion, measured value, target, scenes that meet it, and the paper's sentence."""
+    """Return the criteria of the scenes with their values, and the scenes that fail."""
     heads = ["sequence", "criterion", "ours, median", "target", "met by", "the paper's sentence"]
     try:
         _, declared = read_criteria(paper)
         values = read_values(paper)
     except FileNotFoundError:
-        return text_table("criteria", "Criteria of the scenes: none.", heads, [], 2)
+        return text_table("criteria", "This paper has no criteria of scenes.", heads, [], 2)
     rows, skipped = [], []
     for criterion in declared:
         criterion_values = [
@@ -112,6 +112,6 @@ def criteria_table(paper: str) -> Table:
     caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
     table = text_table("criteria", caption, heads, rows, 2)
     in_view = any(criterion.with_result_in_view for criterion in declared)
-    table.notes.extend(["* Chosen with the result in view."] if in_view else [])
+    table.notes.extend(["* The criterion uses a result of the paper."] if in_view else [])
     table.notes.extend(skipped)
     return table

@@ -1,4 +1,4 @@
-"""The page of a paper in Markdown: main table, figures, verdicts, scenes, settings, sensitivity."""
+"""Page of a paper in Markdown."""
 
 from pathlib import Path
 
@@ -9,25 +9,26 @@ from trackmark.reports.renderers import to_markdown
 from trackmark.reports.tables import Table
 
 RULES = (
-    "Unit: scene. Intervals: 95 %. A share holds if its interval lies above 1/2, because the paper "
-    "shows one run. A difference holds if its interval lies above 0. Numbers of other videos are "
-    "not testable. See [verdicts](../verdicts.md)."
+    "The unit is the scene, and intervals are 95 % confidence intervals. A claim on a share of "
+    "scenes holds if its interval lies above 1/2, because the paper shows one run. A claim on a "
+    "difference holds if its interval lies above 0. Numbers that were measured on the paper's "
+    "videos are not testable. See [verdicts on claims](../verdicts.md)."
 )
 VIDEOS = (
-    "The paper's videos are not available. Ours are synthetic scenes drawn from its descriptions. "
-    "Its numbers are therefore printed next to ours and are not targets. Two settings are "
-    "reported: `as-written` takes the text literally, `recommended` differs from it in the values "
-    "under Settings only."
+    "The paper's videos are not available. Synthetic scenes, drawn from the paper's descriptions, "
+    "replace them. The paper's numbers are therefore printed next to ours, but our results need "
+    "not reach them. There are two settings: `as-written` takes the text literally; `recommended` "
+    "differs from `as-written` only in the values that section 6 lists."
 )
 
 
 def write_page(path: Path, report: Report) -> None:
-    """Write the page of a paper; raises `OSError` if it cannot be written."""
+    """Write the page of a paper."""
     write_file(path, lambda file: file.write_text(page(report, path.parent), "utf-8"))
 
 
 def page(report: Report, folder: Path) -> str:
-    """Return the page of a paper in Markdown; figures in the page's `folder` are links."""
+    """Return the page of a paper in Markdown, with links to figures in the page's `folder`."""
     entry, notes = report.description, report.notes
     parts = [f"# {entry.title}", f"{entry.citation}", f"**Method.** {entry.method}"]
     if finding := notes.get("Result"):
@@ -57,8 +58,8 @@ def markdown(table: Table) -> str:
 
 
 def _counts(rows: list[VerdictRow]) -> list[str]:
-    lines = [f"- {setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS]
-    return ["\n".join([f"{len(rows)} claims:", "", *lines])]
+    counts = "; ".join(f"{setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS)
+    return [f"{len(rows)} claims. {counts}."]
 
 
 def _figures(report: Report, folder: Path) -> str:
@@ -71,9 +72,5 @@ def _figures(report: Report, folder: Path) -> str:
 
 
 def _commands(paper: str, times: str) -> str:
-    lines = [
-        f"trackmark reproduce {paper}            # main table, figures and verdicts",
-        f"trackmark reproduce {paper} --quick    # main table and figure strips; no verdicts",
-        f"trackmark reproduce {paper} --all      # adds section 7",
-    ]
-    return "\n".join(f"    {line}" for line in lines) + (f"\n\n{times}" if times else "")
+    options = "`--all` adds section 7; `--quick` omits the verdicts."
+    return f"    trackmark reproduce {paper} --all\n\n{options} {times}".rstrip()

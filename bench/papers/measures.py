@@ -1,7 +1,7 @@
-"""Measures of a run, in text form: `mean_error:first=36:last=80`.
+"""Measures of a run; a specification is, for example, `mean_error:first=36:last=80`.
 
-A measure is a function of a `JudgedRun` with a `@measure` line. Those here serve every paper; a
-paper's `measures.py` adds its own. Frames are numbered as in the paper.
+A measure is a function of a `JudgedRun` with the decorator `@measure`. A paper's `measures.py` adds
+further ones. Frames are numbered as in the paper.
 """
 
 import importlib
@@ -28,27 +28,27 @@ Values = NDArray[np.float64]
 Function = Callable[..., float]
 F = TypeVar("F", bound=Callable[..., Any])
 
-KEPT_SHARE = 0.9  # of the visible frames in which a tracked target is on the estimate
-LAST_FRAMES = 10  # visible frames at the end, in all of which it is
-MIN_VISIBLE = 0.3  # share of the target that is seen in a visible frame
-TOLERANCE = 0.5  # mean box sides
+KEPT_SHARE = 0.9  # minimum share of the visible frames in which a kept target is tracked
+LAST_FRAMES = 10  # number of last visible frames, in all of which a kept target is tracked
+MIN_VISIBLE = 0.3  # minimum visible share of the target in a visible frame
+TOLERANCE = 0.5  # largest centre error of a tracked frame [mean box sides]
 
 
 @dataclass(frozen=True)
 class JudgedRun:
-    """A run with the ground truth of its sequence, frame by frame.
+    """Run with the ground truth of its sequence.
 
-    A failed run counts as one that gives no box after initialisation.
+    A failed run is measured as if it had no estimate after the initialisation.
     """
 
     run: Run
-    truth: StoredTruth  # ground truth that the run was made with
+    truth: StoredTruth  # boxes are those of the init region
     description: Description  # of the paper
-    tracker: str  # text form
+    tracker: str  # specification
 
     @cached_property
     def boxes(self) -> Values:
-        """Boxes of the paper's trace in pixels, shape (n, 4); NaN after a failed run's first."""
+        """Online or revised boxes in pixels, shape (n, 4); NaN after init if the run failed."""
         boxes = np.array(self.run.boxes_in(self.description.trace), np.float64)
         if self.run.failure:
             boxes[int(np.argmax(self.present)) + 1 :] = nan
@@ -56,23 +56,23 @@ class JudgedRun:
 
     @cached_property
     def present(self) -> NDArray[np.bool_]:
-        """Frames with the target in view, shape (n,)."""
+        """True in frames with the target in view, shape (n,)."""
         return np.asarray(np.isfinite(self.truth.boxes).all(axis=1))
 
     @cached_property
     def visible(self) -> NDArray[np.bool_]:
-        """Frames in which at least `MIN_VISIBLE` of the target is seen, shape (n,)."""
+        """True in frames in which at least `MIN_VISIBLE` of the target is visible, shape (n,)."""
         return np.asarray(self.present & ~(self.truth.visibility < MIN_VISIBLE))
 
     @cached_property
     def error(self) -> Values:
-        """Centre error in pixels, shape (n,); the diagonal of the image without an estimate."""
+        """Centre error in pixels, shape (n,); the diagonal of the image if there is no estimate."""
         errors = centre_error(self.truth.boxes, self.boxes)
         return np.where(self.present & ~np.isfinite(errors), self.diagonal, errors)
 
     @cached_property
     def overlap(self) -> Values:
-        """Overlap in [0, 1], shape (n,); NaN where the target is absent, 0 without an estimate."""
+        """Overlap in [0, 1], shape (n,); NaN if the target is absent, 0 if there is no estimate."""
         estimated = self.present & np.isfinite(self.boxes).all(axis=1)
         values = np.where(self.present, 0.0, nan)
         values[estimated] = overlap(self.truth.boxes[estimated], self.boxes[estimated])
@@ -80,7 +80,7 @@ class JudgedRun:
 
     @cached_property
     def diagonal(self) -> float:
-        """Diagonal of the image in pixels; without a known size, of the ground truth's extent."""
+        """Diagonal of the image, or of the ground truth's extent if its size is unknown [px]."""
         if self.truth.image_size:
             return hypot(*self.truth.image_size)
         corners = self.truth.boxes[:, :2] + self.truth.boxes[:, 2:]
@@ -88,28 +88,28 @@ class JudgedRun:
 
     @cached_property
     def tolerance(self) -> float:
-        """Largest centre error that is within the tolerance, in pixels."""
+        """Largest centre error of a tracked frame, in pixels."""
         return float(TOLERANCE * np.nanmean(self.truth.boxes[:, 2:]))
 
     @cached_property
     def on_target(self) -> NDArray[np.bool_]:
-        """Frames in which the target is tracked, as the paper's `on_target` says, shape (n,)."""
+        """True in frames in which the target is tracked by the paper's `on_target`, shape (n,)."""
         name = self.description.on_target
         return np.asarray(series(name, self.description.name)(self), np.float64) > 0
 
     def in_trace(self, trace: str) -> "JudgedRun":
-        """Return the run with its `online` or `revised` boxes; if `trace` is empty, as it is."""
+        """Return the run with its `online` or `revised` boxes; unchanged if `trace` is empty."""
         if not trace:
             return self
         return replace(self, description=self.description.model_copy(update={"trace": trace}))
 
     def detail(self, name: str) -> Values:
-        """Return a number of the tracker by frame, shape (n,); NaN if it has none of this name."""
+        """Return a detail that the tracker stored by frame, shape (n,); NaN if there is none."""
         values = self.run.details.get(name)
         return np.full(len(self.truth.boxes), nan) if values is None else np.asarray(values, float)
 
     def window(self, first: int | None, last: int | None) -> slice:
-        """Frames from `first` to `last`, both included, as the paper numbers them."""
+        """Return the slice of frames `first` to `last`, both included, in the paper's numbering."""
         start = self.description.frames_from
         stop = len(self.truth.boxes) if last is None else last - start + 1
         return slice(0 if first is None else first - start, stop)
@@ -117,16 +117,16 @@ class JudgedRun:
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure with its options."""
+    """Measure with its options."""
 
-    function: Function  # returns the number of a `JudgedRun`
-    text: str  # text form
-    unit: str  # `share`, `px`, `frames` or another
+    function: Function  # returns a number for a `JudgedRun`
+    text: str  # specification
+    unit: str  # such as `share`, `px` or `frames`
     lower_is_better: bool
     lost_before: Function | None  # returns 1 if the target is lost before the event, else 0
 
     def __call__(self, judged: JudgedRun) -> float:
-        """Return the number of a run."""
+        """Return the value of the measure for a run."""
         return float(self.function(judged))
 
 
@@ -143,7 +143,7 @@ def measure(
 
 
 def paper_module(paper: str, name: str) -> ModuleType | None:
-    """Return a module of a paper's own, or None if it has none of this name."""
+    """Return a module in a paper's folder; None if it does not exist."""
     try:
         return importlib.import_module(f"trackmark.bench.papers.{paper}.{name}")
     except ModuleNotFoundError as error:
@@ -154,7 +154,7 @@ def paper_module(paper: str, name: str) -> ModuleType | None:
 
 @cache
 def find_measure(text: str, paper: str) -> Measure:
-    """Return the measure of a text form, the paper's own before the common ones.
+    """Return the measure of a specification; the paper's measures precede the common ones.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def find_measure(text: str, paper: str) -> Measure:
     function = getattr(paper_module(paper, "measures"), name, None) or globals().get(name)
     declared = getattr(function, "declared", None)
     if function is None or declared is None:
-        raise ExperimentError(f"bench/papers/{paper}: there is no measure {name!r} ({text!r}).")
+        raise ExperimentError(f"bench/papers/{paper}: unknown measure {name!r} in {text!r}.")
     unit, lower_is_better, lost_before = declared
     parameters = inspect.signature(function).parameters
     if unknown := [key for key in options if key not in parameters]:
@@ -182,17 +182,19 @@ def find_measure(text: str, paper: str) -> Measure:
 
 
 def find_function(name: str, paper: str) -> Any:
-    """Return a function of a paper's own modules, named as `module.function`.
+    """Return a function in a paper's modules, named as `module.function`.
 
     Raises
     ------
     ExperimentError
-        If there is none.
+        If the function does not exist.
     """
     module, _, function = name.rpartition(".")
     attribute = getattr(paper_module(paper, module), function, None)
     if attribute is None:
-        raise ExperimentError(f"bench/papers/{paper}: there is no function {name!r}.")
+        raise ExperimentError(
+            f"bench/papers/{paper}: unknown function {name!r}. Expected: MODULE.FUNCTION."
+        )
     return attribute
 
 
@@ -206,7 +208,7 @@ def check_measure(text: str, paper: str) -> None:
 
 
 def typed_option(value: str, annotation: Any) -> Any:
-    """Return an option of a text form as the type that a parameter is annotated with."""
+    """Convert the text of an option to the annotated type of a parameter."""
     if annotation in (bool, "bool"):
         return value == "true"
     if annotation in (float, "float"):
@@ -215,7 +217,7 @@ def typed_option(value: str, annotation: Any) -> Any:
 
 
 def series(name: str, paper: str) -> Callable[[JudgedRun], Values]:
-    """Return a series by frame: the paper's own, a common one, or a number of the tracker."""
+    """Return a function for a series by frame: the paper's, a common one, or a detail."""
     paper_series = getattr(paper_module(paper, "measures"), "SERIES", {})
     return paper_series.get(name) or SERIES.get(name) or (lambda judged: judged.detail(name))
 
@@ -241,7 +243,7 @@ SERIES: dict[str, Callable[[JudgedRun], Values]] = {
 
 
 def parse_frames(text: str) -> list[int]:
-    """Parse a list of frames as `11+16`, `12-15` or `1+12-15`; ranges include both ends."""
+    """Parse frames such as `11+16`, `12-15` or `1+12-15`; ranges include both ends."""
     frames: list[int] = []
     for part in filter(None, text.split("+")):
         first, _, last = part.partition("-")
@@ -287,7 +289,7 @@ def mean_overlap(judged: JudgedRun, first: int | None = None, last: int | None =
 
 @measure("frames")
 def first_loss(judged: JudgedRun) -> float:
-    """Return the number of frames before the target is lost for good."""
+    """Return the number of frames before the target is lost until the end."""
     on = np.flatnonzero(judged.on_target)
     return float(on[-1] + 1 if len(on) else 0)
 
@@ -310,7 +312,7 @@ def _lost_before_event(
 def pattern(
     judged: JudgedRun, on: str = "", off: str = "", once_off: str = "", mean_off: str = ""
 ) -> float:
-    """Return 1 if the target is tracked and lost in the frames that the options name.
+    """Return 1 if the target is tracked and lost in the frames of the options, else 0.
 
     `on=11+16`: tracked in all of these frames. `off=58+100`: tracked in none of them.
     `once_off=12-15`: not tracked in at least one of them. `mean_off=36-51`: the mean error over

@@ -20,10 +20,10 @@ class Request:
     """Runs of one tracker on the first scenes of a sequence."""
 
     sequence: str  # name in `paper.toml`
-    tracker: str  # text form, with the options of a setting
+    tracker: str  # specification with the options of a setting
     scenes: int
     repetitions: int
-    on: str = ""  # further options of the sequence, as `light=dappled`
+    on: str = ""  # additional options of the sequence, such as `light=dappled`
 
 
 def parse_options(text: str) -> dict[str, str]:
@@ -34,9 +34,9 @@ def parse_options(text: str) -> dict[str, str]:
 def tracker_text(
     description: Description, tracker: str, setting: str, change: Mapping[str, str] | None = None
 ) -> str:
-    """Return the text form of a tracker of `paper.toml` in a setting, with changed options.
+    """Return the specification of a tracker of `paper.toml` in a setting, with changed options.
 
-    `change` has options by the name in `paper.toml`, or by the tracker's own.
+    `change`: options by tracker, which is named as in `paper.toml` or by its registered name.
     """
     name, tracker_options = parse_text(description.trackers[tracker])
     setting_options = parse_options(description.settings[setting].get(name, ""))
@@ -57,9 +57,9 @@ def verdict_scenes(paper: str, sequence: str) -> tuple[int, ...]:
 def scene_names(
     description: Description, sequence: str, count: int, on: str = ""
 ) -> list[list[str]]:
-    """Return text forms of the first scenes of a sequence, each as a list of its members.
+    """Return the first scenes of a sequence as lists of specifications, one per member.
 
-    Each member has its own passing scenes, unless `scenes_of` names those of all members.
+    Each member has its own list of passing scenes, unless `scenes_of` names a common one.
 
     Raises
     ------
@@ -94,8 +94,8 @@ def requests(
 ) -> list[Request]:
     """Return the runs that the main table, the figures and, unless quick, the claims need.
 
-    All trackers of a sequence run on as many scenes as the claim that needs the most, as images
-    are rendered once for all of them.
+    All trackers of a sequence run on equally many scenes, the most that a claim needs: images are
+    rendered once for all trackers.
     """
     count: dict[str, int] = {}
     wanted: dict[tuple[str, str], None] = {}
@@ -137,7 +137,7 @@ def sensitivity_requests(description: Description, table: Sensitivity) -> list[R
 def experiments(
     description: Description, wanted: Iterable[Request], suffix: str = ""
 ) -> list[Experiment]:
-    """Return requests as experiments: sequences with the same trackers share one."""
+    """Convert requests to experiments: one for all sequences with the same trackers."""
     trackers: dict[tuple[str, str, int, int], list[str]] = {}
     for request in wanted:
         key = request.sequence, request.on, request.scenes, request.repetitions

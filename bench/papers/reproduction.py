@@ -1,4 +1,4 @@
-"""Reproduction of a paper: its experiments and the report of their results."""
+"""Reproduction of a paper: experiments and report."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -29,18 +29,18 @@ from trackmark.reports.tables import Table
 class Report:
     """Results of a reproduction."""
 
-    context: Context  # the paper, its runs and the effort
-    main: list[Table]  # the paper's main tables with our values
-    figures: list[Drawing]  # the paper's figures, drawn from our runs
+    context: Context  # paper, runs and effort
+    main: list[Table]  # main tables of the paper with our values
+    figures: list[Drawing]  # figures of the paper, drawn from our runs
     verdicts: list[VerdictRow]  # one per claim; empty for a quick report
     criteria: Table  # of the scenes
-    settings: Table  # values of the settings with their sources
-    sensitivity: Table | None = None  # measures of every open choice, if requested
+    settings: Table  # parameters of the settings with their sources
+    sensitivity: Table | None = None  # measures for every open choice, if requested
     notes: Mapping[str, str] = field(default_factory=dict)  # sections of `notes.md` by heading
 
     @property
     def description(self) -> Description:
-        """The paper."""
+        """Description of the paper."""
         return self.context.description
 
     @property
@@ -52,7 +52,7 @@ class Report:
 
 
 class Reproduction:
-    """Reproduction of a paper, as `trackmark reproduce` runs and reports it.
+    """Reproduction of a paper with `trackmark reproduce`.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Reproduction:
     Raises
     ------
     ExperimentError
-        For an unknown paper, or an entry of its files that is wrong.
+        If the paper is unknown or an entry in its files is wrong.
     """
 
     def __init__(self, name: str) -> None:
@@ -92,7 +92,7 @@ class Reproduction:
         effort: Effort,
         requested: Mapping[str, Collection[RunKey]],
     ) -> Report:
-        """Judge the requested runs in `results`, and draw figures into `folder`."""
+        """Judge the requested runs in `results` and write figures into `folder`."""
         runs = StoredRuns(results, requested, self.description)
         context = Context(self.description, self.claims, runs, folder, effort)
         timing = None if effort.quick else paper_module(self.name, "timing")

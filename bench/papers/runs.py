@@ -1,6 +1,6 @@
 """Stored runs of a paper's experiments, and their measures by scene.
 
-`Context` passes them, the paper and the report's folder to tables and figures.
+`Context` passes the runs, the paper and the report's folder to tables and figures.
 """
 
 import os
@@ -28,25 +28,25 @@ from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 
 StoredPlace: TypeAlias = tuple[Path, RunKey]
-"""Folder of the experiment and key of a run."""
+"""Folder of an experiment and key of a run in it."""
 
 
 class StoredRuns:
-    """Requested runs of the experiments of a paper.
+    """Stored runs of a paper.
 
     Parameters
     ----------
     results : Path
-        Folder of all experiments.
+        Folder that contains the folders of all experiments.
     requested : mapping of str to collection of RunKey
-        The requested runs, by experiment.
+        Requested runs by experiment.
     description : Description
         The paper.
 
     Raises
     ------
     ResultsError
-        If a run is missing or was made with another version of its tracker.
+        If a run is missing or stale.
     """
 
     def __init__(
@@ -76,14 +76,14 @@ class StoredRuns:
         return {key: [files[k] for k in sorted(files)] for key, files in places.items()}
 
     def files(self, tracker: str, sequence: str) -> list[StoredPlace]:
-        """Return the places of a tracker's runs on a sequence (text forms), by repetition."""
+        """Return the places of a tracker's runs on a sequence (specifications), by repetition."""
         key = parse_tracker(tracker).label, datasets.identity(sequence)[0]
         return self._files.get(key, [])
 
     def _judged_runs(self, tracker: str, sequence: str) -> list[JudgedRun]:
-        """Return the runs of a tracker on a sequence (text forms) with their ground truth.
+        """Return the runs of a tracker on a sequence (specifications) with their ground truth.
 
-        The boxes of the ground truth are those of the region that the runs started from.
+        The boxes of the ground truth are those of the tracker's init region.
         """
         judged_runs = []
         for folder, cell in self.files(tracker, sequence):
@@ -95,7 +95,7 @@ class StoredRuns:
         return judged_runs
 
     def failures(self, tracker: str, sequence: str) -> list[str]:
-        """Return a line for each failed run: where it failed, and why."""
+        """Return a line for each failed run with place and reason of the failure."""
         return [
             f"{judged.run.identity.sequence}, {judged.run.failure.partition(chr(10))[0]}"
             for judged in self.judged_runs(tracker, sequence)
@@ -105,16 +105,16 @@ class StoredRuns:
     def values(
         self, tracker: str, sequence: str, measure: Measure, scenes: int, on: str = ""
     ) -> pd.DataFrame:
-        """Return a measure by scene of a sequence of `paper.toml`, the mean over repetitions.
+        """Return a measure by scene of a sequence of `paper.toml`, as mean over repetitions.
 
-        Values of a sequence with several members are added up. Scenes without runs are left out,
-        and scenes for which the measure is undefined in all runs (NaN).
+        Values of a sequence with several members are summed. Scenes are omitted if they have no
+        runs or if the measure is NaN in all runs.
 
         Returns
         -------
         DataFrame
-            `sequence`, `rank` (of the scene, from 0), `scene` (text form of its first member),
-            `tracker` (text form), `value`.
+            `sequence`, `rank` (index of the scene, from 0), `scene` (specification of its first
+            member), `tracker` (specification), `value`.
         """
         rows = []
         for rank, members in enumerate(scene_names(self._description, sequence, scenes, on)):
@@ -131,9 +131,9 @@ class StoredRuns:
 
 @dataclass(frozen=True)
 class Context:
-    """Input of tables, figures and functions in a paper's own modules."""
+    """Input of tables, figures and functions in a paper's modules."""
 
-    description: Description  # of the paper
+    description: Description  # claims of the paper
     claims: Mapping[str, Claim]
     runs: StoredRuns  # requested runs
     folder: Path  # of the report
@@ -141,20 +141,14 @@ class Context:
 
     @property
     def scenes(self) -> int:
-        """Scenes of each sequence in tables and figures."""
+        """Number of scenes per sequence in tables and figures."""
         return self.description.quick_scenes if self.effort.quick else plan.MAIN_SCENES
 
     @cached_property
     def jobs(self) -> int:
-        """Worker processes."""
+        """Number of worker processes."""
         return self.effort.jobs or os.cpu_count() or 1
 
     def function(self, name: str) -> Any:
-        """Return a function of the paper's own modules, named as `module.function`.
-
-        Raises
-        ------
-        ExperimentError
-            If there is none.
-        """
+        """Return a function in the paper's modules, named as `module.function`."""
         return find_function(name, self.description.name)

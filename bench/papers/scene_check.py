@@ -1,8 +1,8 @@
-"""Check of scenes by a paper's static criteria; claims are judged on the scenes that pass.
+"""Check of scenes by the criteria of a paper.
 
 `python -m trackmark.bench.papers.scene_check PAPER` measures every criterion of `criteria.toml` on
-the first scenes of each sequence and writes `criteria.csv` next to it. No tracker runs. Claims are
-judged on the first scenes that meet all criteria.
+the first scenes of each sequence, without a tracker. With `--write` it stores the values in
+`criteria.csv`. Claims are judged on the first scenes that meet all criteria.
 """
 
 import argparse
@@ -26,26 +26,26 @@ from trackmark.datasets.spec_string import parse_text
 
 FOLDER = Path(__file__).parent
 CHECKED_SCENES = 40
-FIRST_SCENE = 200  # unless `criteria.toml` says otherwise; trials have used those before
-CLIPS = "nguyen2002/clips"  # all clips of a set of this suite
+FIRST_SCENE = 200  # default; trials have used scenes with lower numbers
+CLIPS = "nguyen2002/clips"  # sequence whose scene is a set of clips
 COMPARISONS = {"<=": operator.le, ">=": operator.ge}
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """One row of a paper's `criteria.toml`.
+    """Entry of a paper's `criteria.toml`.
 
-    `measure` names a function of `bench.papers.criteria` with its options, as `slow_share:limit=1`:
-    of the sequence's paper, or a shared one. `target` has the bounds that every scene must meet, as
-    `<= 0.1` or `>= 4, <= 9`; it is empty for a number that is only printed.
+    `measure` names a function of `bench.papers.criteria` (in the paper's module or in `shared`)
+    with its options, such as `slow_share:limit=1`. `target` contains the bounds that every scene
+    must meet, such as `<= 0.1` or `>= 4, <= 9`; it is empty for a number that is only printed.
     """
 
-    sequence: str  # without the scene's number; options may follow the name
-    name: str  # measured quantity with its unit, for readers
+    sequence: str  # specification without the scene
+    name: str  # measured quantity with its unit
     measure: str
-    sentence: str  # the paper's sentence that requires the criterion, with the section
+    sentence: str  # sentence of the paper that requires the criterion, with its section
     target: str = ""
-    with_result_in_view: bool = False  # whether it uses the paper's result of a method
+    with_result_in_view: bool = False  # True: the criterion uses a result of the paper
 
     def value(self, scene: SceneImages | ClipSet) -> float:
         """Measure the criterion on a scene."""
@@ -66,7 +66,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class CriterionValue:
-    """A criterion's value on one scene, as in `criteria.csv`."""
+    """Value of a criterion on one scene: a row of `criteria.csv`."""
 
     sequence: str
     scene: int
@@ -76,9 +76,9 @@ class CriterionValue:
 
 
 def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
-    """Read `criteria.toml`: the first scene of each sequence, and the criteria by sequence.
+    """Read `criteria.toml`; return first scenes by sequence, and the criteria.
 
-    An entry may name several sequences.
+    An entry that names several sequences gives one criterion per sequence.
     """
     with (FOLDER / paper / "criteria.toml").open("rb") as file:
         table = tomllib.load(file)
@@ -93,7 +93,7 @@ def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
 
 
 def check_scene(sequence: str, scene: int, rows: list[Criterion]) -> list[CriterionValue]:
-    """Measure the criteria of a sequence on one scene."""
+    """Measure all criteria of a sequence on one scene."""
     images: SceneImages | ClipSet = (
         ClipSet.load(scene)
         if sequence == CLIPS
@@ -111,7 +111,7 @@ def check_paper(
 ) -> list[CriterionValue]:
     """Measure a paper's criteria on the first `count` scenes of each sequence.
 
-    `only` is part of a sequence's name; `first_scene` replaces the frozen first scene.
+    `only`: part of the names of the checked sequences. `first_scene`: replaces the frozen one.
     """
     frozen, rows = read_criteria(paper)
     sequences = [name for name in dict.fromkeys(row.sequence for row in rows) if only in name]
@@ -156,7 +156,7 @@ def passing_scenes(rows: list[CriterionValue], sequence: str) -> Iterator[int]:
 
 
 def summary(declared: list[Criterion], rows: list[CriterionValue]) -> str:
-    """Return the median, the range and the passing scenes of each criterion as text."""
+    """Return median, range and number of passing scenes of each criterion as text."""
     lines = []
     for criterion in declared:
         criterion_rows = [
@@ -178,7 +178,7 @@ def summary(declared: list[Criterion], rows: list[CriterionValue]) -> str:
 
 
 def main() -> None:
-    """Measure a paper's criteria, print their medians, and write `criteria.csv`."""
+    """Measure a paper's criteria, print their summary and, with `--write`, store `criteria.csv`."""
     parser = argparse.ArgumentParser(prog="python -m trackmark.bench.papers.scene_check")
     parser.add_argument("paper")
     parser.add_argument("--scenes", type=int, default=CHECKED_SCENES, help="scenes per sequence")

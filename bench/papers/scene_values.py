@@ -1,4 +1,4 @@
-"""Measures of scenes that need no stored run, computed in parallel and cached in a file."""
+"""Measures of scenes without stored runs, computed in parallel and cached in files."""
 
 import hashlib
 import inspect
@@ -19,9 +19,9 @@ from trackmark.datasets.source_digest import source_digest
 PACKAGE = Path(str(trackers.__file__)).parent
 
 SceneFunction = Callable[..., float]
-"""Takes the text form of a scene (or a number, for what has no sequence), and the setting.
+"""Function of the specification of a scene (or a number if there is no sequence) and the setting.
 
-A function without a parameter `setting` measures what is the same in both.
+The values of a function without the parameter `setting` are equal in both settings.
 """
 
 
@@ -35,13 +35,13 @@ def scene_values(
     function : callable
         Function of a paper's `scenes.py`.
     scenes : sequence of str
-        Text forms of scenes.
+        Specifications of scenes.
     setting : str
-        Setting that is passed to the function.
+        Name of the setting.
     folder : Path
-        Keeps the values until the scenes or the function's source change.
+        Folder of cached values, which are valid until the scenes or the function's source change.
     jobs : int
-        Worker processes.
+        Number of worker processes.
     """
     settings = [setting] if "setting" in inspect.signature(function).parameters else []
     source = source_digest(Path(inspect.getfile(function)), PACKAGE)

@@ -1,11 +1,11 @@
-"""CPU times of methods that take turns on the same images in memory, in a process of one thread.
+"""CPU times of methods that take turns on equal images in memory, in one thread.
 
     times = kept_times(context, plain, "as-written", ["CamShift"], ["hand"])
     times["hand"]["CamShift"] -> CPU seconds per frame, shape (12,)
 
-Other load then slows all methods of a round equally, so that the ratio of two of them stays right.
-Times are warm (`bench.metrics.times`). A paper's `timing.py` names its methods; its functions with
-a `@measure` line return pairs of longer and shorter times for claims.
+Other load then slows all methods equally and hardly changes ratios of times. Times are warm
+(`bench.metrics.times`). A paper's `timing.py` defines the methods. Its functions with the decorator
+`@measure` return pairs of longer and shorter times for claims.
 """
 
 import hashlib
@@ -36,8 +36,8 @@ from trackmark.trackers.base.interface import Box, Image
 
 PACKAGE = Path(str(trackers.__file__)).parent
 
-ROUNDS = 12  # pairs of times that a verdict rests on
-SECONDS = 2.0  # time of the slowest method in all rounds, at least
+ROUNDS = 12  # number of pairs of times for a verdict
+SECONDS = 2.0  # minimum total time of the slowest method [s]
 FRAMES = 20
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
@@ -50,16 +50,16 @@ Times = dict[str, dict[str, Values]]
 """CPU seconds per frame by sequence and method, each of shape (`ROUNDS`,)."""
 
 Methods = Mapping[str, Callable[[], Any]]
-"""Makers of what is timed, by name: objects with `init(image, box)` and `update(image)`."""
+"""Functions that create timed objects with `init(image, box)` and `update(image)`, by name."""
 
 MethodMaker = Callable[[Mapping[str, str]], Methods]
 
 Clip = tuple[str, Sequence[Image], Box]
-"""Name of a sequence, successive images, and the target's box in the first of them."""
+"""Name of a sequence, consecutive images, and the init box in the first image."""
 
 
 def tracker_methods(texts: Mapping[str, str]) -> Methods:
-    """Return trackers, given as text forms, as methods of the same names."""
+    """Return trackers (specifications by name) as methods of the same names."""
     seed = np.random.SeedSequence(0)
     return {name: partial(parse_tracker(text).make, seed) for name, text in texts.items()}
 
@@ -67,9 +67,10 @@ def tracker_methods(texts: Mapping[str, str]) -> Methods:
 def open_clips(
     name: str, scene: str, frames: int, stretches: int = 1, region: str = BOXES
 ) -> list[Clip]:
-    """Draw stretches of a scene, evenly spaced; each begins with the target's true box.
+    """Render evenly spaced clips of a scene, each with the ground-truth box of its first image.
 
-    `frames`: of each stretch, after its first image. `region`: where the boxes are read from.
+    `stretches`: number of clips. `frames`: number of images of a clip after the first one.
+    `region`: ground-truth region of the boxes.
     """
     sequence = datasets.load(scene)
     boxes = select_ground_truth(sequence, region, scene).boxes
@@ -84,17 +85,17 @@ def open_clips(
 
 
 class _Side:
-    """A method in this process (`bench.evaluation.turns.Side`)."""
+    """Method that is timed in this process."""
 
     def __init__(self, make: Callable[[], Any], clips: Sequence[Clip]) -> None:
         self._clips = clips
         self._initialised = [make() for _ in clips]
         for method, (_, images, box) in zip(self._initialised, clips, strict=True):
-            method.init(images[0], box)  # once: it can take as long as many updates
+            method.init(images[0], box)  # only once: initialisation can be slow
         self._method: Any = None
 
     def turn(self, number: int, start: int, stop: int) -> float:
-        """Return the CPU time of updates on images of a clip [s]; 0 starts it again."""
+        """Return the CPU time of updates on images of a clip [s]; start 0 re-initialises."""
         if start == 0:
             self._method = deepcopy(self._initialised[number])
         update, images = self._method.update, self._clips[number][1][start + 1 : stop + 1]
@@ -105,9 +106,9 @@ class _Side:
 
 
 def turn_times(methods: Methods, clips: Sequence[Clip]) -> Times:
-    """Time methods that take turns on clips, and `reference`, the same work on every machine.
+    """Time methods that take turns on clips, and the fixed work `reference`.
 
-    Other load only adds to a time, so that of the passes of a round the fastest counts.
+    The fastest pass of a round counts: other load can only slow a pass down.
     """
     makers = {**methods, "reference": Reference}
     frames = [len(images) - 1 for _, images, _ in clips]
@@ -124,7 +125,7 @@ def turn_times(methods: Methods, clips: Sequence[Clip]) -> Times:
     return times
 
 
-_measured: dict[Path, Times] = {}  # tables and verdicts of a report show the same times
+_measured: dict[Path, Times] = {}  # tables and verdicts of a report use the same times
 
 
 def kept_times(
@@ -136,17 +137,17 @@ def kept_times(
     frames: int = FRAMES,
     stretches: int = 1,
 ) -> Times:
-    """Return times on the first scene of each sequence, measured now or before on this machine.
+    """Return times on the first scene of each sequence, cached or measured now.
 
-    They are kept in the report's folder until what is timed changes, if the machine was quiet:
-    the time of `reference` was nearly the same in all rounds.
+    Times are cached in the report's folder until the timed code or the machine changes, provided
+    that the time of `reference` was nearly equal in all rounds.
 
     Parameters
     ----------
     methods : callable
-        Returns the methods of trackers, given as text forms by name.
+        Returns the methods for trackers, which are specifications by name.
     names, sequences : sequences of str
-        Trackers of `paper.toml`, all with the same `init`, in this setting; its sequences.
+        Trackers of `paper.toml` with equal init regions, and sequences of `paper.toml`.
     frames, stretches : int
         See `open_clips`.
     """
@@ -183,7 +184,7 @@ def measure_scenes(
     frames: int,
     stretches: int,
 ) -> Times:
-    """Time methods on scenes, given as text forms by name of the sequence."""
+    """Time methods on scenes, which are specifications by name of the sequence."""
     region = parse_tracker(next(iter(texts.values()))).init
     return turn_times(
         methods(texts),
@@ -196,6 +197,6 @@ def measure_scenes(
 
 
 def milliseconds(seconds: Values) -> str:
-    """Return the median of times as text [ms]."""
+    """Return the median of times as text in milliseconds."""
     value = 1e3 * float(np.median(seconds))
     return f"{value:.{2 if abs(value) >= 0.1 else 3}f}"

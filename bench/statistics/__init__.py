@@ -1,1 +1,1 @@
-"""Statistics: intervals over cells, and the rules by which a claim is judged."""
+"""Confidence intervals, and rules of decisions and verdicts."""

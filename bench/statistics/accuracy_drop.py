@@ -1,6 +1,6 @@
-"""Changes of a tracker's score from its baseline, and the drops that a number of seeds can detect.
+"""Changes of a tracker's score since its baseline, and the drops that a number of seeds detects.
 
-Old and new runs are paired by seed; a difference is new minus old, positive if better.
+Old and new runs are paired by seed. A difference is new minus old score, and positive if better.
 """
 
 from collections.abc import Sequence
@@ -36,8 +36,7 @@ def decide_deterministic(difference: float, margin: float) -> Decision:
 def decide_by_seeds(differences: ArrayLike, comparisons: int, detect: float) -> Decision:
     """Judge a stochastic tracker by its differences, shape (seeds,), in the range -1 to 1.
 
-    `comparisons`: number of decisions that share the false ones. `detect`: drop that must be
-    detected.
+    `comparisons`: number of decisions that share the 5 % of false ones. `detect`: drop to detect.
     """
     decision = decide(differences, MARGIN, comparisons, unit="seeds")
     interval = decision.interval
@@ -53,7 +52,7 @@ def decide_by_seeds(differences: ArrayLike, comparisons: int, detect: float) -> 
 
 
 def _seeds_needed(mean: float, interval: Interval, seeds: int, detect: float) -> float:
-    """Estimate how many seeds would show a drop, or rule out a drop of `detect`."""
+    """Estimate how many seeds would show a drop or exclude a drop of `detect`."""
     ratios = []
     if mean < 0:
         ratios.append((interval.high - mean) / -mean)

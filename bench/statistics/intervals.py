@@ -1,7 +1,7 @@
 """Confidence intervals of a mean and of a share.
 
-A unit is a sequence, a family of scenes or a scene; the runs on it are averaged first. There are
-few units: the coverage of intervals for large samples, such as a percentile bootstrap, is too low.
+A unit is a sequence, a family of scenes or a scene; the runs on it are averaged first. Units are
+few, so that intervals for large samples, such as a percentile bootstrap, have too low a coverage.
 """
 
 from math import sqrt
@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 MIN_SKEWNESS = 1e-6
-"""Smallest skewness in Hall's transformation, which divides by it: rounding dominates below it."""
+"""Minimum skewness in Hall's transformation, which divides by the skewness."""
 
 MIN_RELATIVE_SPREAD = 1e-12
-"""Largest standard deviation, as a share of the largest value, that can be a rounding error."""
+"""Largest ratio of standard deviation to largest value that counts as a rounding error."""
 
 
 class Interval(NamedTuple):
@@ -83,8 +83,8 @@ def interval_ends(
 def share_interval(successes: ArrayLike, trials: ArrayLike, confidence: float = 0.95) -> Interval:
     """Return the exact binomial (Clopper-Pearson) interval of a share of units.
 
-    A unit with several runs is one success if more than half of its runs succeed: runs on one
-    unit depend on one another. `successes`, `trials`: counts per unit, shape (n,), trials above 0.
+    A unit with several runs is one success if more than half of its runs succeed, because runs on
+    one unit are dependent. `successes`, `trials`: counts per unit, shape (n,), trials above 0.
 
     >>> print("{:.3f} {:.3f}".format(*share_interval([1] * 19 + [0], [1] * 20)))
     0.751 0.999

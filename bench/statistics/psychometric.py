@@ -20,10 +20,10 @@ from trackmark.bench.statistics.intervals import Interval
 Array = NDArray[np.float64]
 
 N_FIRST_RUNS, N_NEXT_RUNS = 20, 10
-"""Number of runs that are first spread evenly over the range, and of runs per further batch."""
+"""Numbers of runs: first batch, evenly spread over the range; each further batch."""
 
 MAX_EXCESS = 0.5
-"""Largest distance of a threshold from the range, as a share of the range."""
+"""Largest distance of a threshold from the range [widths of the range]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Threshold:
     weights: Array  # weights of the curves in the grid; their sum is 1
 
     def quantile(self, share: float) -> float:
-        """Return the difficulty below which the threshold is with a probability in (0, 1)."""
+        """Return a quantile of the threshold's posterior, for a probability in (0, 1)."""
         order, thresholds = _grid().order, _grid().thresholds
         reached = np.searchsorted(self._cumulated, share)
         return float(thresholds[order[min(int(reached), len(order) - 1)]])
@@ -80,8 +80,8 @@ def next_difficulties(
 ) -> Array:
     """Return random difficulties of the next runs in [0, 1], shape (count,).
 
-    There is one in each of `count` equal shares of the posterior: the estimate then depends least
-    on the shape of the curve.
+    Each of `count` equal shares of the posterior contains one difficulty. The estimate then depends
+    least on the shape of the curve.
     """
     shares = (np.arange(count) + generator.uniform(0, 1, count)) / count
     return np.clip([posterior.quantile(share) for share in shares.tolist()], 0.0, 1.0)

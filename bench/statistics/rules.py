@@ -1,7 +1,7 @@
 """Decision rules of `compare`, `check` and claims, with their constants.
 
-Each decision follows from the printed interval (`intervals.mean_interval`): the two never
-contradict each other. A slow test simulates the rules and checks the properties that docs state.
+Each decision follows from the printed interval (`intervals.mean_interval`), so that they never
+contradict. A slow test simulates the rules and checks the properties that docs/ states.
 """
 
 from dataclasses import dataclass, replace
@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike
 from trackmark.bench.statistics.intervals import Interval, mean_interval
 
 CONFIDENCE = 0.95
-"""Joint level of all intervals; m comparisons have intervals at 1 - 0.05 / m (Bonferroni)."""
+"""Joint confidence level of all intervals; each of m has the level 1 - 0.05 / m (Bonferroni)."""
 
 POWER = 0.80
 """Share of cases in which the advised number of seeds detects a drop."""
 
 POWER_FACTOR = 1.4
-"""Ratio of difference to expected half width of the interval that is needed for this power."""
+"""Ratio of the difference to the interval's expected half width that gives this power."""
 
 MARGIN = 0.01
 """Largest difference of a score that is irrelevant in practice (`compare`, `check`)."""
@@ -36,15 +36,15 @@ MIN_UNITS = 6
 """Minimum number of units for an interval: six equal signs occur by chance in 3 % of cases."""
 
 MIN_UNITS_FOR_SMALL = 30
-"""Minimum number of units that can show that a difference is small: 30 units miss a difference that
-occurs in one unit of ten in 0.9³⁰ = 4 % of cases."""
+"""Minimum number of units that can show that a difference is small. If one unit of ten has a large
+difference, 30 units contain none of these in 0.9³⁰ = 4 % of cases.
+"""
 
 MIN_SCENES = 12
 """Minimum number of scenes for a verdict on a claim."""
 
 SHARE_LIMIT = 0.5
-"""Default limit of a share of scenes: a figure of a paper shows one run, so its claim is about the
-typical scene."""
+"""Default limit of a share of scenes. A paper's figure shows one run, and thus a typical scene."""
 
 DEFAULT_SEEDS = 20
 """Number of seeds per sequence in a baseline."""
@@ -58,8 +58,8 @@ Label = Literal["better", "worse", "equivalent", "inconclusive", "identical", "n
 class Decision:
     """Decision about a mean difference, in the unit of the values."""
 
-    label: Label  # `better` if the difference is positive; the last two labels only from `check`
-    mean: float  # NaN without units
+    label: Label  # the last two labels are used only by `check`
+    mean: float  # mean difference; NaN without units
     interval: Interval | None = None  # at level 1 - 0.05 / comparisons; None below `MIN_UNITS`
     reason: str = ""  # reason of an inconclusive decision
     p: float = nan  # smallest level at which the corrected interval excludes 0
@@ -190,14 +190,14 @@ def approximate(needed: float) -> str:
 
 
 def too_few(n: int, minimum: int, unit: str) -> str:
-    """Return the reason of a decision that lacks units."""
+    """Return the reason of a decision from too few units."""
     return f"only {n} of {minimum} {unit}"
 
 
 def star_marks(
     values: ArrayLike, margin: float = MARGIN, *, higher: bool = True, limit: float = inf
 ) -> list[bool]:
-    """Return which trackers get a star: those that `decide` calls worse in no pair.
+    """Return which trackers get a star: `decide` calls them worse in no pair.
 
     `values`: finite, shape (trackers, units). Fewer than two trackers or `MIN_UNITS` units give no
     marks. `margin` and `limit` are those of `decide`.

@@ -1,8 +1,8 @@
 """Speed of a tracker compared with an older revision, from CPU times of interleaved sessions.
 
-A session times both revisions alternately, each in a new process, and results in one number, the
-logarithm of the ratio of their times. Sessions are the statistical units. The times within a
-session are dependent: they share bursts of other load and the memory addresses of code and data.
+A session times both revisions alternately, each in a new process. Its result is one number, the
+logarithm of the ratio of times. Sessions are the statistical units: times within a session are
+dependent because they share other load and memory addresses.
 """
 
 from collections.abc import Sequence
@@ -18,14 +18,14 @@ SLOWDOWN = 0.05
 """Slowdown that must be detected."""
 
 MARGIN = 0.01
-"""Largest irrelevant slowdown: a compiler's memory layout of equal code can cause as much."""
+"""Largest irrelevant slowdown. The memory layout of equal code can cause as much."""
 
 MAX_FALSE_ALARMS = 0.01
 MAX_MISSED = 0.05
 
 MIN_SESSIONS = 6
 _MAX_SESSIONS = 1000
-_MIN_SPREAD = 1e-4  # two sessions can agree by chance to the last digit
+_MIN_SPREAD = 1e-4  # lower limit: two sessions can agree by chance to the last digit
 
 PaceLabel = Literal["slower", "inconclusive", "faster", "as fast"]
 

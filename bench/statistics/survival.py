@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class Survival(NamedTuple):
-    """Survival curve: share of runs without failure from each time on, with its band.
+    """Survival curve with its band: share of runs without failure, constant from each time on.
 
     Every field has shape (k,). `low` and `high` are NaN before the first failure.
     """
@@ -25,7 +25,7 @@ class Survival(NamedTuple):
 def kaplan_meier(times: ArrayLike, lost: ArrayLike) -> Survival:
     """Return the Kaplan-Meier estimate of survival with a 95 % band (log-log).
 
-    `times`: time of the failure or of the end of each run, in any unit. `lost`: True if it failed.
+    `times`: time of the failure or end of each run, in any unit. `lost`: True if the run failed.
     """
     # Imported here: it takes 0.5 s, and only figures need it.
     from scipy.stats import CensoredData, ecdf

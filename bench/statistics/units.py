@@ -1,4 +1,4 @@
-"""Statistical units: sequences, families or scenes, found from the names of sequences."""
+"""Statistical units: sequences, families or scenes, derived from the names of sequences."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.bench.statistics.rules import MIN_UNITS
 
 Unit = Literal["sequence", "family", "scene"]
-"""Kind of a unit. A family is the name of a sequence before the first `:`."""
+"""Kind of a unit. A family is the part of a sequence's name before the first `:`."""
 
 _PLURALS = {"sequence": "sequences", "family": "families", "scene": "scenes"}
 
@@ -20,7 +20,7 @@ class StatisticalUnits:
     """Grouping of sequences into units of intervals and decisions."""
 
     kind: Unit
-    labels: list[str]  # name of each unit, in the order of the first sequences
+    labels: list[str]  # name of each unit, ordered by first occurrence
     members: list[NDArray[np.intp]]  # indices of the sequences of each unit
     families: int  # number of families
 
@@ -35,7 +35,7 @@ class StatisticalUnits:
 
     @property
     def scope(self) -> str:
-        """Population that a decision is about: `for new scenes of these 2 families only`."""
+        """Population of a decision: `for new scenes of these 2 families only`."""
         if self.kind != "scene":
             return f"for new {self.plural}"
         families = f"these {self.families} families" if self.families > 1 else "this family"
@@ -43,7 +43,7 @@ class StatisticalUnits:
 
     @property
     def remedy(self) -> str:
-        """Advice for a decision from too few families; empty for other units."""
+        """Advice if there are too few families; empty for other units."""
         if self.kind != "family" or len(self) >= MIN_UNITS:
             return ""
         return "; --unit scene answers for new scenes of these families"
@@ -83,7 +83,7 @@ def units_of(sequences: Sequence[str], unit: str | None = None) -> StatisticalUn
 
 
 def _scene(name: str) -> str:
-    """Return family and scene of a sequence, or only the family for its default scene."""
+    """Return family and scene of a sequence; only the family for the default scene."""
     family, *options = name.split(":")
     scene = [option for option in options if option.startswith("scene=")]
     return ":".join([family, *scene])

@@ -1,15 +1,14 @@
-"""Rules that judge claims: five kinds of test, as pure functions of one value per scene.
+"""Rules that judge claims: pure functions of one value per scene.
 
-    order(differences)                  "A is better than B", differences A - B.
-    no_worse(differences)               "A is as good as B, or better".
-    share(successes, trials, limit)     "in most scenes X happens", counts per scene.
-    number(values, published)           a published number next to our number; never judged.
-    time(longer, shorter, factor)       "A takes longer than B by a factor", times of pairs.
-    conjunction(parts)                  a claim with several parts, all of which must hold.
+    order(differences) "A is better than B", differences A - B. no_worse(differences) "A is as good
+    as B, or better". share(successes, trials, limit) "in most scenes X happens", counts per scene.
+    number(values, published) a published number next to ours; never judged. time(longer, shorter,
+    factor) "A takes longer than B by a factor", times of pairs. conjunction(parts) a claim with
+    several parts, all of which must hold.
 
 Each verdict follows from its printed interval (`rules`). Differences and margins have the same
-unit. With `comparisons` = m the level of the interval is 1 - 0.05 / m. Unless the true value equals
-the limit (margin, share, factor), enough scenes lead to a decision.
+unit. With `comparisons` = m the level of the interval is 1 - 0.05 / m. With enough scenes a rule
+decides, unless the true value equals the limit (margin, share, factor).
 """
 
 from collections.abc import Callable, Mapping
@@ -49,7 +48,7 @@ class Verdict:
     interval: Interval = NO_INTERVAL  # interval of the estimate, which determines the verdict
     cells: int = 0  # number of units (`counted`) in the estimate
     reason: str = ""  # without a full stop
-    estimate_name: str = ""  # name of the estimate, or of the decisive part of a claim with parts
+    estimate_name: str = ""  # name of the estimate or of the decisive part
     unit: str = ""
     counted: str = "scene"  # unit of repetition, in the singular
 
@@ -80,11 +79,11 @@ class Verdict:
 
 
 Judge = Callable[[int], Verdict]
-"""Function that judges a part of a claim with its interval at level 1 - 0.05 / m, given m."""
+"""Function of m that judges a part of a claim by its interval at level 1 - 0.05 / m."""
 
 
 def inconclusive(reason: str) -> Verdict:
-    """Return the verdict on a claim without an estimate."""
+    """Return the verdict for a claim without an estimate."""
     return Verdict("inconclusive", reason=reason)
 
 
@@ -230,7 +229,7 @@ def number(
     least, greatest = (-inf, inf) if most is None else (0.0, most)
     interval = interval_or_none(numbers, 1, least, greatest) or NO_INTERVAL
     paper = "" if published is None else f"the paper's number is {published:.3g}; "
-    reason = f"{paper}number of other videos, printed and not judged"
+    reason = f"{paper}numbers from different videos are printed, not judged"
     n = len(numbers)
     return Verdict("not testable", _mean(numbers), interval, n, reason, counted=counted)
 
@@ -238,11 +237,11 @@ def number(
 def conjunction(parts: Mapping[str, Judge], comparisons: int = 1) -> Verdict:
     """Judge a claim with k parts, all of which must hold.
 
-    The claim holds if all parts hold at 95 %, as a false claim has at least one false part. It does
-    not hold if one part fails with its interval at level 1 - 0.05 / k, as each part can fail by
+    The claim holds if all parts hold at 95 %: a false claim has at least one false part. It does
+    not hold if one part fails with its interval at level 1 - 0.05 / k: each part can fail by
     chance. The result contains the numbers of the first failing part, else of the first
-    inconclusive part, else of the first part. `comparisons`: number of parts if the claim itself is
-    a part.
+    inconclusive part, else of the first part. `comparisons`: number of parts of the enclosing
+    claim.
     """
     tests = comparisons * len(parts)
     verdicts = {name: judge(1) for name, judge in parts.items()}
@@ -272,7 +271,7 @@ def _beyond_limit(
 ) -> Verdict:
     """Judge whether the interval of at least `least` units is above a limit.
 
-    `scale`: function that converts a value into the unit of the averaged numbers.
+    `scale`: converts a value into the unit of the averaged numbers.
     """
     verdict: Outcome = "inconclusive"
     if n < least:

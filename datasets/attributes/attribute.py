@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from trackmark.datasets.attributes.view import TargetView
 
-Statistic = Literal["mean", "5 %", "95 %"]  # mean or quantile over the frames
+Statistic = Literal["mean", "5 %", "95 %"]  # statistic over the frames, by name
 _QUANTILES: dict[Statistic, float] = {"5 %": 0.05, "95 %": 0.95}
 
 

@@ -3,13 +3,13 @@
 A function returns a number for the target in a frame (`TargetView`), or NaN if it is undefined. In
 frames without target, or with a box without size, all attributes are NaN.
 
-The decorator states how the frames' values are combined to that of the sequence. Lasting properties
-are averaged (`mean`). Properties that can end tracking in a single frame use a quantile: 95 % of
-the frames are below it (`95 %`), or above it if low values are difficult (`5 %`). A maximum would
-depend on single errors of the ground truth.
+The decorator states how the values of the frames are combined to the value of the sequence. Lasting
+properties are averaged (`mean`). Properties that can end tracking in a single frame use a quantile:
+95 % of the frames are below it (`95 %`), or above it if low values are difficult (`5 %`). A maximum
+would depend on single errors of the ground truth.
 
-Only boxes are used, also for polygons and masks: few data have masks, and their values would not be
-comparable with others.
+Only boxes are used, also for polygons and masks. Few datasets have masks, and values from masks
+would not be comparable with values from boxes.
 
 Sources: [OTB] Wu, Lim and Yang, CVPR 2013; [VOT] Kristan et al., PAMI 2016, and its toolkit's
 `sequence/clustering`; [VideoCube] Hu, Zhao, Huang and Huang, PAMI 2022; [Crete] Crete, Dolmiere,
@@ -28,7 +28,7 @@ from trackmark.datasets.attributes.view import TargetView, part_of
 BLUR_PIXELS = 9  # width of the mean filter in [Crete]
 SURROUND_SCALE = 1.5  # side length of the surround relative to the box, as in [VOT]
 MIN_LEVELS = 1e-4  # smaller ranges of grey levels are rounding errors of resizing in float32
-N_BITS = 3  # of a colour channel in histograms: 8 bins per channel, 512 in total
+N_BITS = 3  # bits of a colour channel in histograms: 8 bins per channel, 512 in total
 
 
 @attribute(unit="px", statistic="mean", minimum=0.0)
@@ -75,7 +75,7 @@ def motion(now: TargetView) -> float:
 
 @attribute(unit="", statistic="mean", minimum=0.0, maximum=1.0)
 def blur(now: TargetView) -> float:
-    """Share of the differences between neighbouring pixels that remains after averaging [Crete].
+    """Fraction of the differences between adjacent pixels that remains after averaging [Crete].
 
     For the grey pixels in the box: Σ min(D, D') / ΣD, with Sobel differences D of the image and D'
     of its mean over 9 pixels, along rows and along columns; the larger value. It ranges from 0
@@ -173,7 +173,7 @@ def border(now: TargetView) -> float:
 def _part(
     box: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the part of a box between relative corners `low` and `high`, shape (2,) each."""
+    """Return the part of a box between the relative corners `low` and `high`, shape (2,) each."""
     return np.concatenate([box[:2] + low * box[2:], (high - low) * box[2:]])
 
 

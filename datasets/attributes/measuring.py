@@ -90,7 +90,7 @@ def cached_values(fingerprint: str) -> Series | None:
 
 
 def overall(series: Mapping[str, ArrayLike]) -> dict[str, float]:
-    """Return the sequence's value of each attribute from those of its frames."""
+    """Return the sequence's value of each attribute from the values of its frames."""
     return {name: find(name).overall(values) for name, values in series.items()}
 
 
@@ -107,7 +107,7 @@ def _measure(sequence: Sequence, progress: Callable[[int, int], object]) -> Seri
             now = TargetView(sequence[frame], box, visibility, previous, first)
             for name, attribute in _attributes().items():
                 series[name][frame] = attribute.measure(now)
-            now.previous = None  # otherwise all earlier frames would stay in memory
+            now.previous = None  # Otherwise all earlier frames would remain in memory.
             first, previous = first or now, now
         else:
             previous = None

@@ -1,4 +1,4 @@
-"""Target in a frame: image, box, and the views of the previous and the first frame."""
+"""Target in a frame: image, box, and the views in the previous and the first frame."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,12 +19,12 @@ class TargetView:
     # shape (4,): ground truth `[x, y, width, height]` [pixels], the box around polygons and masks
     box: NDArray[np.float64]
     visibility: float = float("nan")  # visible fraction in the ground truth; NaN if unknown
-    previous: "TargetView | None" = None  # None if the target is absent in the frame before
+    previous: "TargetView | None" = None  # None if the target is absent in the previous frame
     first: "TargetView | None" = None  # first frame with the target; None in that frame
 
     @property
     def side(self) -> float:
-        """Size of the target: root of the box's area [pixels]."""
+        """Size of the target, which is the square root of the box's area [pixels]."""
         return sqrt(float(self.box[2] * self.box[3]))
 
     @property

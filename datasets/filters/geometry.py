@@ -14,9 +14,9 @@ from trackmark.datasets.interface import Image, Mask, Sequence, SequenceError, l
 
 Array = NDArray[np.float64]
 
-MIN_FRAMES_AFTER_WALL = 15  # a target counts as lost after ten frames
-WALL_MARGIN = 0.1  # extension of a wall beyond the hidden boxes, in sizes of the first box
-MAX_WALK_RADIUS = 1.5  # of a random walk, in widths of the first box
+MIN_FRAMES_AFTER_WALL = 15  # more than the ten frames after which a target counts as lost
+WALL_MARGIN = 0.1  # margin of a wall around the occluded boxes [sizes of the first box]
+MAX_WALK_RADIUS = 1.5  # maximum distance of a random walk from its start [widths of the first box]
 CLIMB = 0.1  # speed of the similar object relative to the target [target heights/frame]
 
 
@@ -45,7 +45,7 @@ def size(sequence: Sequence, value: float, draw: int) -> Sequence:
 
 def motion(sequence: Sequence, value: float, draw: int) -> Sequence:
     """Shift the images along a random walk of constant step length within a disk."""
-    # Whole pixels avoid blur.
+    # Shifts by whole pixels do not blur the images.
     offsets = np.rint(_walk(sequence, value * _first_box(sequence)[2], draw))
     width, height = sequence.image_size
     truth = _map_boxes(sequence, np.ones(4), np.pad(offsets, ((0, 0), (0, 2))))
@@ -89,7 +89,7 @@ def _walk(sequence: Sequence, length: float, draw: int) -> Array:
 
 
 def occlusion(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Cover the target with a wall for some frames; boxes stay, visibility is 0."""
+    """Cover the target with a wall for some frames; boxes do not change, the visibility is 0."""
     first, n = sequence.first_frame, len(sequence)
     start = first + max(1, (n - first) // 6)
     hidden = np.arange(start, start + int(value))
@@ -128,7 +128,7 @@ def occlusion(sequence: Sequence, value: float, draw: int) -> Sequence:
 
 
 def similarity(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Move a similar object upwards past the target, half a width from its centre."""
+    """Move a similar object upwards past the target, at half a width from the target's centre."""
     first = sequence.first_frame
     middle = first + (len(sequence) - first) / 2
     side = 0.5 if generator(draw, 2).random() < 0.5 else -0.5
@@ -148,7 +148,7 @@ def similarity(sequence: Sequence, value: float, draw: int) -> Sequence:
 
 
 def box_error(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Shift the init box and its mask; the ground truth of later frames stays."""
+    """Shift the init box and its mask; the ground truth of later frames does not change."""
     first = sequence.first_frame
     box = _first_box(sequence)
     angle = generator(draw, 3).uniform(0, 2 * np.pi)
@@ -173,7 +173,7 @@ def _first_box(sequence: Sequence) -> Array:
 
 
 def _map_boxes(sequence: Sequence, scale: Array, shift: Array) -> dict[str, Any]:
-    """Return boxes and regions, first scaled, then shifted by values of shape (4,) or (n, 4)."""
+    """Return boxes and regions, scaled and then shifted by values of shape (4,) or (n, 4)."""
     regions = {name: rows * scale + shift for name, rows in sequence.regions.items()}
     return {"boxes": sequence.boxes * scale + shift, "regions": regions}
 
@@ -181,7 +181,7 @@ def _map_boxes(sequence: Sequence, scale: Array, shift: Array) -> dict[str, Any]
 def _map_masks(
     sequence: Sequence, change: Callable[[Mask, int], NDArray[Any]]
 ) -> Callable[[int], Mask | None]:
-    """Return a function that returns the changed mask of a frame, or None without mask."""
+    """Return a function that returns the changed mask of a frame, or None if there is no mask."""
 
     def mask(frame: int) -> Mask | None:
         original = sequence.mask(frame)
@@ -207,7 +207,7 @@ def _mean_colour(sequence: Sequence) -> NDArray[np.uint8]:
 
 
 def _similar_patch(sequence: Sequence, value: float) -> NDArray[np.uint8]:
-    """Return the pixels of the first box, mixed with the mean colour of the image."""
+    """Return the pixels of the first box, mixed with the mean colour of the first image."""
     x, y, width, height = np.rint(_first_box(sequence)).astype(int).tolist()
     image = sequence[sequence.first_frame]
     pixels = image[max(0, y) : max(1, y + height), max(0, x) : max(1, x + width)]
@@ -216,7 +216,7 @@ def _similar_patch(sequence: Sequence, value: float) -> NDArray[np.uint8]:
 
 
 def _draw_ellipse(image: Image, patch: NDArray[np.uint8], corner: NDArray[np.int64]) -> None:
-    """Draw the ellipse inside a patch with its corner (x, y), cut at the image border."""
+    """Draw the ellipse that a patch contains, with the patch's corner at (x, y)."""
     height, width = patch.shape[:2]
     y, x = np.mgrid[:height, :width] + 0.5
     inside = (x / width - 0.5) ** 2 + (y / height - 0.5) ** 2 <= 0.25

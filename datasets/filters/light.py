@@ -9,7 +9,7 @@ from trackmark.datasets.interface import Image, Sequence
 
 
 def gain(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Fade geometrically, from the first box to the middle of the remaining frames."""
+    """Change the brightness geometrically, from the init frame to the middle of the rest."""
     first = sequence.first_frame
     half = max(1.0, (len(sequence) - first) / 2)
 

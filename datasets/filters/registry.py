@@ -16,8 +16,7 @@ from trackmark.datasets.spec_string import close_match, format_text
 
 PREFIX = "filter."
 
-DRAW = "draw"
-"""Option with the number of the random draw for noise and directions; 0 by default."""
+DRAW = "draw"  # option that selects the random numbers for noise and directions; 0 by default
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class Filter:
     Attributes
     ----------
     apply : callable
-        Function of a sequence, a value and the number of a random draw; returns a sequence.
+        Function of a sequence, a value and the value of `draw`; returns a sequence.
     unit : str
         Unit of the values.
     low, high : float
@@ -50,6 +49,7 @@ class Filter:
     logarithmic: bool = False
 
 
+# filters by name, in the order of their application; docs/stress.md explains their values
 FILTERS: dict[str, Filter] = {
     "start": Filter(timing.start, "frames", 0, 1e6, 0, 1, whole=True),
     "step": Filter(timing.step, "frames", 1, 1000, 1, 20, whole=True, logarithmic=True),
@@ -62,14 +62,13 @@ FILTERS: dict[str, Filter] = {
     "noise": Filter(light.noise, "grey levels", 0, 255, 0, 160),
     "box_error": Filter(geometry.box_error, "box sizes", 0, 2, 0, 1),
 }
-"""Filters by name, in the order of their application; docs/stress.md explains their values."""
 
-# Filters that keep polygons and masks valid; with others, the ground truth consists of boxes.
+# Filters that preserve polygons and masks. With other filters, the ground truth is only boxes.
 _SHAPE_PRESERVING = frozenset({"occlusion", "similarity", "gain", "blur", "noise", "box_error"})
 
 
 def split_filters(text: str) -> tuple[str, dict[str, float]]:
-    """Return a sequence's text without filters, and the checked values of its filters.
+    """Split the text of a sequence into the text without filters and the values of the filters.
 
     Raises `SequenceError` for an unknown filter, a filter that is given twice, or a value that is
     out of range.
@@ -120,8 +119,8 @@ def with_filters(text: str, values: Mapping[str, float]) -> str:
 def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
     """Apply filters to a sequence.
 
-    `sequence`: it needs ground truth if a filter depends on the target's position. `values`: values
-    by filter, and `draw`; see `split_filters`.
+    `sequence` must have ground truth if a filter depends on the target's position. `values` are the
+    values by filter, and `draw`; see `split_filters`.
 
     Raises `SequenceError` if the sequence is too short, or the images become too large.
     """

@@ -1,4 +1,4 @@
-"""Filters of time, and the parts of all filters: changed sequences and random numbers."""
+"""Filters of time, and functions of all filters: changed sequences and random numbers."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Sequence, SequenceError
 
-MIN_FRAMES = 20  # of a sequence that starts later
+MIN_FRAMES = 20  # minimum length of a sequence that starts later
 
 
 class _ComputedFrames:
@@ -48,7 +48,7 @@ def with_changes(
 
 
 def generator(draw: int, *key: int) -> np.random.Generator:
-    """Return a random generator that is independent of the filter's value: values are paired."""
+    """Return a random generator that does not depend on the filter's value."""
     return np.random.default_rng(np.random.SeedSequence(draw, spawn_key=key))
 
 
@@ -64,7 +64,7 @@ def start(sequence: Sequence, value: float, draw: int) -> Sequence:
 
 
 def step(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Show each nth frame, forwards and backwards, until the number of frames is the same."""
+    """Show every nth frame, forwards and backwards, until the number of frames is unchanged."""
     forwards = np.arange(0, len(sequence), int(value))
     if len(forwards) < 2:
         raise SequenceError(

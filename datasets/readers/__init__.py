@@ -35,23 +35,23 @@ __all__ = [
     "sequences_in",
 ]
 
+# file in a dataset's folder that lists the names of its sequences, as in VOT and GOT-10k
 LIST = "list.txt"
-"""File with the names of a dataset's sequences in its folder, as in VOT and GOT-10k."""
 
 _MAX_DEPTH = 3  # levels of folders that are searched; LaSOT has two: `LaSOT/dog/dog-1`
-_MAX_LISTED = 4  # entries of an unknown folder that a message lists
-_MAX_CACHED = 64  # opened sequences that are cached
+_MAX_LISTED = 4  # maximum number of entries of an unknown folder in a message
+_MAX_CACHED = 64  # maximum number of cached sequences
 
 
 class Reader(Protocol):
-    """Attributes and functions that each module in this folder defines.
+    """Attributes and functions of each module in this folder.
 
     Attributes
     ----------
     EXPECTS : str
         Layout on disk, for messages.
     GENERAL : bool
-        Whether other readers have priority: this one reads layouts that they know better.
+        Whether the layout is general, so that all other readers have priority.
     MARKS : tuple of str
         Glob patterns of entries that only this format has in a sequence's folder. Folders end with
         `/`; `NAME` is the name of the folder. A folder that matches a mark, but that no reader
@@ -67,7 +67,7 @@ class Reader(Protocol):
         ...
 
     def read(self, path: Path, truth: Path | None) -> Sequence:
-        """Open the sequence with the given ground-truth file, or its own. Reads no image."""
+        """Open the sequence with a given or its own ground-truth file. Reads no image."""
         ...
 
 
@@ -86,10 +86,10 @@ class ReaderWithOptions(Protocol):
 
 @runtime_checkable
 class ReaderOfMany(Protocol):
-    """Function of a reader whose sequences are not folders directly inside the dataset."""
+    """Function of a reader whose sequences are not subfolders of the dataset's folder."""
 
     def list_members(self, folder: Path) -> list[Path]:
-        """Return the sequences of a dataset, also without images or ground truth.
+        """Return the sequences of a dataset, even if images or ground truth are missing.
 
         The result is empty for a folder of another format.
         """
@@ -98,7 +98,7 @@ class ReaderOfMany(Protocol):
 
 @runtime_checkable
 class ReaderOfSplits(Protocol):
-    """Function of a reader for which each target in a folder is a sequence of its own."""
+    """Function of a reader for which each target in a folder is a separate sequence."""
 
     def list_sequences(self, path: Path) -> list[Path]:
         """Return the paths of all sequences in the folder, with their options."""
@@ -111,7 +111,7 @@ def formats() -> dict[str, str]:
 
 
 def reads(path: Path) -> bool:
-    """Return whether a reader recognises the path; it need not exist, if it names a sequence."""
+    """Return whether a reader recognises the path; a path of some formats need not exist."""
     return _find_reader(path) is not None
 
 
@@ -122,7 +122,7 @@ def path_format(path: Path) -> str:
 
 
 def sequence_paths(path: Path) -> list[Path]:
-    """Return the path itself, or one path per target; none if no reader recognises it."""
+    """Return the path itself or one path per target; empty if no reader recognises the path."""
     reader = _find_reader(path)
     with _named_errors(path):
         if reader is None:
@@ -133,10 +133,10 @@ def sequence_paths(path: Path) -> list[Path]:
 def sequences_in(folder: Path, pattern: str = "*") -> list[Path]:
     """Return the sequences in a folder and its subfolders, in natural order of their names.
 
-    Folders inside a sequence, and names that start with a dot, are skipped. If a `list.txt` stands
-    next to the sequences, only those that it names are returned.
+    Folders inside a sequence and names that start with a dot are skipped. If there is a `list.txt`,
+    only the sequences that it lists are returned.
 
-    `pattern`: pattern of sequence names, with `*` and `?`.
+    `pattern` is a pattern of sequence names with `*` and `?`.
 
     Raises `SequenceError` for an unreadable folder, an incomplete sequence, and a sequence of
     `list.txt` that is missing.
@@ -179,7 +179,7 @@ def _list_members(folder: Path) -> tuple[list[Path], str]:
 
 
 def _listed_members(folder: Path) -> list[Path]:
-    """Return the sequences that `list.txt` names; none without list or without sequences."""
+    """Return the sequences that `list.txt` names; empty if there is no list."""
     names = folder / LIST
     entries = {path.name: path for path in _entries(folder)} if names.is_file() else {}
     if not any(map(reads, entries.values())):
@@ -221,7 +221,7 @@ def _marks(path: Path, reader: Reader) -> list[str]:
 
 
 def _entries(folder: Path) -> list[Path]:
-    """Return the visible entries of a folder in natural order, without masks; none of a file."""
+    """Return the visible entries of a folder in natural order, without masks; empty for a file."""
     with _named_errors(folder):
         entries = [
             path
@@ -248,8 +248,8 @@ def read(
 
     Opened sequences are cached while their files do not change.
 
-    `path`: a file, a folder, or a name that a reader recognises. `truth`: ground-truth file (CSV)
-    that replaces the ground truth of the data. `chosen`: values of `options` by name.
+    `path` is a file, a folder, or a name that a reader recognises. `truth` is a ground-truth file
+    (CSV) that replaces the ground truth of the data. `chosen` contains values of `options` by name.
 
     Raises `SequenceError` if no reader recognises the path or an option, or if reading fails.
     """
@@ -261,19 +261,19 @@ def read(
         started = time.time_ns()
         sequence = _read(path, truth, chosen or {})
         cached = _CachedSequence(sequence, _stamps(sequence, path))
-        # A second change within one tick of the file system's clock would not be noticed.
+        # A second change within the resolution of modification times would not be noticed.
         if max(changed for _, changed in cached.stamps.values()) < started - TICK_NS:
             _cache[key] = cached
             if len(_cache) > _MAX_CACHED:
                 del _cache[next(iter(_cache))]
-    # Callers replace frames, and the frames of a video have a current position.
+    # Callers must not share frames: the frames of a video have a decoding position.
     sequence = copy(cached.sequence)
     sequence.frames = copy(sequence.frames)
     return sequence
 
 
 class _CachedSequence(NamedTuple):
-    """Opened sequence with the state of its files at that time."""
+    """Opened sequence with the state that its files had when it was opened."""
 
     sequence: Sequence
     stamps: dict[str, tuple[int, int]]  # size [bytes] and modification time [ns] by path
@@ -323,7 +323,7 @@ def _read(path: Path, truth: Path | None, chosen: Mapping[str, str]) -> Sequence
 
 
 def _not_recognised(path: Path) -> str:
-    """Return a message on a path that no reader recognises, with the closest expected layouts."""
+    """Return the message for a path that no reader recognises, with similar layouts."""
     content = ""
     with _named_errors(path):
         if path.is_dir():

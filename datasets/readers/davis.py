@@ -39,7 +39,7 @@ CITATION = (
     "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
 )
 
-# Value without object if objects are numbered; it is the object if it is the only value.
+# If objects are numbered, this value means no object. As the only value, it is the object.
 _VOID = 255
 
 
@@ -96,9 +96,9 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 
 @dataclass(frozen=True)
 class _Object:
-    """Object of a sequence, given by its value in the masks."""
+    """Object of a sequence, identified by its value in the masks."""
 
-    files: list[Path]  # masks, one file per frame
+    files: list[Path]  # mask files, one per frame
     value: int
     boxes: NDArray[np.float64]  # (n, 4): tight bounding boxes; NaN if the object has no pixel
 
@@ -139,7 +139,7 @@ def _read_values(file: Path) -> NDArray[np.uint8]:
         if size is not None:
             check_pixels(*size)
         with Image.open(io.BytesIO(data)) as image:
-            image.verify()  # check the checksums, which decoding ignores
+            image.verify()  # verifies the checksums, which decoding ignores
         with Image.open(io.BytesIO(data)) as image:
             mode, values = image.mode, np.asarray(image)
     if mode not in ("1", "L", "P"):
@@ -166,7 +166,7 @@ def _locate(path: Path) -> tuple[Path, Path] | None:
 
 
 def _sort_key(resolution: str) -> tuple[bool, str]:
-    """Return a sort key that puts the usual resolution first."""
+    """Return a sort key; the usual resolution is first."""
     return resolution != USUAL_RESOLUTION, resolution
 
 

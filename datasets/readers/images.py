@@ -14,7 +14,7 @@ MARKS = ("truth.csv",)
 
 
 def recognises(path: Path) -> bool:
-    """Return whether the path is a folder that directly contains images."""
+    """Return whether the path is a folder that contains images."""
     return path.is_dir() and bool(image_files(path))
 
 

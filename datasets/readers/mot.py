@@ -81,7 +81,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 
 
 def _read_targets(source: Path) -> dict[str, NDArray[np.float64]]:
-    """Return the rows of each target that counts, sorted by frame, by the target's number."""
+    """Return the rows of each target with the flag `counts`, sorted by frame."""
     rows = read_rows(source, {_WITH_VISIBILITY, _WITH_WORLD}, _ROW, "a row of MOTChallenge")
     keys = rows[:, :2]
     is_key = (keys == np.floor(keys)) & (keys >= (1, 1)) & (keys < 1e9)
@@ -110,5 +110,5 @@ def _read_targets(source: Path) -> dict[str, NDArray[np.float64]]:
 
 
 def _longest(targets: Mapping[str, NDArray[np.float64]]) -> str:
-    """Return the target in most frames; the lowest number among equals."""
+    """Return the number of the target in most frames; of equal targets, the lowest number."""
     return max(targets, key=lambda number: len(targets[number]))

@@ -1,4 +1,4 @@
-"""Sequences of Need for Speed: `NAME/30/NAME/` and `NAME/30/NAME.txt`, the same in `NAME/240`.
+"""Sequences of Need for Speed: `NAME/30/NAME/`, `NAME/30/NAME.txt`, and equally in `NAME/240`.
 
 A row of the ground truth has the format of VATIC: track, left, top, right, bottom (from 0), frame,
 three flags (lost: the target is absent; occluded; generated), and the name. Some files for 30
@@ -88,13 +88,13 @@ def _rows(source: Path) -> NDArray[np.float64]:
             )
         rows.append(row)
     if not rows:
-        raise SequenceError(f"{source}: there are no rows.")
+        raise SequenceError(f"{source}: there are no rows. Expected is one row per frame.")
     _check_frames([row[5] for row in rows], source)
     return np.array(rows)
 
 
 def _check_frames(frames: list[float], source: Path) -> None:
-    """Refuse frame numbers with a gap, or a late start: a row is missing.
+    """Check that the frame numbers have no gap and start at 0 or 1: otherwise a row is missing.
 
     Raises `SequenceError` naming the line.
     """

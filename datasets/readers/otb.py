@@ -35,9 +35,10 @@ SPANS: Mapping[str, tuple[int, int | None]] = {
     "freeman3": (1, 460),
     "freeman4": (1, 283),
 }
-"""First and last annotated image of sequences with other images; None: up to the last image.
+"""First and last annotated image of sequences in which only a part of the images is annotated.
 
-In all other sequences the first image is 1, or 0 in data from other sources."""
+None means the last image. In all other sequences the first image is 1; in data from other sources
+it can be 0."""
 
 
 def recognises(path: Path) -> bool:
@@ -85,7 +86,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
                 "the images without a row."
             )
         later = [file for file in files if int(file.stem) >= first]
-        if len(later) >= len(rows.boxes):  # else the images are a renumbered part
+        if len(later) >= len(rows.boxes):  # otherwise the images are a renumbered part
             files = later
         if last is None or len(rows.boxes) != last - first + 1:
             check_row_count(len(rows.boxes), files, source)
@@ -104,7 +105,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 
 
 def _truth_files(path: Path) -> dict[str, Path]:
-    """Return the ground-truth files by target, "" for a single one; no empty ones (Human4)."""
+    """Return non-empty ground-truth files by target; a single target has the name ""."""
     if (path / TRUTH).is_file():
         return {"": path / TRUTH}
     numbered = {file.name.split(".")[1]: file for file in path.glob("groundtruth_rect.*.txt")}

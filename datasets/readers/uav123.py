@@ -23,6 +23,7 @@ GENERAL = False
 MARKS: tuple[str, ...] = ()
 CITATION = "Müller, Smith, Ghanem, A benchmark and simulator for UAV tracking, ECCV 2016"
 
+# first and last image of each part of a folder: bird1_1, bird1_2, …
 PARTS = {
     "bird1": ((1, 253), (775, 1477), (1573, 2437)),
     "car1": ((1, 751), (751, 1627), (1627, 2629)),
@@ -44,13 +45,12 @@ PARTS = {
     "truck4": ((1, 577), (577, 1261)),
     "uav1": ((1, 1555), (1555, 2377), (2473, 3469)),
 }
-"""First and last image of each part of a folder: bird1_1, bird1_2, …"""
 
 
 def recognises(path: Path) -> bool:
     """Return whether the path is a ground-truth file, a name in the root, or an image folder.
 
-    An image folder counts as the sequence of the same name, if there is one.
+    An image folder is recognised if it has the name of a sequence.
     """
     return _locate(path) is not None
 
@@ -58,7 +58,7 @@ def recognises(path: Path) -> bool:
 def list_members(folder: Path) -> list[Path]:
     """Return the sequences in the root folder or a ground-truth folder; see `ReaderOfMany`.
 
-    Images without ground truth are left out: UAV20L uses only some images of UAV123.
+    Images without ground truth are omitted, because UAV20L uses only some images of UAV123.
     """
     if "/".join(folder.absolute().parts[-2:]) in TRUTHS:
         members = list(folder.glob("*.txt"))

@@ -21,7 +21,8 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the file; without `truth`, a `.csv` of the same name is read if it exists."""
-    from trackmark.datasets.video_frames import VideoFrames  # imported here: it loads a decoder
+    # imported here, because it loads a decoder
+    from trackmark.datasets.video_frames import VideoFrames
 
     frames = VideoFrames(path)
     return recorded(

@@ -48,8 +48,8 @@ CITATION = (
     "IEEE TPAMI 38(11), 2016"
 )
 
+# name, number of images and number of rows of published sequences that lack a last row
 PARTIAL = {("ball", 602, 601)}
-"""Name, number of images and number of rows of published sequences without a last row."""
 _ROW = "a box x,y,width,height, a polygon x1,y1,x2,y2,x3,y3,…, a mask mX,Y,WIDTH,HEIGHT,RUN,…, or 0"
 
 
@@ -111,7 +111,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 
 
 def _truth_files(path: Path) -> dict[str, Path]:
-    """Return the ground-truth files by object, "" for a single one; the result can be empty."""
+    """Return the ground-truth files by object; a single object has the name ""."""
     if (path / TRUTH).is_file():
         return {"": path / TRUTH}
     files = sorted(path.glob(f"{OBJECT}*.txt"), key=lambda file: natural_order(file.name))
@@ -123,7 +123,8 @@ class _Regions:
     """Ground truth of all frames."""
 
     boxes: NDArray[np.float64]  # (n, 4); NaN if the target is absent
-    shapes: Mapping[int, NDArray[np.float64] | EncodedMask]  # by frame; boxes have no shape
+    # polygon or mask by frame; a frame with a box has none
+    shapes: Mapping[int, NDArray[np.float64] | EncodedMask]
     size: tuple[int, int]  # width and height of the images; (0, 0) if there is no mask
 
     def mask(self, frame: int) -> Mask | None:
@@ -154,7 +155,7 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
         except ValueError as error:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
     if not lines:
-        raise SequenceError(f"{path}: there are no rows.")
+        raise SequenceError(f"{path}: there are no rows. Expected is one row per frame.")
     return _Regions(boxes, shapes, size)
 
 
@@ -200,7 +201,7 @@ def _parse_mask(text: str, size: tuple[int, int]) -> EncodedMask:
 
 
 def _image_folder(path: Path, fields: Mapping[str, str]) -> Path:
-    """Return the folder of the images, that of colour images if there are several channels."""
+    """Return the folder of the images; if there are several channels, of the colour images."""
     channels = [key for key in fields if key.startswith("channels.")]
     key = "channels.color" if "channels.color" in channels or not channels else channels[0]
     if key in fields:

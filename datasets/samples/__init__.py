@@ -21,7 +21,8 @@ __all__ = ["describe", "load", "names", "options", "summary"]
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
 
-N_FRAMES, SIZE = 120, (176, 144)  # of the clip; width and height in pixels
+# length of the clip [frames], and width and height of its images [pixels]
+N_FRAMES, SIZE = 120, (176, 144)
 PREFIX = "samples/"
 FOLDER = Path(__file__).parent
 
@@ -50,7 +51,7 @@ def load(name: str, options: Mapping[str, str]) -> Sequence:
     """See `datasets.catalogue.Suite`; samples have no options."""
     if options:
         raise SequenceError(f"{name}: unknown option {quote(next(iter(options)))}. Options: none.")
-    # Imported here: it loads a video decoder.
+    # imported here, because it loads a video decoder
     from trackmark.datasets.recorded import recorded
     from trackmark.datasets.video_frames import VideoFrames
 

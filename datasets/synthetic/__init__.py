@@ -1,1 +1,1 @@
-"""Rendered sequences: a suite is a folder here; what suites share is in `render`."""
+"""Synthetic sequences: each suite is a folder; `render` contains common components."""

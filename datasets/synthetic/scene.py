@@ -1,4 +1,4 @@
-"""Scene: stateless rendering of images, masks and ground truth."""
+"""Interface of scenes: rendered images, masks and ground truth."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -15,22 +15,21 @@ from trackmark.datasets.interface import Image, Mask
 class SceneTruth:
     """Ground truth of the target in every frame."""
 
-    # boxes that trackers are initialised and scored with [pixels], shape (n, 4): usually the
-    # extents of the whole silhouette at mid-exposure, hidden parts included; NaN while the target
-    # is out of view
+    # shape (n, 4) [pixels]: usually around the whole silhouette at mid-exposure, including occluded
+    # parts; NaN while the target is outside the image
     boxes: NDArray[np.float64]
-    # share of the silhouette that is in view and not occluded, in [0, 1]; shape (n,)
+    # shape (n,): fraction of the silhouette that is inside the image and not occluded, in [0, 1]
     visibility: NDArray[np.float64]
-    attributes: Mapping[str, NDArray[np.bool_]]  # flags per frame by name; shape (n,)
-    # further ground-truth boxes by name, in the format of `boxes`; shape (n, 4)
+    attributes: Mapping[str, NDArray[np.bool_]]  # shape (n,): flags of frames, by name
+    # further ground-truth boxes by name, in the format of `boxes`
     regions: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
 class SyntheticScene(ABC):
-    """Renderer with its ground truth; as `Frames` it returns its images.
+    """Renderer with its ground truth; it implements `Frames`.
 
-    `render` and `mask` depend on the frame number alone: any order, any process and any number of
-    threads give the same bytes. The constructor renders neither textures nor images.
+    `render` and `mask` depend only on the frame number: the bytes are equal in any order, process
+    or thread. The constructor renders nothing.
     """
 
     fps: float = 25.0  # frames per second
@@ -42,7 +41,7 @@ class SyntheticScene(ABC):
 
     @abstractmethod
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering."""
+        """Return the ground truth of all frames; no image is rendered."""
 
     @abstractmethod
     def render(self, frame: int) -> Image:
@@ -50,19 +49,19 @@ class SyntheticScene(ABC):
 
     @abstractmethod
     def mask(self, frame: int) -> Mask:
-        """Return the pixels of which the target covers at least one half at mid-exposure."""
+        """Return the mask of pixels that the target covers at least by half at mid-exposure."""
 
     def __getitem__(self, frame: int) -> Image:
         return self.render(frame)
 
 
 def part_generator(seed: int, part: str) -> np.random.Generator:
-    """Return the random generator of one part of a scene; parts do not affect one another."""
+    """Return the random generator of one part of a scene; all parts are independent."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(crc32(part.encode()),)))
 
 
 def paste_window(size: tuple[int, int], left: int, top: int, part: Image) -> Image:
-    """Return an image of a width and height that is 0 except for a window, shape (h, w)."""
+    """Return an image with a width and height that is 0 except in a window, shape (h, w)."""
     whole = np.zeros(size[::-1], part.dtype)
     height, width = part.shape
     whole[top : top + height, left : left + width] = part

@@ -1,4 +1,4 @@
-"""Suite of synthetic sequences: names, parameters and the modules that render the scenes."""
+"""Suite of synthetic sequences: names, parameters and rendering modules."""
 
 import hashlib
 import importlib
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 from trackmark.datasets.interface import Sequence, Summary
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.datasets.synthetic.knobs import Knobs
+from trackmark.datasets.synthetic.parameters import SequenceParameters
 from trackmark.datasets.versioning import find_version
 
 if TYPE_CHECKING:
@@ -26,10 +26,10 @@ class SceneModule(Protocol):
 
     __file__: str
 
-    def scene(self, knobs: Any, *which: Any) -> "SyntheticScene":
+    def scene(self, parameters: Any, *which: Any) -> "SyntheticScene":
         """Return the renderer with its ground truth, without rendering.
 
-        `which`: see `SequenceEntry.which`.
+        `which` is `SequenceEntry.which`.
         """
         ...
 
@@ -39,33 +39,34 @@ class SequenceEntry:
     """Sequence of a suite."""
 
     name: str  # full name, `suite/sequence`
-    knobs: type[Knobs]  # parameters of the sequence
-    # dotted name of the `SceneModule`; it imports Numba, so it is loaded only to open a sequence
+    parameters: type[SequenceParameters]  # parameters of the sequence
+    # dotted name of a `SceneModule`, which is imported only to open a sequence: it imports Numba
     module: str
-    length: int  # number of frames with default parameters
-    size: tuple[int, int]  # width and height of the images [pixels] with default parameters
-    which: tuple[Any, ...] = ()  # arguments that select this sequence among those of the module
+    length: int  # number of frames for default parameters
+    size: tuple[int, int]  # width and height of the images for default parameters [pixels]
+    # further arguments of `SceneModule.scene` that select this sequence
+    which: tuple[Any, ...] = ()
 
-    def opened(self, options: Mapping[str, str]) -> tuple[Knobs, SceneModule]:
+    def opened(self, options: Mapping[str, str]) -> tuple[SequenceParameters, SceneModule]:
         """Return the checked parameters and the scene module.
 
         Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
-        knobs = self.knobs.checked(self.name, options)
-        return knobs, cast(SceneModule, importlib.import_module(self.module))
+        parameters = self.parameters.checked(self.name, options)
+        return parameters, cast(SceneModule, importlib.import_module(self.module))
 
 
 class SyntheticSuite:
     """Synthetic sequences of one folder.
 
-    `folder`: the suite's folder; its `golden.json` holds the versions (see `datasets.versioning`).
-    `entries`: the sequences.
+    `folder` is the folder of the suite. Its `golden.json` contains the versions of the scenes; see
+    `datasets.versioning`.
     """
 
     def __init__(self, folder: Path, entries: Iterable[SequenceEntry]) -> None:
         self.entries = {entry.name: entry for entry in entries}
         self.golden = folder / "golden.json"
-        # A command loads a sequence several times, and ground truth can take a second per scene.
+        # A command loads a sequence several times; computing the ground truth can take a second.
         self._truth = lru_cache(maxsize=1024)(self._true)
 
     def names(self) -> list[str]:
@@ -74,47 +75,47 @@ class SyntheticSuite:
 
     def options(self, name: str) -> list[dict[str, Any]]:
         """Return `name`, `default` and `meaning` of every parameter of a sequence."""
-        return self.entries[name].knobs.described()
+        return self.entries[name].parameters.described()
 
     def summary(self, name: str) -> Summary:
         """Return length and image size of a sequence with default parameters."""
         return Summary(self.entries[name].length, self.entries[name].size)
 
     def describe(self, name: str) -> SequenceMetadata:
-        """Return the description of a sequence: the stored one while its source is unchanged."""
+        """Return the metadata of a sequence, from `golden.json` if its source is unchanged."""
         entry, seal = self.entries[name], find_version(name, self.golden)
         if seal is None or seal.tree != self.tree(name) or name not in seal.known:
             return sequence_metadata(self.load(name, {}), entry.size)
-        knobs = entry.knobs.checked(name, {})
+        parameters = entry.parameters.checked(name, {})
         return SequenceMetadata(
-            name=knobs.canonical_name(name),
+            name=parameters.canonical_name(name),
             length=entry.length,
             size=entry.size,
             truth_source=name,
             images_beyond_truth=0,
-            fingerprint=self._fingerprint(entry, knobs),
+            fingerprint=self._fingerprint(entry, parameters),
             **seal.known[name],
         )
 
     def identity(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
-        """Return name and fingerprint of the sequence that `load` returns, or raise its errors."""
+        """Return name and fingerprint of the sequence of `load`; exceptions are as in `load`."""
         entry = self.entries[name]
-        knobs = entry.knobs.checked(name, options)
-        return knobs.canonical_name(name), self._fingerprint(entry, knobs)
+        parameters = entry.parameters.checked(name, options)
+        return parameters.canonical_name(name), self._fingerprint(entry, parameters)
 
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
-        """Return a sequence of the suite with some parameters set; render nothing.
+        """Return a sequence of the suite; other parameters than `options` have their defaults.
 
         Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
         entry = self.entries[name]
-        knobs, module = entry.opened(options)
-        scene, truth = module.scene(knobs, *entry.which), self._truth(name, knobs)
+        parameters, module = entry.opened(options)
+        scene, truth = module.scene(parameters, *entry.which), self._truth(name, parameters)
         return Sequence(
-            knobs.canonical_name(name),
+            parameters.canonical_name(name),
             scene,
             truth.boxes,
-            fingerprint=lambda: self._fingerprint(entry, knobs),
+            fingerprint=lambda: self._fingerprint(entry, parameters),
             regions=truth.regions,
             visibility=truth.visibility,
             attributes=truth.attributes,
@@ -123,51 +124,51 @@ class SyntheticSuite:
             image_size=scene.size,
         )
 
-    def _true(self, name: str, knobs: Knobs) -> "SceneTruth":
+    def _true(self, name: str, parameters: SequenceParameters) -> "SceneTruth":
         entry = self.entries[name]
         module = cast(SceneModule, importlib.import_module(entry.module))
-        return module.scene(knobs, *entry.which).truth()
+        return module.scene(parameters, *entry.which).truth()
 
     def tree(self, name: str) -> str:
         """Return the digest of the syntax trees that define a sequence's scenes.
 
-        It covers the modules of this folder: no other module defines a pixel or a ground-truth
-        value.
+        The digest covers the modules of `datasets/synthetic`. No other module affects pixels or
+        ground truth.
         """
         return _scene_tree(self.entries[name].module)
 
-    def _fingerprint(self, entry: SequenceEntry, knobs: Knobs) -> str:
+    def _fingerprint(self, entry: SequenceEntry, parameters: SequenceParameters) -> str:
         tree = self.tree(entry.name)
         seal = find_version(entry.name, self.golden)
         version = [tree] if seal is None else seal.identity(tree)
-        identity = [entry.name, _identity(knobs), *version]
+        identity = [entry.name, _identity(parameters), *version]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
 
 
 @cache
 def _scene_tree(module: str) -> str:
-    """Return the digest of a scene module, once per process: it is read for every stored run."""
+    """Return the digest of a scene module; it is cached, because every stored run needs it."""
     file = FOLDER.parents[2].joinpath(*module.split("."))
     return tree_digest(file.with_suffix(".py"), FOLDER)
 
 
-def _identity(knobs: Knobs) -> dict[str, Any]:
-    """Return all parameters by name, except those marked `later` that have their default value.
+def _identity(parameters: SequenceParameters) -> dict[str, Any]:
+    """Return all parameters by name, without parameters marked `later` that have their defaults.
 
-    `later` parameters were added after results had been stored; their default changes nothing.
+    Parameters marked `later` are newer than stored results; their defaults do not change a scene.
     """
     later = {
         name: field.default
-        for name, field in type(knobs).model_fields.items()
+        for name, field in type(parameters).model_fields.items()
         if isinstance(field.json_schema_extra, dict) and field.json_schema_extra.get("later")
     }
-    values = knobs.model_dump()
+    values = parameters.model_dump()
     return {name: value for name, value in values.items() if later.get(name, ...) != value}
 
 
 @cache
 def suites() -> list[SyntheticSuite]:
-    """Return the suites: the `SUITE` of every package in this folder that has one."""
+    """Return the `SUITE` of every package in this folder that defines a suite."""
     folders = sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
     packages = [importlib.import_module(f"trackmark.datasets.synthetic.{name}") for name in folders]
     return [package.SUITE for package in packages if hasattr(package, "SUITE")]

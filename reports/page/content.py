@@ -81,10 +81,16 @@ class Chart:
     lines: Sequence[Line]
     words: str
     kind: str = "line"  # or `step`, or `dots` for single points
-    logarithmic: bool = False
+    logarithmic: bool = False  # True if the abscissa is logarithmic: a time [ms]
     top: float | None = None  # upper limit of the ordinate
     figure: str = ""  # name of its file without suffix
     value_name: str = ""  # meaning of the numbers after the labels of lines
+    caption: str = ""  # short text above the chart on a page, instead of `words`
+    aria: str = ""  # description with the main values for screen readers, instead of `words`
+    percent: bool = False  # True if a page prints the ordinate in %
+    named: bool = True  # True if lines have their names next to them on a page
+    reference: float | None = None  # abscissa of a dashed vertical line
+    reference_label: str = ""
 
 
 @dataclass(frozen=True)

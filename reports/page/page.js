@@ -3,7 +3,6 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
-const CROWDED = 7;  // lines in one plot; where there are more each has a plot of its own
 
 function make(name, attributes = {}, ...children) {
   const node = attributes.svg ? document.createElementNS(SVG, name) : document.createElement(name);
@@ -143,25 +142,17 @@ function arrangeTables() {
 byId("filter").addEventListener("input", (event) => choose({ filter: event.target.value }));
 listeners.push(arrangeTables);
 
-// ---- Charts.
-const colourOf = (position) => data.colours[position % data.colours.length];
+// ---- Charts: the page contains them; the pointer and the arrow keys add a readout and open frames.
+const colourOf = (position) => getComputedStyle(document.documentElement).getPropertyValue(`--c${Math.min(position, 6)}`);
 const dashOf = (position) => data.dashes[position % data.dashes.length];
-const MARKS = ["M-4,0A4,4 0 1,0 4,0A4,4 0 1,0 -4,0", "M-4,-4H4V4H-4Z", "M0,-5L5,4H-5Z", "M0,-5L5,0L0,5L-5,0Z", "M0,5L5,-4H-5Z"];
-const markOf = (position, attributes) => draw("path", { d: MARKS[position % MARKS.length], fill: colourOf(position), ...attributes });
 
 function sampleOf(position) {
   return draw("svg", { viewBox: "0 0 34 12", "aria-hidden": "true" },
-    draw("line", { x1: 0, x2: 34, y1: 6, y2: 6, stroke: colourOf(position), "stroke-width": 2.5, "stroke-dasharray": dashOf(position) }),
-    markOf(position, { transform: "translate(17,6)" }));
+    draw("path", { class: `curve c${Math.min(position, 6)}`, d: "M0,6H34", "stroke-dasharray": dashOf(position) }),
+    draw("path", { class: `mark c${Math.min(position, 6)}`, d: data.markers[position % data.markers.length], transform: "translate(17,6)" }));
 }
 
-function ticksOf(low, high, logarithmic) {
-  if (logarithmic) {
-    const found = [];
-    for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++)
-      for (const digit of [1, 2, 5]) if (digit * 10 ** power >= low && digit * 10 ** power <= high) found.push(digit * 10 ** power);
-    if (found.length > 1) return found;
-  }
+function ticksOf(low, high) {
   const rough = (high - low) / 8 || 1, power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 2.5, 5, 10].find((digit) => digit * power >= rough) * power;  // four to eight of them
   const found = [];
@@ -169,177 +160,86 @@ function ticksOf(low, high, logarithmic) {
   return found;
 }
 
-function scalesOf(chart, width, height) {
-  const numbers = (...names) => chart.lines.flatMap((line) => names.flatMap((name) => line[name] || [])).filter((value) => value !== null);
-  const xs = numbers("x"), ys = numbers("y", "low", "high");
-  let [left, right] = [Math.min(...xs), Math.max(...xs)];
-  let [bottom, top] = [chart.kind === "dots" ? Math.min(...ys) : 0, chart.top ?? Math.max(...ys, 1e-9)];
-  if (chart.log) [left, right] = [left / 1.5, right * 1.5];
-  else if (left === right) [left, right] = [left - 1, right + 1];
-  if (chart.kind === "dots") {  // bars end within the frame
-    const room = (top - bottom || 1) / 20;
-    [bottom, top] = [bottom < 0 ? bottom - room : Math.max(0, bottom - room), top + room];
-  }
-  const frame = { left: 46, right: width - 18, top: 8, bottom: height - 34 };
-  const along = chart.log ? Math.log10 : (value) => value;
-  const x = (value) => frame.left + (along(value) - along(left)) / (along(right) - along(left)) * (frame.right - frame.left);
-  const y = (value) => frame.bottom - (value - bottom) / (top - bottom) * (frame.bottom - frame.top);
-  return { x, y, frame, ticks: [ticksOf(left, right, chart.log), ticksOf(bottom, top, false)] };
-}
-
-function pathOf(line, { x, y }, step) {
-  let path = "", pen = false;
-  line.x.forEach((value, i) => {
-    if (line.y[i] === null) { pen = false; return; }
-    const at = `${x(value).toFixed(1)},${y(line.y[i]).toFixed(1)}`;
-    path += pen ? (step ? `H${x(value).toFixed(1)}L${at}` : `L${at}`) : `M${at}`;
-    pen = true;
-  });
-  return path;
-}
-
-/** Draw a chart: all its lines, or one of them before the others. */
-function plot(chart, only = null) {
-  const width = 460, height = only === null ? 300 : 200, scales = scalesOf(chart, width, height);
-  const { x, y, frame, ticks } = scales, step = chart.kind === "step";
-  const svg = draw("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": chart.words });
-  for (const tick of ticks[0]) svg.append(
-    draw("line", { class: "grid", x1: x(tick), x2: x(tick), y1: frame.top, y2: frame.bottom }),
-    draw("text", { x: x(tick), y: frame.bottom + 14, "text-anchor": "middle" }, String(tick)));
-  for (const tick of ticks[1]) svg.append(
-    draw("line", { class: "grid", x1: frame.left, x2: frame.right, y1: y(tick), y2: y(tick) }),
-    draw("text", { x: frame.left - 6, y: y(tick) + 4, "text-anchor": "end" }, String(tick)));
-  svg.append(draw("text", { x: (frame.left + frame.right) / 2, y: height - 4, "text-anchor": "middle" }, chart.x),
-    draw("text", { x: 11, y: (frame.top + frame.bottom) / 2, "text-anchor": "middle", transform: `rotate(-90 11 ${(frame.top + frame.bottom) / 2})` }, chart.y));
-  if (only !== null) for (const line of chart.lines) svg.append(draw("path", { class: "other", d: pathOf(line, scales, step) }));
-  const lines = only === null ? chart.lines : [chart.lines[only]];
-  for (const line of lines) {
-    const style = { stroke: colourOf(line.position) };
-    if (chart.kind === "dots") {
-      if (line.low[0] !== null) svg.append(draw("line", { x1: x(line.x[0]), x2: x(line.x[0]), y1: y(line.low[0]), y2: y(line.high[0]), "stroke-width": 2, ...style }));
-    } else {
-      if (line.low) svg.append(draw("path", { fill: colourOf(line.position), opacity: 0.12, d: bandOf(line, scales) }));
-      svg.append(draw("path", { class: "curve", d: pathOf(line, scales, step), "stroke-dasharray": dashOf(line.position), ...style }));
-    }
-    const every = Math.max(1, Math.round(line.x.length / 6)), offset = Math.floor(every * ((line.position % 5) / 5));
-    line.x.forEach((value, i) => {
-      if (line.y[i] !== null && i % every === offset) svg.append(markOf(line.position, { transform: `translate(${x(value)},${y(line.y[i])})` }));
-    });
-  }
-  if (data.scenes.length) listenTo(svg, chart, lines, scales);
-  return svg;
-}
-
-function bandOf(line, { x, y }) {
-  const known = line.x.map((_, i) => i).filter((i) => line.low[i] !== null && line.high[i] !== null);
-  if (!known.length) return "";
-  const edge = (values, order) => order.map((i, at) => {
-    const before = order[at - 1];  // a step function: it holds its value up to the next place
-    const corner = before === undefined ? "" : values === line.high ? `${x(line.x[i])},${y(values[before])}L` : `${x(line.x[before])},${y(values[i])}L`;
-    return `${corner}${x(line.x[i])},${y(values[i])}`;
-  }).join("L");
-  return `M${edge(line.high, known)}L${edge(line.low, [...known].reverse())}Z`;
-}
-
 const tip = make("div", { class: "tip", role: "status", hidden: "" });
 document.body.append(tip);
+function showTip(text, left, top) {
+  tip.textContent = text;
+  tip.hidden = false;
+  tip.style.left = `${Math.max(4, Math.min(left + 14, innerWidth - tip.offsetWidth - 8))}px`;
+  tip.style.top = `${Math.min(top + 14, innerHeight - tip.offsetHeight - 8)}px`;
+}
 
-/** Points say what they are, and open the frame behind them. */
-function listenTo(svg, chart, lines, { x, y }) {
-  const ring = draw("circle", { class: "hit", r: 6, visibility: "hidden" });
-  svg.append(ring);
-  svg.classList.add("opens");
-  let nearest = null;
-  const tell = (left, top) => {
-    const { line, i } = nearest;
-    ring.setAttribute("cx", x(line.x[i]));
-    ring.setAttribute("cy", y(line.y[i]));
-    ring.setAttribute("visibility", "visible");
-    tip.textContent = `${line.label}: ${line.y[i]} at ${chart.x} ${line.x[i]}`;
-    tip.hidden = false;
-    tip.style.left = `${Math.min(left + 14, innerWidth - 180)}px`;
-    tip.style.top = `${top + 14}px`;
-  };
-  const leave = () => { tip.hidden = true; ring.setAttribute("visibility", "hidden"); };
-  const open = () => {
-    const place = nearest && (nearest.line.places.length === 1 ? nearest.line.places[0] : nearest.line.places[nearest.i]);
-    if (place) { leave(); choose(opening(place), true); }
-  };
-  const aim = (event) => {
-    const seen = svg.getBoundingClientRect(), scale = svg.viewBox.baseVal.width / seen.width;
-    const [px, py] = [(event.clientX - seen.left) * scale, (event.clientY - seen.top) * scale];
-    nearest = null;
-    for (const line of lines) line.x.forEach((value, i) => {
-      if (line.y[i] === null) return;
-      const far = Math.hypot(x(value) - px, y(line.y[i]) - py);
-      if (!nearest || far < nearest.far) nearest = { far, line, i };
+class Plot {
+  constructor(svg) {
+    this.svg = svg;
+    this.figure = svg.closest("figure");
+    const [left, right, low, high, bottom, top, least, most] = svg.dataset.scale.split(" ").map(Number);
+    this.xAt = (px) => low + (px - left) / (right - left) * (high - low);
+    this.yAt = (py) => least + (bottom - py) / (bottom - top) * (most - least);
+    this.lines = [...svg.querySelectorAll(".curve[data-k]")].reverse().map((path) => ({
+      tracker: Number(path.dataset.k), path,
+      points: path.getAttribute("d").match(/[-\d.]+,[-\d.]+/g).map((pair) => pair.split(",").map(Number)),
+      places: (path.dataset.places || "").split(" ").map((text) => /^\d/.test(text) && text.split(".").map(Number)),
+    }));
+    this.hair = draw("path", { class: "hair" });
+    svg.append(this.hair);
+    for (const [name, value] of Object.entries({ tabindex: 0, "aria-roledescription": "chart; arrow keys read its points, Enter opens one" })) svg.setAttribute(name, value);
+    this.line = this.lines[0];
+    this.index = 0;
+    svg.addEventListener("pointermove", (event) => this.aim(event));
+    svg.addEventListener("pointerleave", () => this.leave());
+    svg.addEventListener("click", (event) => { this.aim(event); this.open(); });  // a finger does not move before it taps
+    svg.addEventListener("focus", () => { if (svg.matches(":focus-visible")) this.show(); });
+    svg.addEventListener("blur", () => this.leave());
+    svg.addEventListener("keydown", (event) => this.press(event));
+  }
+  aim(event) {
+    const box = this.svg.getBoundingClientRect(), scale = this.svg.viewBox.baseVal.width / box.width;
+    const [px, py] = [(event.clientX - box.left) * scale, (event.clientY - box.top) * scale];
+    let least = Infinity;
+    for (const line of this.lines) line.points.forEach(([x, y], index) => {
+      const far = Math.hypot(4 * (x - px), y - py);  // the column of the pointer, then the nearest line
+      if (far < least) [least, this.line, this.index] = [far, line, index];
     });
-    if (nearest) tell(event.clientX, event.clientY);
-  };
-  svg.addEventListener("pointermove", aim);
-  svg.addEventListener("pointerleave", leave);
-  svg.addEventListener("click", (event) => { aim(event); open(); });  // a finger does not move before it taps
-  // By keys: left and right along a line, up and down to the next one, Enter opens.
-  const known = new Map(lines.map((line) => [line, line.x.map((_, i) => i).filter((i) => line.y[i] !== null)]));
-  const drawn = lines.filter((line) => known.get(line).length);
-  if (!drawn.length) return;
-  for (const [key, value] of Object.entries({ tabindex: 0, "aria-roledescription": "chart; arrow keys tell its points, Enter opens one" })) svg.setAttribute(key, value);
-  let row = 0, column = 0;
-  const look = () => {
-    const line = drawn[row], places = known.get(line), box = svg.getBoundingClientRect(), scale = box.width / svg.viewBox.baseVal.width;
-    column = Math.max(0, Math.min(column, places.length - 1));
-    nearest = { line, i: places[column] };
-    tell(box.left + x(line.x[nearest.i]) * scale, box.top + y(line.y[nearest.i]) * scale);
-  };
-  svg.addEventListener("focus", () => { if (svg.matches(":focus-visible")) look(); });
-  svg.addEventListener("blur", leave);
-  const steps = {
-    ArrowLeft: () => { column -= 1; }, ArrowRight: () => { column += 1; }, Home: () => { column = 0; }, End: () => { column = Infinity; },
-    ArrowUp: () => { row = (row || drawn.length) - 1; }, ArrowDown: () => { row = (row + 1) % drawn.length; },
-  };
-  svg.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || !(event.key === "Enter" || event.key in steps)) return;
+    this.show(event.clientX, event.clientY);
+  }
+  text(y) { return this.figure.dataset.percent ? `${Math.round(100 * this.yAt(y))} %` : this.yAt(y).toFixed(2); }
+  show(left, top) {
+    const [x, y] = this.line.points[this.index], box = this.svg.getBoundingClientRect(), scale = box.width / this.svg.viewBox.baseVal.width;
+    const { x: axis, digits } = this.figure.dataset, at = `${axis} ${this.xAt(x).toFixed(digits)}`;
+    this.hair.setAttribute("d", `M${x},10V${this.svg.viewBox.baseVal.height - 38}`);
+    showTip(`${data.trackers[this.line.tracker]}: ${this.text(y)} at ${at}`, left ?? box.left + x * scale, top ?? box.top + y * scale);
+    this.readout(at, x);
+  }
+  /** Write the values of all lines at an abscissa below the chart. */
+  readout(at, x) {
+    const head = this.figure.querySelector(".read .at");
+    if (!head) return;
+    head.textContent = `At ${at}:`;
+    for (const { tracker, points } of this.lines) {
+      const nearest = points.reduce((best, point) => (Math.abs(point[0] - x) < Math.abs(best[0] - x) ? point : best));
+      this.figure.querySelector(`.read [data-k="${tracker}"]`).textContent = this.text(nearest[1]);
+    }
+  }
+  leave() { tip.hidden = true; this.hair.removeAttribute("d"); }
+  open() {
+    const place = this.line.places[this.index];
+    if (place && data.scenes.length) { this.leave(); choose(opening(place), true); }
+  }
+  press(event) {
+    const step = { ArrowLeft: [0, -1], ArrowRight: [0, 1], Home: [0, -Infinity], End: [0, Infinity], ArrowUp: [-1, 0], ArrowDown: [1, 0] }[event.key];
+    if (event.ctrlKey || event.metaKey || event.altKey || !(step || event.key === "Enter")) return;
     event.preventDefault();
-    if (event.key === "Enter") { open(); return; }
-    steps[event.key]();
-    look();
-  });
+    if (!step) { this.open(); return; }
+    this.line = this.lines.at((this.lines.indexOf(this.line) + step[0]) % this.lines.length);
+    this.index = Math.max(0, Math.min(this.index + step[1], this.line.points.length - 1));
+    this.show();
+  }
 }
+for (const svg of document.querySelectorAll("figure.chart > svg:has(.curve[data-k])")) new Plot(svg);
 
-function fill(figure, chart) {
-  if (chart.lines.length > CROWDED) {
-    const grid = make("div", { class: "charts" });
-    chart.lines.forEach((_, i) => grid.append(plot(chart, i)));
-    figure.append(grid);
-  } else figure.append(plot(chart));
-  const head = chart.told ? [make("li", {}, `tracker (${chart.told}):`)] : [];
-  figure.append(make("ul", { class: "key" }, ...head, ...chart.lines.map((line) => {
-    const place = line.places.find((one) => one);
-    const { start, trace, show, ...asked } = place ? opening(place) : {};
-    const link = make("a", place ? { href: `#${new URLSearchParams(asked)}` } : {}, sampleOf(line.position));
-    link.append(line.told ? `${line.label} (${line.told})` : line.label);
-    return make("li", {}, link);
-  })));
-}
-// Those that are far down are drawn when they are near: there may be a hundred.
-const near = new IntersectionObserver((seen) => {
-  seen.filter((one) => one.isIntersecting).forEach(({ target }) => drawn(target));
-}, { rootMargin: "600px" });
-const empty = new Set(document.querySelectorAll("figure.chart"));
-function drawn(figure) {
-  near.unobserve(figure);
-  empty.delete(figure);
-  figure.style.minHeight = "";
-  fill(figure, data.charts[figure.id]);
-}
-for (const figure of empty) {
-  figure.style.minHeight = "330px";
-  near.observe(figure);
-}
-
-// ---- On paper all is drawn, nothing is folded, and tables are no wider than the page.
+// ---- On paper nothing is folded, and tables are no wider than the page.
 addEventListener("beforeprint", () => {
-  empty.forEach(drawn);
   for (const fold of document.querySelectorAll("main details:not([open])")) {
     fold.open = true;
     fold.classList.add("unfolded");

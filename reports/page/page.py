@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from trackmark.reports.files import write_file
 from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
-from trackmark.reports.palette import COLOURS
+from trackmark.reports.page.svg import chart_svg
+from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
 from trackmark.reports.tables import number_in, number_rests, text_columns
 
@@ -33,8 +34,6 @@ _MIN_WRAPPED = 16
 """Minimum number of characters of a text in a table that is wrapped."""
 
 _PARTS = Path(__file__).parent
-_DASHES: Sequence[Sequence[int]] = ([], [7, 4], [9, 3, 2, 3], [2, 3])
-"""Dash patterns of the styles in `reports.palette.LINE_STYLES`: `-`, `--`, `-.`, `:`."""
 
 
 def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
@@ -74,17 +73,12 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
-        "colours": COLOURS,
-        "dashes": _DASHES,
+        "dashes": DASHES,
+        "markers": MARKER_PATHS,
         "scenes": scenes,
         "beside": quote(os.fsencode(_folder(path).name)),
         "absent": ABSENT,
         "start": page.start.removeprefix("#"),
-        "charts": {
-            f"{section.key}-{number}": _chart(chart)
-            for section in page.sections
-            for number, chart in enumerate(section.charts)
-        },
     }
     blocks = {name: Markup(text) for name, text in inside.items()}  # noqa: S704  # base64
     text = _environment().get_template("page.html").render(page=page, data=data, blocks=blocks)
@@ -117,8 +111,14 @@ def _environment() -> "Environment":
         (_PARTS / name).read_text("utf-8")
     )
     environment.globals["long"] = _MIN_WRAPPED
+    environment.globals["markers"] = MARKER_PATHS
+    for name, shades in (("light", LIGHT), ("dark", DARK)):
+        environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
+    environment.filters["svg"] = chart_svg
+    environment.filters["digits"] = _digits
+    environment.filters["colour_index"] = colour_index
     environment.filters["code"] = _with_code
     environment.filters["divided"] = _divided
     environment.filters["texts"] = text_columns
@@ -127,6 +127,11 @@ def _environment() -> "Environment":
     environment.filters["address"] = _address_of
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
     return environment
+
+
+def _digits(chart: Chart) -> int:
+    """Return the number of decimals of abscissas in the readout of a chart."""
+    return 0 if all(float(x).is_integer() for line in chart.lines for x in np.ravel(line.x)) else 2
 
 
 def _with_code(text: str) -> "Markup":
@@ -227,37 +232,3 @@ def _scene_data(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -
         "reels": {kind: sizes for kind, sizes in reels.items() if sizes},
         "takes": takes,
     }
-
-
-def _chart(chart: Chart) -> dict[str, Any]:
-    return {
-        "x": chart.x,
-        "y": chart.y,
-        "words": chart.words,
-        "kind": chart.kind,
-        "log": chart.logarithmic,
-        "top": chart.top,
-        "told": chart.value_name,
-        "lines": [
-            {
-                "label": one_line(line.label),
-                "position": line.position,
-                "told": line.value,
-                "places": [place and place[:4] for place in line.places],
-                **{
-                    name: _numbers(values)
-                    for name in ("x", "y", "low", "high")
-                    if len(values := np.asarray(getattr(line, name), float))
-                },
-            }
-            for line in chart.lines
-        ],
-    }
-
-
-def _numbers(values: ArrayLike) -> list[float | None]:
-    """Round to five digits, more than a chart can show; None for a gap."""
-    return [
-        float(f"{value:.5g}") if isfinite(value) else None
-        for value in np.asarray(values, float).tolist()
-    ]

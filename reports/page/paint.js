@@ -138,12 +138,12 @@ function drawCurve() {
   curvePen.strokeStyle = ink("--line");
   curvePen.fillStyle = ink("--faint");
   curvePen.textAlign = "end";
-  for (const tick of ticksOf(0, 2 * top, false)) if (tick <= top) {
+  for (const tick of ticksOf(0, 2 * top)) if (tick <= top) {
     line(PLOT.left, y(tick), width - PLOT.right, y(tick));
     curvePen.fillText(String(tick), PLOT.left - 5, y(tick) + 4);
   }
   curvePen.textAlign = "center";
-  for (const tick of ticksOf(0, scene.frames - 1, false)) if (Number.isInteger(tick)) {
+  for (const tick of ticksOf(0, scene.frames - 1)) if (Number.isInteger(tick)) {
     line(x(tick), height - PLOT.bottom, x(tick), height - PLOT.bottom + 3);
     curvePen.fillText(String(tick), x(tick), height - 3);
   }

@@ -22,22 +22,22 @@ from trackmark.trackers.base import catalogue
 
 
 class Noise:
-    """Frames of reproducible noise, made when asked for."""
+    """Frames of reproducible noise, generated on request; `requested` lists their numbers."""
 
     def __init__(self, n, height=24, width=32):
         self.n, self.shape = n, (height, width, 3)
-        self.asked = []
+        self.requested = []
 
     def __len__(self):
         return self.n
 
     def __getitem__(self, frame):
-        self.asked.append(frame)
+        self.requested.append(frame)
         return np.random.default_rng(frame).integers(0, 256, self.shape, dtype=np.uint8)
 
 
 def straight_line(n, absent=()):
-    """Truth of a 8x6 target that moves one pixel a frame."""
+    """Return boxes of a target of 8 x 6 px that moves 0.5 px per frame."""
     boxes = np.array([[2.0 + 0.5 * i, 3.0, 8.0, 6.0] for i in range(n)])
     boxes[list(absent)] = np.nan
     return boxes
@@ -82,9 +82,9 @@ class Knob(TrackerPlugin):
 
 @pytest.fixture(scope="session")
 def otb():
-    """Lay down an OTB sequence: noise, whose target never moves."""
+    """Return a function that writes an OTB sequence of noise whose target never moves."""
 
-    def laid(folder, frames, first=1):
+    def write(folder, frames, first=1):
         (folder / "img").mkdir(parents=True)
         for i in range(frames):
             image = np.random.default_rng(i).integers(0, 256, (40, 50, 3), dtype=np.uint8)
@@ -92,21 +92,21 @@ def otb():
         (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * frames)
         return folder
 
-    return laid
+    return write
 
 
 @pytest.fixture
 def workspace(tmp_path, otb):
-    """A folder with an OTB sequence and a tracker in a file."""
+    """Return a folder with an OTB sequence and a tracker file."""
     otb(tmp_path / "data" / "Small", 5)
     (tmp_path / "knob.py").write_text(KNOB_TRACKER)
     return tmp_path
 
 
 class Here:
-    """A pool whose worker is this very process."""
+    """Pool that performs work units in this process."""
 
-    at_work = threading.Lock()
+    lock = threading.Lock()
 
     def __init__(self, limits, jobs=1):
         self.limits = limits
@@ -115,7 +115,7 @@ class Here:
         done = 0
         for unit in units:
             try:
-                with self.at_work:
+                with self.lock:
                     outcome = worker.perform(unit, self.limits.run_seconds)
             except datasets.SequenceError as error:
                 outcome = error
@@ -124,15 +124,15 @@ class Here:
             yield unit, outcome
 
     def probe(self, unit, frames):
-        with self.at_work:
+        with self.lock:
             return worker.probe(unit, frames)
 
     def close(self):
-        """Do nothing: no process has to be ended."""
+        """Do nothing: there is no process to end."""
 
 
-def asked_here(request):
-    """Stands for the child that imports trackers of others."""
+def answer_here(request):
+    """Replace the child process that imports tracker files."""
     return "", [line.encode() for line in answer_lines(*json.loads(request))]
 
 
@@ -144,7 +144,7 @@ def without_processes():
     def within():
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("trackmark.bench.engine.pool.Pool", Here)
-            patch.setattr("trackmark.bench.experiments.tracker_files._child", asked_here)
+            patch.setattr("trackmark.bench.experiments.tracker_files._child", answer_here)
             yield
 
     return within
@@ -159,13 +159,13 @@ def in_this_process(without_processes):
 
 @pytest.fixture
 def trackmark(workspace, in_this_process, monkeypatch, capsys):
-    """The command line as a user types it, in a folder with data; no process is started for it."""
+    """Return a function that runs a command line in this process, in a folder with data."""
     monkeypatch.chdir(workspace)
     monkeypatch.setenv("TRACKMARK_CACHE", str(workspace / "cache"))
     monkeypatch.setattr("trackmark.bench.cli.attend", lambda tell: None)
     monkeypatch.setattr(
         "trackmark.bench.commands._progress.PATIENCE", 1e6
-    )  # seconds: however busy it is here
+    )  # seconds: no notices of slow steps
 
     def call(*arguments, status=0):
         catalogue._load.cache_clear()  # trackers in files may have been edited

@@ -28,9 +28,9 @@ SIZES = {"320x240": {}, "640x480": {"width": "640", "height": "480"}}
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("knobs", KNOBS)
-def test_a_frame_is_rendered(benchmark, knobs, size):
-    sequence = plain.SUITE.load("plain/target", {**KNOBS[knobs], **SIZES[size]})
+@pytest.mark.parametrize("parameters", KNOBS)
+def test_a_frame_is_rendered(benchmark, parameters, size):
+    sequence = plain.SUITE.load("plain/target", {**KNOBS[parameters], **SIZES[size]})
     sequence[0]  # textures are made once
     assert benchmark(lambda: sequence[40]).shape[0] == (480 if size == "640x480" else 240)
 

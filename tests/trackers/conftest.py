@@ -1,3 +1,5 @@
+"""Fixture that creates clips of a moving target."""
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -6,7 +8,7 @@ import pytest
 
 @dataclass(frozen=True)
 class Clip:
-    """A target of coloured texture that moves over textured ground, and its boxes."""
+    """Images of a textured target that moves over textured ground, and its boxes."""
 
     images: list
     boxes: np.ndarray
@@ -44,5 +46,5 @@ def moving_target(
 
 @pytest.fixture(name="moving_target", scope="session")
 def _moving_target():
-    """Make a `Clip`: `moving_target(n_frames=..., height=..., size=..., ...)`."""
+    """Return the function that creates a `Clip`."""
     return moving_target

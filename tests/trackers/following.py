@@ -1,4 +1,4 @@
-"""A tracker on images that a test made."""
+"""Functions that run a tracker on images of a test."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from trackmark import trackers
 
 
 def track(name, images, box, seed=0, **parameters):
-    """Estimates from the second image on."""
+    """Return the estimates from the second image on."""
     tracker = trackers.create(name, seed, **parameters)
     tracker.init(images[0], np.asarray(box, float))
     return [tracker.update(image) for image in images[1:]]
@@ -21,7 +21,7 @@ def centres_of(estimates):
 
 
 def box_of(mask):
-    """The box around a mask's pixels."""
+    """Return the bounding box of a mask."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     x, y = columns[0], rows[0]
     return np.array([x, y, columns[-1] + 1 - x, rows[-1] + 1 - y], float)

@@ -1,9 +1,11 @@
-"""Trackers by name: found by their files, by plugins' files and entry points."""
+"""Catalogue of trackers: names, plugin files, entry points and imports."""
 
 import os
 import subprocess
 import sys
+from pathlib import Path
 
+import grimp
 import numpy as np
 import pytest
 from numba.core.caching import CacheImpl
@@ -12,7 +14,7 @@ from trackmark import trackers
 from trackmark.trackers.base import catalogue
 from trackmark.trackers.base.parameters import TrackerError
 
-PLUGIN = '''"""A tracker of somebody else's."""
+PLUGIN = '''"""A third-party tracker."""
 
 import numpy as np
 from pydantic import Field
@@ -59,7 +61,7 @@ def plugin(tmp_path):
 
 
 def installed(tmp_path, monkeypatch, entries, source=PLUGIN, distribution="drifters"):
-    """A tiny installed distribution that offers trackers."""
+    """Install a distribution with entry points of trackers."""
     site = tmp_path / distribution
     information = site / f"{distribution}-1.0.dist-info"
     information.mkdir(parents=True)
@@ -67,7 +69,7 @@ def installed(tmp_path, monkeypatch, entries, source=PLUGIN, distribution="drift
     (information / "METADATA").write_text(f"Name: {distribution}\nVersion: 1.0\n")
     (information / "entry_points.txt").write_text("[trackmark.trackers]\n" + entries)
     monkeypatch.syspath_prepend(site)
-    # syspath_prepend leaves the module behind once it is imported.
+    # syspath_prepend does not remove an imported module.
     monkeypatch.delitem(sys.modules, distribution, raising=False)
 
 
@@ -77,7 +79,7 @@ def first_step(tracker):
     return tracker.update(image).box.tolist()
 
 
-def test_names_are_the_files_with_hyphens_for_underscores():
+def test_tracker_names_are_file_names_with_hyphens():
     names = trackers.names()
     assert {"static", "camshift", "opencv-median-flow"} <= set(names)
     assert not {"base", "__init__", "--init--", "opencv_mil", "opencv"} & set(names)
@@ -93,7 +95,7 @@ def test_names_are_the_files_with_hyphens_for_underscores():
         ("CSRT", "opencv-csrt"),
     ],
 )
-def test_an_unknown_name_lists_the_known_and_the_closest(wrong, closest):
+def test_unknown_tracker_error_suggests_the_closest(wrong, closest):
     with pytest.raises(TrackerError) as caught:
         trackers.create(wrong)
     assert f"unknown tracker {wrong!r}. Did you mean {closest!r}?" in str(caught.value)
@@ -101,12 +103,12 @@ def test_an_unknown_name_lists_the_known_and_the_closest(wrong, closest):
 
 
 @pytest.mark.parametrize("name", ["", "base", "__init__", "--init--", "base/catalogue", "../x"])
-def test_what_is_no_tracker_file_is_unknown(name):
+def test_names_of_other_files_are_unknown_trackers(name):
     with pytest.raises(TrackerError, match="unknown tracker"):
         trackers.create(name)
 
 
-def test_an_unknown_preset_lists_the_known_and_the_closest():
+def test_unknown_preset_error_suggests_the_closest():
     with pytest.raises(TrackerError) as caught:
         trackers.resolve("camshift", preset="as_written")
     assert str(caught.value) == (
@@ -115,13 +117,13 @@ def test_an_unknown_preset_lists_the_known_and_the_closest():
     )
 
 
-def test_options_are_what_differs_from_the_preset():
+def test_options_are_the_differences_from_the_preset():
     resolved = trackers.resolve("camshift", window="adaptive", hue_bins="16", max_iterations=10)
     assert resolved.options == {"hue_bins": 16, "window": "adaptive"}
     assert trackers.resolve("camshift", preset="as-written").options == {"preset": "as-written"}
 
 
-def test_a_preset_comes_first_and_values_override_it(plugin):
+def test_parameter_values_override_the_preset(plugin):
     name = f"{plugin}:Drift"
     assert trackers.resolve(name).parameters.step == 1
     assert trackers.resolve(name, preset="fast").parameters.step == 5
@@ -131,7 +133,7 @@ def test_a_preset_comes_first_and_values_override_it(plugin):
     assert list(both.options) == ["preset", "step", "twice"]
 
 
-def test_a_tracker_from_a_file_anywhere(plugin):
+def test_tracker_in_a_file_outside_the_package_is_loaded(plugin):
     specification = trackers.resolve(f"{plugin}:Drift")
     assert specification.name == "drift.py:Drift"
     assert specification.file == plugin.resolve()
@@ -139,7 +141,7 @@ def test_a_tracker_from_a_file_anywhere(plugin):
 
 
 def test_plugin_file_errors_state_the_problem(plugin):
-    with pytest.raises(TrackerError, match=r"missing\.py: there is no such tracker file"):
+    with pytest.raises(TrackerError, match=r"missing\.py: this tracker file does not exist"):
         trackers.create(f"{plugin.parent}/missing.py:Drift")
     with pytest.raises(TrackerError, match=r"class in .*drift\.py 'Drfit'. Did you mean 'Drift'"):
         trackers.create(f"{plugin}:Drfit")
@@ -147,11 +149,11 @@ def test_plugin_file_errors_state_the_problem(plugin):
         trackers.create(f"{plugin}:NotATracker")
     incomplete = plugin.with_name("lacking.py")
     incomplete.write_text("import a_library_that_nobody_has\n")
-    with pytest.raises(TrackerError, match="can't be used here: No module named 'a_library_that"):
+    with pytest.raises(TrackerError, match="cannot be used: No module named 'a_library_that"):
         trackers.create(f"{incomplete}:Drift")
 
 
-def test_an_edit_of_equal_size_in_the_same_second_is_loaded(plugin):
+def test_edited_file_of_equal_size_and_time_is_reloaded(plugin):
     assert first_step(trackers.create(f"{plugin}:Drift")) == [2, 2, 3, 4]
     stamp = plugin.stat()
     plugin.write_text(PLUGIN.replace("Field(1.0", "Field(8.0"))
@@ -164,11 +166,13 @@ def test_missing_folder_for_compiled_kernels_is_reported(monkeypatch):
     monkeypatch.setattr(CacheImpl, "_locator_classes", [])
     monkeypatch.delitem(sys.modules, "trackmark.trackers.camshift", raising=False)
     monkeypatch.delitem(sys.modules, "trackmark.trackers.maps.back_projection", raising=False)
-    with pytest.raises(TrackerError, match=r"'camshift' .* Set NUMBA_CACHE_DIR to such a folder\."):
+    with pytest.raises(
+        TrackerError, match=r"'camshift' .* Set NUMBA_CACHE_DIR to a writable folder\."
+    ):
         trackers.create("camshift")
 
 
-def test_a_third_partys_tracker_is_found_by_its_entry_point(tmp_path, monkeypatch):
+def test_entry_point_of_another_package_is_a_tracker(tmp_path, monkeypatch):
     installed(tmp_path, monkeypatch, "drift = drifters:Drift\n")
     assert trackers.names()[-1] == "drift"
     assert trackers.summary("drift") == "third party: drifters:Drift"
@@ -185,20 +189,22 @@ def test_entry_point_with_missing_dependency_is_rejected(tmp_path, monkeypatch):
     source = "import a_library_that_nobody_has\n"
     installed(tmp_path, monkeypatch, "drift = drifters:Drift\n", source)
     assert "drift" in trackers.names()
-    with pytest.raises(TrackerError, match="'drift' can't be used here: No module named"):
+    with pytest.raises(TrackerError, match="'drift' cannot be used: No module named"):
         trackers.create("drift")
 
 
-def test_a_name_offered_twice_is_an_error_that_names_both(tmp_path, monkeypatch):
+def test_tracker_name_of_two_packages_is_rejected(tmp_path, monkeypatch):
     installed(tmp_path, monkeypatch, "drift = drifters:Drift\nstatic = drifters:Drift\n")
     installed(tmp_path, monkeypatch, "drift = rivals:Drift\n", distribution="rivals")
-    with pytest.raises(TrackerError, match=r"'drift' is offered more than once: .*rivals:Drift"):
+    with pytest.raises(
+        TrackerError, match=r"'drift' is defined by several packages: .*rivals:Drift"
+    ):
         trackers.create("drift")
-    with pytest.raises(TrackerError, match="more than once: trackmark, drifters:Drift"):
+    with pytest.raises(TrackerError, match="several packages: trackmark, drifters:Drift"):
         trackers.create("static")
 
 
-def test_describe_gives_parameters_with_default_type_and_meaning(plugin):
+def test_describe_lists_parameters_with_type_and_meaning(plugin):
     actual = trackers.describe("camshift")
     assert actual["name"] == "camshift"
     assert "Bradski" in actual["paper"]
@@ -215,7 +221,7 @@ def test_describe_gives_parameters_with_default_type_and_meaning(plugin):
     assert trackers.summary("static") == "Constant init box: the lower reference of every table."
 
 
-def test_listing_imports_no_tracker_and_no_heavy_library():
+def test_listing_trackers_imports_no_heavy_library():
     program = (
         "import sys\nfrom trackmark import trackers\n"
         "assert [trackers.summary(name) for name in trackers.names()]\n"
@@ -226,3 +232,73 @@ def test_listing_imports_no_tracker_and_no_heavy_library():
     )
     actual = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert actual.stdout.strip() == "[] []", actual.stderr
+
+
+FORMER_PLUGIN = """
+import datasets
+from trackers.base.interface import Estimate, TrackerPlugin
+
+
+class Former(TrackerPlugin):
+    def init(self, image, box, mask=None):
+        import trackers.base.sharing as late
+
+        self.box, self.name = box, late.__name__
+
+    def update(self, image):
+        if self.name != "trackmark.trackers.base.sharing" or {attribute!r} not in dir(datasets):
+            raise ValueError(f"{{self.name}}, {{datasets}}")
+        return Estimate(self.box)
+"""
+
+
+def run_former(tmp_path, attribute, *command):
+    """Run a command on a tracker with former imports, and return its warning."""
+    (tmp_path / "former.py").write_text(FORMER_PLUGIN.format(attribute=attribute))
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    process = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert process.returncode == 0, process.stdout + process.stderr
+    (warning,) = (text for text in process.stderr.splitlines() if "deprecated" in text)
+    return warning.removeprefix(str(tmp_path / "former.py"))
+
+
+FORMER_PROGRAM = (
+    "import numpy as np; from trackmark import trackers;"
+    "image, tracker = np.zeros((9, 9, 3), np.uint8), trackers.create('former.py');"
+    "tracker.init(image, np.array([1.0, 2, 3, 4])); tracker.update(image)"
+)
+
+
+def test_former_import_names_work_with_a_warning(tmp_path):
+    assert run_former(tmp_path, "names", sys.executable, "-c", FORMER_PROGRAM) == (
+        ":2: the import name `datasets` is deprecated. The next release removes it. Import "
+        "`trackmark.datasets` instead."
+    )
+
+
+def test_package_of_another_project_keeps_its_former_name(tmp_path):
+    (tmp_path / "datasets").mkdir()
+    (tmp_path / "datasets" / "__init__.py").write_text("load_dataset = print\n")
+    warning = run_former(tmp_path, "load_dataset", sys.executable, "-c", FORMER_PROGRAM)
+    assert warning.startswith(":3: the import name `trackers.base.interface` is deprecated.")
+
+
+@pytest.mark.slow
+def test_command_reports_former_import_names(tmp_path):
+    script = Path(sys.executable).with_name("trackmark")
+    arguments = ["run", "--trackers", "former.py", "--sequences", "samples/bow-tie"]
+    warning = run_former(tmp_path, "names", script, *arguments)
+    assert warning.startswith(":2: the import name `datasets` is deprecated.")
+
+
+def test_shared_modules_import_no_tracker():
+    files = Path(trackers.__file__).parent.glob("[!_]*.py")
+    modules = {f"trackmark.trackers.{file.stem}" for file in files}
+    assert "trackmark.trackers.static" in modules
+    imports = grimp.build_graph("trackmark", cache_dir=None)
+    wrong_imports = {
+        f"{module} imports {tracker}"
+        for module in imports.find_descendants("trackmark.trackers") - modules
+        for tracker in imports.find_modules_directly_imported_by(module) & modules
+    }
+    assert not wrong_imports

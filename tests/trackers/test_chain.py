@@ -1,4 +1,4 @@
-"""The chain of dependent cues against exact sums over small, discrete models."""
+"""Chain of dependent cues, compared with exact sums over small, discrete models."""
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ from trackmark.trackers.contours.chain import (
 )
 
 
-class Listed:
-    """A cue with fixed states whose weights are looked up, for the attached state's row."""
+class TableCue:
+    """Cue with fixed states and a table of weights; a second cue has a row per attached state."""
 
     def __init__(self, states, table):
         self.states, self.table, self.received = np.asarray(states), np.asarray(table), None
@@ -33,59 +33,53 @@ class Listed:
         self.received = (states, weights)
 
 
-def two(states=200_000, seed=0, **options):
-    first = Listed([0, 1, 2], [0.2, 0.5, 0.3])
-    second = Listed(
-        np.random.default_rng(7).integers(0, 2, states), [[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]]
-    )
-    chain = Chain([first, second], **options)
-    return chain, chain.step(None, np.random.default_rng(seed))
-
-
 def test_complete_density_has_exact_probabilities():
-    _, (first, second) = two()
+    table = [[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]]
+    states = np.random.default_rng(7).integers(0, 2, 200_000)
+    chain = Chain([TableCue([0, 1, 2], [0.2, 0.5, 0.3]), TableCue(states, table)])
+    first, second = chain.step(None, np.random.default_rng(0))
     indices = complete_combinations((first, second))
     measured = np.zeros((3, 2))
     np.add.at(measured, (first.states[indices[0]], second.states), second.weights)
-    exact = np.array([0.2, 0.5, 0.3])[:, np.newaxis] * [[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]]
+    exact = np.array([0.2, 0.5, 0.3])[:, np.newaxis] * table
     np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
 
 
 def test_unattached_hypothesis_keeps_a_small_weight():
-    first, second = Listed([0, 1], [1.0, 0.0]), Listed([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
+    first, second = TableCue([0, 1], [1.0, 0.0]), TableCue([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
     Chain([first, second], feedback="joint").step(None, np.random.default_rng(0))
     _, weights = first.received
     assert 0 < weights[1] < 1e-11
     assert weights.sum() == pytest.approx(1.0)
 
 
-def test_hypotheses_attached_to_nothing_are_an_error():
+def test_combinations_of_unattached_hypotheses_are_rejected():
     alone = Hypotheses(np.arange(3), np.full(3, 1 / 3))
-    with pytest.raises(ValueError, match="attached to none"):
+    with pytest.raises(ValueError, match="not attached to hypotheses"):
         complete_combinations([alone, alone])
 
 
 @pytest.mark.parametrize("options", [{"association": "best"}, {"feedback": "both"}])
-def test_an_unknown_way_is_refused(options):
+def test_unknown_chain_option_is_rejected(options):
     with pytest.raises(ValueError, match="is none of"):
         Chain([], **options)
 
 
 @pytest.mark.parametrize("weights", [[0.2, -0.5, 0.3], [0.2, 0.5]])
 def test_invalid_cue_weights_are_rejected(weights):
-    wrong = Listed([0, 1, 2], [0.2, 0.5, 0.3])
+    wrong = TableCue([0, 1, 2], [0.2, 0.5, 0.3])
     wrong.weigh = lambda *arguments: Weighed(np.array(weights))
-    with pytest.raises(ValueError, match="Listed gives weights of shape"):
+    with pytest.raises(ValueError, match="TableCue returned weights of shape"):
         Chain([wrong]).step(None, np.random.default_rng(0))
 
 
 @given(st.lists(st.floats(0, 1e300), min_size=1, max_size=8))
-def test_proportional_weights_sum_to_one_and_keep_their_order(values):
+def test_normalised_weights_sum_to_one_and_keep_their_order(values):
     weights = normalise_weights(np.array(values))
     assert weights.sum() == pytest.approx(1.0)
     assert (np.diff(weights[np.argsort(values)]) >= 0).all()
 
 
 @pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0]])
-def test_weights_that_say_nothing_become_equal(values):
+def test_invalid_or_zero_weights_become_equal(values):
     np.testing.assert_array_equal(normalise_weights(np.array(values)), [0.5, 0.5])

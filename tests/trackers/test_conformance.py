@@ -21,13 +21,13 @@ from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
 SEED = 7
 
-FOLDER = tempfile.TemporaryDirectory()  # what has to be given is written before tests are chosen
+FOLDER = tempfile.TemporaryDirectory()  # model files exist before tests are collected
 GIVEN = write_models(Path(FOLDER.name))
 
 
 @cache
 def resolved(name):
-    """The tracker's specification, or the error that asking for it gives."""
+    """Return the tracker's specification, or the error of resolving it."""
     try:
         return trackers.resolve(name, **GIVEN.get(name, {}))
     except TrackerError as error:
@@ -38,10 +38,10 @@ USABLE = [name for name in trackers.names() if not isinstance(resolved(name), Tr
 
 
 @pytest.mark.parametrize("name", trackers.names())
-def test_every_tracker_found_can_be_had_or_lacks_a_dependency(name):
+def test_every_tracker_is_usable_or_lacks_a_dependency(name):
     actual = resolved(name)
     if isinstance(actual, TrackerError):
-        wants_files = name == "opencv-dasiamrpn" and "has to be given" in str(actual)
+        wants_files = name == "opencv-dasiamrpn" and "is missing. Set it by" in str(actual)
         if not (isinstance(actual.__cause__, ImportError) or wants_files):
             raise actual
         pytest.skip(str(actual))
@@ -93,10 +93,10 @@ def run(specification, clip):
     return estimates(started(specification, clip), clip)
 
 
-def test_maps_are_of_the_images_size_and_change_nothing(specification, clip, run):
+def test_maps_have_the_image_size_and_no_side_effect(specification, clip, run):
     tracker = started(specification, clip)
     if not isinstance(tracker, trackers.Mapper):
-        pytest.skip("it has none")
+        pytest.skip("it has no maps")
     for image, before in zip(clip.images[1:], run, strict=True):
         estimate = tracker.update(image)
         assert (estimate.box == before.box).all()
@@ -107,14 +107,14 @@ def test_maps_are_of_the_images_size_and_change_nothing(specification, clip, run
             assert 0 <= weights.min() < weights.max() <= 1
 
 
-def test_a_trackers_file_exports_exactly_one_class(specification):
+def test_tracker_file_exports_exactly_one_class(specification):
     if specification.file.parent != catalogue.FOLDER:
-        pytest.skip("a third party's")
+        pytest.skip("not in this package")
     module = importlib.import_module(f"trackmark.trackers.{specification.file.stem}")
     assert module.__all__ == [specification.plugin.__name__]
 
 
-def test_the_class_and_its_file_say_in_one_line_what_it_is(specification):
+def test_tracker_class_and_file_have_a_summary(specification):
     assert re.match(r"[^\n]{10,99}\.(\n|$)", specification.plugin.__doc__)
     assert trackers.summary(specification.name)
 
@@ -126,13 +126,13 @@ def test_parameters_have_meanings_and_units(specification):
             assert re.search(r"\[[a-z].*\]$", parameter["meaning"]), parameter
 
 
-def test_every_preset_makes_a_tracker(specification, clip):
+def test_every_preset_creates_a_tracker(specification, clip):
     for preset in specification.plugin.presets:
         tracker = started(trackers.resolve(specification.name, preset=preset), clip)
         assert_well_formed(tracker.update(clip.images[1]), clip.images[1])
 
 
-def test_a_papers_tracker_has_both_readings(specification):
+def test_tracker_of_a_paper_has_both_presets(specification):
     presets = set(specification.plugin.presets)
     if re.search(r"\d{4}$", specification.name) or "as-written" in presets:
         assert presets >= {"as-written", "recommended"}
@@ -172,13 +172,13 @@ PRESETS = {
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_a_preset_has_the_numbers_that_are_written(name):
+def test_preset_has_the_values_of_the_paper(name):
     tracker, _, preset = name.partition(":")
     parameters = trackers.resolve(tracker, preset=preset).parameters.model_dump()
     assert parameters | PRESETS[name] == parameters
 
 
-def test_every_frame_gets_one_well_formed_estimate(run, clip):
+def test_every_estimate_is_well_formed(run, clip):
     for estimate, image in zip(run, clip.images[1:], strict=True):
         assert_well_formed(estimate, image)
 
@@ -187,16 +187,16 @@ def test_details_have_the_same_names_in_every_frame(run):
     assert len({tuple(estimate.details) for estimate in run}) == 1
 
 
-def test_the_same_seed_gives_the_same_boxes_to_the_bit(specification, clip, run):
-    # An integer seed is its sequence.
+def test_equal_seed_gives_bit_identical_boxes(specification, clip, run):
+    # An integer seed equals its SeedSequence.
     again = estimates(started(specification, clip, np.random.SeedSequence(SEED)), clip)
     np.testing.assert_array_equal(boxes_of(again), boxes_of(run))
 
 
-def test_two_instances_share_nothing(specification, clip, other_clip, run):
+def test_two_instances_are_independent(specification, clip, other_clip, run):
     tracker_of_clip = started(specification, clip)
     if specification.randomness is trackers.Randomness.PROCESS:
-        # Such a tracker is alone in its process while it runs; another may have run before.
+        # Only one such tracker runs in a process at a time.
         estimates(started(specification, other_clip, seed=1), other_clip)
         tracker_of_clip = started(specification, clip)
         actual = estimates(tracker_of_clip, clip)
@@ -209,7 +209,7 @@ def test_two_instances_share_nothing(specification, clip, other_clip, run):
     np.testing.assert_array_equal(boxes_of(actual), boxes_of(run))
 
 
-def test_init_on_another_sequence_starts_afresh(specification, clip, other_clip, run):
+def test_second_init_forgets_the_first_sequence(specification, clip, other_clip, run):
     tracker = started(specification, other_clip)
     estimates(tracker, other_clip)
     tracker.init(clip.images[0], clip.boxes[0].copy())
@@ -217,7 +217,7 @@ def test_init_on_another_sequence_starts_afresh(specification, clip, other_clip,
 
 
 def test_inputs_are_neither_modified_nor_referenced(specification, clip, run):
-    states = pickle.dumps((np.random.get_state(), random.getstate()))  # noqa: NPY002  # the legacy state is the point
+    states = pickle.dumps((np.random.get_state(), random.getstate()))  # noqa: NPY002  # legacy state
     tracker = specification.create(SEED)
     first = clip.boxes[0].copy()
     reused = clip.images[0].copy()  # a reader may decode every frame into the same array
@@ -245,7 +245,7 @@ def test_parameters_are_frozen_and_travel_between_processes(specification):
 
 @pytest.fixture(scope="module")
 def crowded(clip):
-    """Frames on which all that share have worked before, elsewhere in the image."""
+    """Frames that all sharing trackers have processed before with another box."""
     frames = [SharedFrame(image) for image in clip.images]
     for other in map(resolved, USABLE):
         if issubclass(other.plugin, SharingTracker):
@@ -257,12 +257,9 @@ def crowded(clip):
 
 
 @pytest.mark.parametrize("sharers", [1, 60])
-def test_a_shared_frame_gives_the_same_boxes_as_a_plain_one(
-    specification, clip, crowded, run, sharers
-):
+def test_shared_frames_give_the_boxes_of_plain_images(specification, clip, crowded, run, sharers):
     if not issubclass(specification.plugin, SharingTracker):
         pytest.skip("shares nothing")
-    # All were there before; or nobody, though many are to come.
     shared = crowded if sharers == 1 else [SharedFrame(image, sharers) for image in clip.images]
     tracker = specification.create(SEED)
     tracker.init_shared(shared[0], clip.boxes[0].copy())
@@ -283,70 +280,48 @@ HARD = {
     "a target of a few pixels": {"size": (3, 4)},
     "a grey image": {"grey": True},
     "odd image sides": {"height": 61, "width": 83, "start": (20, 15)},
-    "an image hardly larger than the target": {
-        "height": 33,
-        "width": 24,
-        "start": (1, 1),
-        "velocity": (0.3, 0.2),
-    },
+    "an image hardly larger than the target": {"height": 33, "width": 24, "start": (1, 1)}
+    | {"velocity": (0.3, 0.2)},
 }
 
 
 CRASHES = {("opencv-tld", "an image hardly larger than the target")}  # in OpenCV's own code
 
 
-@pytest.fixture(scope="module")
-def hard_clips(moving_target):
-    return {case: moving_target(3, **changes) for case, changes in HARD.items()}
-
-
-def test_hard_cases_give_well_formed_boxes_or_a_refusal(specification, hard_clips):
-    for case, clip in hard_clips.items():
+def test_hard_cases_give_valid_boxes_or_are_rejected(specification, moving_target):
+    for case, changes in HARD.items():
         if (specification.name, case) not in CRASHES:
-            assert_well_formed_or_refused(specification, clip, clip.boxes[0])
+            clip = moving_target(3, **changes)
+            assert_well_formed_or_rejected(specification, clip, clip.boxes[0])
 
 
-STRANGE = [
-    (500, 400, 20, 30),  # far outside
-    (-20, 20, 20, 30),  # beside the border
-    (-18, 20, 20, 30),  # hardly inside
-]
-NO_BOXES = [
-    (20, 20, 12, 0),
-    (20, 20, -5, 9),
-    (20, 20, np.nan, 9),
-    (1, 2, np.inf, 4),
-    (20, 20, 9),
-    ((20, 20, 9, 9),),
-    ("a", "b", "c", "d"),
-    "box",
-    None,
-]
+NO_BOXES = [(20, 20, 12, 0), (20, 20, -5, 9), (20, 20, np.nan, 9), (1, 2, np.inf, 4)]
+NO_BOXES += [(20, 20, 9), ((20, 20, 9, 9),), ("a", "b", "c", "d"), "box", None]
 
 
 def test_init_boxes_outside_are_tracked_or_rejected(specification, clip):
-    for box in STRANGE:
-        assert_well_formed_or_refused(specification, clip, np.array(box, float))
+    for x, y in ((500, 400), (-20, 20), (-18, 20)):  # far outside, at the border, hardly inside
+        assert_well_formed_or_rejected(specification, clip, np.array([x, y, 20, 30], float))
 
 
-def test_what_is_no_box_is_refused(specification, clip):
+def test_invalid_init_box_is_rejected(specification, clip):
     for box in NO_BOXES:
         with pytest.raises(TrackerError, match="box") as refusal:
             specification.create(SEED).init(clip.images[0], box)
         assert "\n" not in str(refusal.value)
 
 
-def test_an_update_before_init_is_refused(specification, clip):
-    with pytest.raises(TrackerError, match="`init`, which must come before `update`"):
+def test_update_before_init_is_rejected(specification, clip):
+    with pytest.raises(TrackerError, match="Call `init` before `update`"):
         specification.create(SEED).update(clip.images[0])
 
 
-def assert_well_formed_or_refused(specification, clip, box):
+def assert_well_formed_or_rejected(specification, clip, box):
     tracker = specification.create(SEED)
     try:
         tracker.init(clip.images[0], box.copy())
     except TrackerError as refusal:
-        assert re.search("box|window", str(refusal))  # noqa: PT017  # one of two right answers
+        assert re.search("box|window", str(refusal))  # noqa: PT017  # both outcomes are valid
         assert "\n" not in str(refusal)  # noqa: PT017  # as above
         return
     assert box.shape == (4,)

@@ -1,11 +1,10 @@
-"""Inputs of cues, and properties without a plain reference (see `plain_moreno2005.py`)."""
+"""Colour cells, Kalman contour cue and colour planes of `moreno2005`."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from trackmark.trackers.contours.contour_cue import ContourDynamics, KalmanContourCue
-from trackmark.trackers.contours.mixture import Mixture, to_components
 from trackmark.trackers.contours.observation import colour_cells
 from trackmark.trackers.contours.plane_cue import (
     discriminant_basis,
@@ -16,7 +15,6 @@ from trackmark.trackers.contours.plane_cue import (
 
 BASIS = np.linalg.qr(np.array([[1.0, 0.2], [0.1, 1.0], [-0.5, 0.3]]))[0]
 SQUARE = np.array([[20.0, 10.0], [50.0, 10.0], [50.0, 40.0], [20.0, 40.0]])
-STILL = ContourDynamics(np.zeros((2, 2)), np.zeros(2))
 
 
 @pytest.fixture(scope="module")
@@ -25,20 +23,6 @@ def image():
     picture = random.integers(0, 120, (60, 80, 3))
     picture[10:40, 20:50] = random.integers(100, 255, (30, 30, 3))
     return picture.astype(np.uint8)
-
-
-def mixtures(seed=0, of_target=2, of_background=3):
-    random = np.random.default_rng(seed)
-    return to_components(
-        Mixture(
-            np.concatenate([np.full(of_target, 1 / of_target), np.full(of_background, 1 / 3)]),
-            random.uniform(0, 1, (of_target + of_background, 2)),
-            np.eye(2) * random.uniform(0.01, 0.05, (of_target + of_background, 1, 1)),
-        )
-    )
-
-
-# What the cues are shown.
 
 
 @pytest.mark.parametrize("levels", [1, 20, 64])
@@ -54,9 +38,6 @@ def test_colour_cells_have_the_mean_of_their_pixels(image, levels):
     np.testing.assert_array_equal(cells.sizes, sizes)
     means = [rgb[numbers == cell].mean(axis=0) / 255 for cell in range(len(sizes))]
     np.testing.assert_allclose(cells.colours, means, rtol=1e-13)
-
-
-# Cues.
 
 
 def test_kalman_contour_cue_matches_weighted_mean_and_variance():
@@ -76,21 +57,8 @@ def test_kalman_contour_cue_matches_weighted_mean_and_variance():
         )
 
 
-def test_equal_weights_tell_the_kalman_filter_next_to_nothing():
-    motion = ContourDynamics(np.zeros((2, 2)), np.array([3.0, 2.0]))
-    cue = KalmanContourCue(SQUARE, 200_00, motion, "window", "literal", 1.0)
-    states = cue.sample(np.random.default_rng(0))
-    before = cue.place.covariances[:, 0, 0].copy()
-    cue.receive(states, np.full(len(states), 1 / len(states)))
-    np.testing.assert_allclose(cue.place.covariances[:, 0, 0], before, rtol=0.05)
-    np.testing.assert_allclose(cue.place.position, SQUARE.mean(axis=0), atol=0.2)
-
-
-# Fisher planes against the definition of discriminant analysis, and their bases.
-
-
 def colours(seed, n_target=40, n_background=70):
-    """Two unlike clouds that overlap."""
+    """Return two overlapping clouds of different shape."""
     rng = np.random.default_rng(seed)
     target = rng.normal([0.5, 0.4, 0.6], [0.05, 0.12, 0.03], (n_target, 3))
     background = rng.uniform(0.2, 0.7, (n_background, 3)) + rng.normal(0, 0.05, (n_background, 3))
@@ -98,7 +66,7 @@ def colours(seed, n_target=40, n_background=70):
 
 
 def slow_scatter(target, background, k, exponent):
-    """Whitening (rows are axes) and scatter between classes, every distance written out."""
+    """Return whitening matrix (rows are axes) and between-class scatter, pixel by pixel."""
     within = 0.5 * np.cov(target.T, bias=True) + 0.5 * np.cov(background.T, bias=True)
     values, axes = np.linalg.eigh(within + 1e-4 * np.eye(3))
     whitening = np.diag(values**-0.5) @ axes.T
@@ -119,7 +87,7 @@ def slow_scatter(target, background, k, exponent):
 
 
 @pytest.mark.parametrize(("k", "exponent"), [(3, 1.0), (1, 1.0), (5, 2.0), (3, 0.0)])
-def test_axes_are_those_of_every_distance_written_out(k, exponent):
+def test_discriminant_axes_equal_the_slow_definition(k, exponent):
     target, background = colours(k)
     whitening, scatter = slow_scatter(target, background, k, exponent)
     values, vectors = np.linalg.eigh(scatter)
@@ -133,14 +101,14 @@ def test_axes_are_those_of_every_distance_written_out(k, exponent):
     assert ((target.mean(axis=0) - background.mean(axis=0)) @ basis >= 0).all()
 
 
-def test_classes_of_one_colour_each_have_the_axis_between_them():
+def test_discriminant_axis_connects_uniform_classes():
     flat = discriminant_basis(np.full((9, 3), 0.2), np.tile([0.2, 0.2, 0.5], (9, 1)))
     np.testing.assert_allclose(flat[:, 0], [0, 0, -1], atol=1e-9)
     same = discriminant_basis(np.full((9, 3), 0.2), np.full((9, 3), 0.2))
     np.testing.assert_allclose(same.T @ same, np.eye(2), atol=1e-12)
 
 
-def test_a_class_of_too_few_colours_is_an_error():
+def test_class_of_too_few_colours_is_rejected():
     target, background = colours(0, 3, 20)
     with pytest.raises(ValueError, match="3 colours of the target and 20 of the background"):
         discriminant_basis(target, background)

@@ -1,4 +1,4 @@
-"""Detectors that start a tracker; they need an OpenCV that has them."""
+"""Detectors that initialise a tracker."""
 
 import cv2
 import numpy as np
@@ -16,7 +16,7 @@ needs_cascades = pytest.mark.skipif(
     not hasattr(cv2, "CascadeClassifier"), reason="the installed OpenCV has no cascades"
 )
 
-# A cascade of one stage and one stump: hits where the upper half is brighter than the lower.
+# Cascade of one stage and one stump: the upper half must be brighter than the lower.
 CASCADE = """<?xml version="1.0"?>
 <opencv_storage>
 <cascade>
@@ -46,10 +46,8 @@ def test_people_detects_and_tracks_a_walking_person():
     for frame in frames:
         actual = detect(sequence[frame])
         x, y = sequence.boxes[frame, :2] + sequence.boxes[frame, 2:] / 2
-        inside = (actual[:, :2] < (x, y)).all(axis=1) & (
-            actual[:, :2] + actual[:, 2:] > (x, y)
-        ).all(1)
-        hits += bool(inside.any())
+        inside = (actual[:, :2] < (x, y)) & (actual[:, :2] + actual[:, 2:] > (x, y))
+        hits += bool(inside.all(axis=1).any())
     assert hits >= len(frames) / 2
     tracker = trackers.create("nummiaro2003")
     tracker.init_by_detector(sequence[0], detect)
@@ -58,7 +56,7 @@ def test_people_detects_and_tracks_a_walking_person():
 
 
 @needs_cascades
-def test_a_cascade_is_asked_and_its_largest_hit_comes_first(tmp_path):
+def test_cascade_returns_the_largest_detection_first(tmp_path):
     file = tmp_path / "cascade.xml"
     file.write_text(CASCADE)
     image = np.full((200, 300, 3), 120, np.uint8)
@@ -74,7 +72,7 @@ def test_a_cascade_is_asked_and_its_largest_hit_comes_first(tmp_path):
 
 
 @needs_cascades
-def test_a_file_that_is_no_cascade_is_refused_by_name(tmp_path):
+def test_invalid_cascade_file_is_rejected_by_name(tmp_path):
     with pytest.raises(TrackerError, match=r"absent\.xml: there is no such"):
         cascade(tmp_path / "absent.xml")
     (tmp_path / "poor.xml").write_text("no cascade")
@@ -85,7 +83,7 @@ def test_a_file_that_is_no_cascade_is_refused_by_name(tmp_path):
 @pytest.mark.parametrize(
     ("name", "make"), [("HOGDescriptor", people), ("CascadeClassifier", cascade)]
 )
-def test_an_opencv_without_them_is_named_with_what_to_install(name, make, monkeypatch, tmp_path):
+def test_missing_opencv_detector_error_names_the_package(name, make, monkeypatch, tmp_path):
     monkeypatch.delattr(cv2, name, raising=False)
     (tmp_path / "face.xml").write_text(CASCADE)
     arguments = [tmp_path / "face.xml"] if make is cascade else []

@@ -1,11 +1,11 @@
-"""Kernel-weighted histograms of ellipses against slow ones over whole images."""
+"""Kernel-weighted histograms of ellipses, compared with a slow reference."""
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tests.trackers.slow_ellipses import codes_of, histogram_of, pixels_of
+from tests.trackers.references.ellipses import codes_of, histogram_of, pixels_of
 from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.ellipses import (
     KERNELS,
@@ -25,7 +25,7 @@ def codes(seed):
     return np.random.default_rng(seed).integers(0, BINS, (HEIGHT, WIDTH)).astype(np.uint16)
 
 
-# In sixty-fourths of a pixel, so that no pixel's centre lies on a rim by rounding alone.
+# Multiples of 1/64 pixel plus an offset: no pixel centre lies on a rim by rounding.
 place = st.integers(-20 * 64, 50 * 64).map(lambda n: n / 64 + 0.003)
 half_axis = st.integers(3 * 64, 30 * 64).map(lambda n: n / 64 + 0.001)
 some_ellipses = st.lists(st.tuples(place, place, half_axis, half_axis), min_size=1, max_size=4).map(
@@ -35,7 +35,7 @@ some_ellipses = st.lists(st.tuples(place, place, half_axis, half_axis), min_size
 
 @given(st.integers(0, 99), some_ellipses, st.sampled_from(KERNELS), st.booleans())
 @example(0, np.array([[16.0, 12.0, 3.0, 3.0], [-300.0, 12.0, 3.0, 3.0]]), "epanechnikov", False)
-def test_counts_are_the_sums_of_whole_weights(seed, ellipses, kernel, transposed):
+def test_ellipse_counts_are_sums_of_integer_weights(seed, ellipses, kernel, transposed):
     laid = np.ascontiguousarray(codes(seed).T) if transposed else codes(seed)
     actual = ellipse_counts(laid, (0, 0), transposed, ellipses, kernel, EVERY, BINS)
     for i, ellipse in enumerate(ellipses):
@@ -47,7 +47,7 @@ def test_counts_are_the_sums_of_whole_weights(seed, ellipses, kernel, transposed
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_coefficients_are_those_of_exact_weights(kernel):
+def test_coefficients_of_ellipses_are_close_to_exact_ones(kernel):
     rng = np.random.default_rng(3)
     ellipses = np.column_stack(
         [rng.uniform(-2, WIDTH, 20), rng.uniform(0, HEIGHT, 20), rng.uniform(3, 14, (20, 2))]
@@ -62,7 +62,7 @@ def test_coefficients_are_those_of_exact_weights(kernel):
     np.testing.assert_allclose(ours, expected, atol=1e-5)
 
 
-def test_bins_that_are_not_asked_for_count_in_the_total_alone():
+def test_ellipse_totals_include_bins_without_counts():
     ellipses = np.array([[12.0, 12.0, 9.0, 7.0]])
     every, some = (
         ellipse_counts(codes(2), (0, 0), False, ellipses, "isotropic", bins, BINS)
@@ -73,7 +73,7 @@ def test_bins_that_are_not_asked_for_count_in_the_total_alone():
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300])
-def test_ellipses_that_are_nowhere_count_nothing(value):
+def test_ellipse_of_invalid_position_has_zero_counts(value):
     ellipses = np.array([[value, 12.0, 5.0, 5.0], [12.0, value, 5.0, 5.0]])
     actual = ellipse_counts(codes(0), (0, 0), False, ellipses, "uniform", EVERY, BINS)
     assert not actual.totals.any()

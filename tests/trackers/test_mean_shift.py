@@ -1,6 +1,6 @@
-"""Mean shift against the paper's equations written out slowly, closed forms, its promises."""
+"""Trackers `mean-shift` and `mean-shift-kalman`, compared with the paper's equations."""
 
-from math import hypot
+from math import exp, hypot, inf, log
 
 import numpy as np
 import pytest
@@ -8,19 +8,17 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.trackers.following import boxes_of, centres_of, track
-from tests.trackers.slow_ellipses import codes_of, histogram_of, pixels_of
+from tests.trackers.references.ellipses import codes_of, histogram_of, pixels_of
 from trackmark import trackers
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.mean_shift_kalman import _deviation
 
 GREEN = (60, 180, 40)
 
 
-# The whole tracker again, in NumPy over the whole image.
-
-
 def slow_shift(codes, q, x, y, half, stop, most, halving):
-    """Place, coefficient and number of steps."""
+    """Return position, coefficient and number of steps."""
 
     def coefficient(x, y):
         return np.sqrt(histogram_of(codes, len(q), (x, y, *half)) * q).sum()
@@ -71,7 +69,7 @@ def slow_track(images, box, **parameters):
 
 
 def picture(centre, size=(24.0, 36.0), height=80, width=120, noise=None, fine=2):
-    """Ellipses of three colours, one in the other, on green; edges blended of `fine` steps."""
+    """Return an image of concentric ellipses on green, averaged over `fine` samples per side."""
     rows, columns = (np.indices((height * fine, width * fine)) + 0.5) / fine
     across, down = (columns - centre[0]) / size[0] * 2, (rows - centre[1]) / size[1] * 2
     distance = across**2 + down**2
@@ -86,7 +84,7 @@ def picture(centre, size=(24.0, 36.0), height=80, width=120, noise=None, fine=2)
 
 @pytest.fixture(scope="module")
 def clip():
-    """A target that moves between pixels and grows a little, with sensor noise."""
+    """Return images of a moving and growing target with noise, and the first box."""
     images = [
         picture((40 + 2.3 * t, 40 - 1.4 * t), (24 + t / 2, 36 + t / 2), noise=t, fine=4)
         for t in range(6)
@@ -94,7 +92,7 @@ def clip():
     return images, np.array([28.0, 22.0, 24.0, 36.0])
 
 
-READINGS = [
+INTERPRETATIONS = [
     {},
     {"preset": "as-written"},
     {"colour": "hsv"},
@@ -107,11 +105,11 @@ READINGS = [
 ]
 
 
-@pytest.mark.parametrize("reading", READINGS, ids=str)
-def test_the_boxes_are_those_of_the_equations_written_out_slowly(clip, reading):
+@pytest.mark.parametrize("parameters", INTERPRETATIONS, ids=str)
+def test_mean_shift_equals_the_equations_in_numpy(clip, parameters):
     images, box = clip
-    actual = track("mean-shift", images, box, **reading)
-    expected = slow_track(images, box, **reading)
+    actual = track("mean-shift", images, box, **parameters)
+    expected = slow_track(images, box, **parameters)
     np.testing.assert_allclose(boxes_of(actual), expected[:, :4], rtol=0, atol=1e-9)
     confidences = [estimate.confidence for estimate in actual]
     np.testing.assert_allclose(confidences, expected[:, 4], rtol=0, atol=1e-9)
@@ -127,9 +125,9 @@ def test_the_boxes_are_those_of_the_equations_written_out_slowly(clip, reading):
     st.integers(0, 999),
     st.tuples(st.integers(-20, 60), st.integers(-20, 50), st.integers(3, 40), st.integers(3, 40)),
 )
-@example(0, (20, -15, 20, 20))  # its outer columns end above the image
+@example(0, (20, -15, 20, 20))  # the outer columns of the ellipse are above the image
 @example(0, (-15, 20, 20, 20))
-def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
+def test_mean_shift_at_the_border_equals_the_equations(seed, box):
     images = np.random.default_rng(seed).integers(0, 256, (2, 48, 56, 3), dtype=np.uint8)
     images[:, ::2] = images[:, 1::2]
     box = np.array(box) + [0.1234, 0.2345, 0.3456, 0.4567]  # no pixel on the rim
@@ -137,7 +135,7 @@ def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     try:
         actual = track("mean-shift", list(images), box, **settings)
     except TrackerError as refusal:
-        assert "in the image" in str(refusal)  # noqa: PT017  # or it is refused
+        assert "outside the image" in str(refusal)  # noqa: PT017  # most boxes are accepted
         half = box[2:] / 2
         assert not len(pixels_of(images[0, ..., 0], (*(box[:2] + half), *half))[0])
         return
@@ -146,9 +144,9 @@ def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     assert actual[0].confidence == pytest.approx(expected[0, 4], abs=1e-9)
 
 
-def test_no_side_shrinks_below_three_pixels():
+def test_mean_shift_sides_are_at_least_three_pixels():
     full, spot = np.full((80, 120, 3), 90, np.uint8), np.full((80, 120, 3), GREEN, np.uint8)
-    spot[39:41, 59:61] = 90  # the smaller the ellipse, the larger the share of the spot
+    spot[39:41, 59:61] = 90  # a smaller ellipse has a larger share of the spot
     actual = boxes_of(
         track("mean-shift", [full, *[spot] * 30], [50, 34, 20, 12], scale_smoothing=1.0)
     )
@@ -156,17 +154,17 @@ def test_no_side_shrinks_below_three_pixels():
     np.testing.assert_allclose(actual[-1, 2:], np.array([20, 12]) * 0.9**13)  # 3.05 high
 
 
-def test_no_side_grows_beyond_the_image():
+def test_mean_shift_sides_are_at_most_those_of_the_image():
     first, second = np.full((2, 80, 120, 3), GREEN, np.uint8)
     first[36:44, 56:64] = 90
-    second[28:52, 48:72] = 90  # the larger the ellipse, the more ground it has
+    second[28:52, 48:72] = 90  # a larger ellipse has more of the ground
     actual = boxes_of(
         track("mean-shift", [first, *[second] * 30], [45, 25, 30, 30], scale_smoothing=1.0)
     )
     np.testing.assert_allclose(actual[-1, 2:], 30 * 1.1**10)  # 77.8 of 80
 
 
-def test_target_that_left_and_returned_is_found():
+def test_mean_shift_finds_a_target_that_returns():
     target_image, empty = picture((60, 40)), np.full((80, 120, 3), 0, np.uint8)
     gone, back = track("mean-shift", [target_image, empty, target_image], [48, 22, 24, 36])
     assert not gone.visible
@@ -178,10 +176,10 @@ def test_target_that_left_and_returned_is_found():
 
 
 @pytest.mark.parametrize("turns", range(4))
-def test_mean_shift_leaves_the_first_window(turns):
+def test_mean_shift_can_leave_the_first_search_window(turns):
     first, second = np.zeros((2, 400, 400, 3), np.uint8)
     first[180:220, 180:220] = 255
-    second[198:202, 210:380] = 255  # seen from the start, and leads away
+    second[198:202, 210:380] = 255  # overlaps the first window, and leads out of it
     images = [np.ascontiguousarray(np.rot90(image, turns)) for image in (first, second)]
     settings = {"scale": "fixed", "max_iterations": 100, "stop_distance": 1e-3}
     (alone,) = track("mean-shift", images, [180, 180, 40, 40], **settings)
@@ -190,3 +188,107 @@ def test_mean_shift_leaves_the_first_window(turns):
     tracker.init_shared(SharedFrame(images[0], 999), np.array([180.0, 180, 40, 40]))
     together = tracker.update_shared(SharedFrame(images[1], 999))
     assert together.box.tolist() == alone.box.tolist()
+
+
+RED, BLUE = (30, 50, 210), (210, 80, 30)
+
+
+@given(st.floats(0.01, 1), st.floats(0.5, 50), st.floats(0.1, 8), st.floats(-1, 1))
+def test_deviation_of_gaussian_through_three_points(scale, deviation, deviations_aside, shift):
+    distance = deviation * deviations_aside
+
+    def gaussian(position):
+        return scale * exp(-((position - shift * distance) ** 2) / (2 * deviation**2))
+
+    points = [gaussian(position) for position in (-distance, 0, distance)]
+    assert _deviation(*points, distance) == pytest.approx(deviation, rel=1e-6)
+
+
+def test_deviation_is_infinite_without_peak_and_0_at_a_point():
+    assert _deviation(0.6, 0.5, 0.7, 9.0) == inf
+    assert _deviation(0.5, 0.5, 0.5, 9.0) == inf
+    assert _deviation(0.0, 0.5, 0.4, 9.0) == 0.0
+
+
+def halves(left, top, height=120, width=200):
+    """Return an image of a red and blue target on noisy green."""
+    image = np.full((height, width, 3), GREEN, float)
+    image[max(top, 0) : max(top + 30, 0), max(left, 0) : max(left + 24, 0)] = RED
+    image[max(top + 15, 0) : max(top + 30, 0), max(left, 0) : max(left + 24, 0)] = BLUE
+    image += np.random.default_rng(abs(left * 31 + top)).normal(0, 8, image.shape)
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+def test_box_and_gain_follow_from_the_measured_positions():
+    images = [halves(20 + 4 * t, 40 + t) for t in range(8)]
+    actual = track("mean-shift-kalman", images, [20, 40, 24, 30], acceleration_noise=3.0)
+    transition, noise = np.array([[1, 1], [0, 1]]), 9 * np.array([[0.25, 0.5], [0.5, 1]])
+    for axis, start, half in (("x", 32.0, 12.0), ("y", 55.0, 15.0)):
+        state, covariance = np.array([start, 0.0]), np.diag([0.0, half**2])
+        for estimate in actual:
+            measured, gain = (estimate.details[f"{name}_{axis}"] for name in ("measured", "gain"))
+            state = transition @ state
+            covariance = transition @ covariance @ transition.T + noise
+            position = covariance[0, 0]
+            uncertainty = position / gain - position  # variance of the measurement
+            assert uncertainty > 0
+            full = covariance[:, 0] / (position + uncertainty)
+            state = state + full * (measured - state[0])
+            covariance = covariance - np.outer(full, covariance[0])
+            centre = estimate.box[:2] + estimate.box[2:] / 2
+            assert centre["xy".index(axis)] == pytest.approx(state[0], abs=1e-6)
+            assert estimate.visible
+
+
+def test_first_gain_follows_from_coefficient_surface():
+    images = [halves(20, 40), halves(22, 41)]
+    settings = {"scale": "fixed", "acceleration_noise": 3.0}
+    (estimate,) = track("mean-shift-kalman", images, [20, 40, 24, 30], **settings)
+    x, y = estimate.details["measured_x"], estimate.details["measured_y"]
+    peak = estimate.confidence
+
+    def coefficient(x, y):
+        q = histogram_of(codes_of(images[0]), 512, (32.0, 55.0, 12.0, 15.0))
+        p = histogram_of(codes_of(images[1]), 512, (x, y, 12.0, 15.0))
+        return np.sqrt(p * q).sum()
+
+    for axis, half in (("x", 12.0), ("y", 15.0)):
+        aside = np.array([half, 0]) if axis == "x" else np.array([0, half])
+        before, after = coefficient(*(np.array([x, y]) - aside)), coefficient(*([x, y] + aside))
+        variance = half**2 / -log(before * after / peak**2)
+        position = half**2 + 9 / 4
+        expected = position / (position + variance)
+        assert estimate.details[f"gain_{axis}"] == pytest.approx(expected, rel=1e-3)
+
+
+def test_prediction_is_kept_below_the_least_coefficient():
+    images = [halves(20 + 5 * t, 40) for t in range(8)] + [
+        np.full((120, 200, 3), 128, np.uint8)
+    ] * 3
+    box = [20, 40, 24, 30]
+    actual = track("mean-shift-kalman", images, box)
+    seen, hidden = actual[:7], actual[7:]
+    assert all(estimate.visible for estimate in seen)
+    assert not any(estimate.visible for estimate in hidden)
+    steps = np.diff(boxes_of([seen[-1], *hidden]), axis=0)
+    np.testing.assert_allclose(steps, [steps[0]] * 3, atol=1e-9)  # constant velocity and size
+    assert steps[0, 0] == pytest.approx(5, abs=1)
+    assert [estimate.details["gain_x"] for estimate in hidden] == [0, 0, 0]
+    for least, visible in ((seen[0].confidence, True), (seen[0].confidence + 1e-9, False)):
+        (first,) = track("mean-shift-kalman", images[:2], box, least_coefficient=least)
+        assert first.visible is visible
+
+
+def test_search_start_is_clipped_to_the_image():
+    target_image, empty = halves(20, 40), np.full((120, 200, 3), 128, np.uint8)
+    tracker = trackers.create("mean-shift-kalman")
+    tracker.init(target_image, np.array([20.0, 40, 24, 30]))
+    tracker._motion.means[:] = [[-60, -9], [55, 0]]
+    gone = tracker.update(empty)
+    assert not gone.visible
+    assert (gone.details["measured_x"], gone.details["measured_y"]) == (0, 55)
+    np.testing.assert_allclose(gone.box, [-69 - 12, 40, 24, 30])
+    back = tracker.update(halves(-8, 40))
+    assert back.visible
+    assert back.details["measured_x"] == pytest.approx(4, abs=3)
+    assert back.box[0] > gone.box[0] + 30

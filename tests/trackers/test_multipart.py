@@ -1,4 +1,4 @@
-"""The tracker against the paper's equations written out slowly, and its own promises."""
+"""Tracker `multipart`, compared with the paper's equations in plain loops."""
 
 from fractions import Fraction
 from functools import cache
@@ -18,20 +18,17 @@ from trackmark.trackers.histograms.bins import LuvBins
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
 
 
-# The whole tracker again, in plain loops from the paper's equations.
-
-
 RANGES = {
-    "full": None,  # bytes themselves
+    "full": None,  # the range of a byte
     "natural": ((-60, 120), (-80, 80)),
     "srgb-gamut": ((-83, 175), (-134, 107)),
 }
-SCHEMES = [LuvBins(*reading) for reading in product(["both", "perez"], RANGES)]
+SCHEMES = [LuvBins(*row) for row in product(["both", "perez"], RANGES)]
 
 
 @cache
 def slow_votes(luv, binning, uv_range):
-    """Bins that one pixel votes in, from OpenCV's three bytes."""
+    """Return the bins of a pixel from OpenCV's three bytes."""
     lightness, u, v = luv
     if uv_range == "full":
         u_bin, v_bin = u * 10 // 256, v * 10 // 256
@@ -48,11 +45,11 @@ def slow_votes(luv, binning, uv_range):
     return [chromaticity if coloured else grey]
 
 
-def slow_histogram(luv, left, top, right, bottom, *reading):
-    """Normalised: 100 bins of u*v* and 10 of L* of one rectangle."""
+def slow_histogram(luv, left, top, right, bottom, *binning):
+    """Return the normalised histogram of a rectangle: 100 bins of u*v* and 10 of L*."""
     histogram = np.zeros(110)
     for pixel in luv[top:bottom, left:right].reshape(-1, 3).tolist():
-        for vote in slow_votes(tuple(pixel), *reading):
+        for vote in slow_votes(tuple(pixel), *binning):
             histogram[vote] += 1
     return histogram / histogram.sum() if histogram.any() else histogram
 
@@ -62,7 +59,7 @@ def slow_distance(p, q):
 
 
 def slow_rectangle(x, y, area, aspect, shape):
-    """Clipped rectangle, or None where too little of it is inside."""
+    """Return the clipped rectangle, or None if too little of it is inside."""
     width = sqrt(area * aspect)
     height = area / width
     left, right = floor(x - width / 2 + 0.5), floor(x + width / 2 + 0.5)
@@ -80,7 +77,7 @@ def slow_halves(left, top, right, bottom):
 
 
 def slow_track(images, box, seed, **settings):
-    """Boxes, weighted mean distances and part distance; multinomial resampling."""
+    """Return boxes, confidences, mean distances and part distance; resampling is multinomial."""
     x, y, width, height = box
     n = settings.get("particles", 200)
     a, b = settings.get("position_divisor", 3.0), settings.get("size_divisor", 10.0)
@@ -100,7 +97,7 @@ def slow_track(images, box, seed, **settings):
     whole = slow_histogram(luv, *rectangle, *bins)
     states = [list(mean) for _ in range(n)]
     velocities = [[0.0, 0.0] for _ in range(n)]
-    boxes, mean_distances = [], []
+    boxes, confidences, mean_distances = [], [], []
     for image in images[1:]:
         luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
         uniforms = rng.random((n, 3))
@@ -134,6 +131,7 @@ def slow_track(images, box, seed, **settings):
         total = sum(weights)
         weights = [w / total if total else 1 / n for w in weights]
         mean_distances.append(sum(w * d for w, d in zip(weights, distances, strict=True)))
+        confidences.append(exp(-(mean_distances[-1] ** 2) / (2 * variance)))
         mean = [sum(w * s[k] for w, s in zip(weights, states, strict=True)) for k in range(3)]
         width = sqrt(mean[2] * aspect)
         height = mean[2] / width
@@ -143,11 +141,11 @@ def slow_track(images, box, seed, **settings):
         chosen = [next((j for j in range(n) if cumulative[j] > u), n - 1) for u in uniforms]
         states = [list(states[j]) for j in chosen]
         velocities = [list(velocities[j]) for j in chosen]
-    return np.array(boxes), mean_distances, part_distance
+    return np.array(boxes), confidences, mean_distances, part_distance
 
 
 def picture(centre, size=(12, 20), height=60, width=80, noise=0):
-    """A target red over blue on noisy green."""
+    """Return an image of a red and blue target on noisy green."""
     rng = np.random.default_rng(noise)
     image = np.full((height, width, 3), GREEN, float)
     left, top = round(centre[0] - size[0] / 2), round(centre[1] - size[1] / 2)
@@ -163,9 +161,11 @@ def clip():
     return images, np.array([24.0, 20.0, 12.0, 20.0])
 
 
-READINGS = [
+INTERPRETATIONS = [
     {"representation": "single"},
     {"representation": "multi"},
+    {"threshold": 0.0},
+    {"threshold": 1.0},  # single
     {"binning": "perez"},
     {"binning": "perez", "uv_range": "srgb-gamut", "representation": "multi"},
     {"uv_range": "natural"},
@@ -179,60 +179,21 @@ READINGS = [
 ]
 
 
-@pytest.mark.parametrize("reading", READINGS, ids=str)
-def test_the_boxes_are_those_of_the_equations_in_plain_loops(clip, reading):
+@pytest.mark.parametrize("parameters", INTERPRETATIONS, ids=str)
+def test_multipart_equals_the_equations_in_plain_loops(clip, parameters):
     images, box = clip
-    actual = track("multipart", images, box, 3, particles=16, **reading)
-    expected, distances, part_distance = slow_track(images, box, 3, particles=16, **reading)
-    np.testing.assert_allclose(boxes_of(actual), expected, rtol=0, atol=1e-9)
+    actual = track("multipart", images, box, 3, particles=16, **parameters)
+    boxes, confidences, distances, part_distance = slow_track(
+        images, box, 3, particles=16, **parameters
+    )
+    np.testing.assert_allclose(boxes_of(actual), boxes, rtol=0, atol=1e-9)
+    assert [e.confidence for e in actual] == pytest.approx(confidences, abs=1e-9)
     assert [e.details["distance"] for e in actual] == pytest.approx(distances, abs=1e-9)
     assert actual[0].details["part_distance"] == pytest.approx(part_distance, abs=1e-12)
 
 
-def test_the_confidence_is_the_likelihood_of_the_distance(clip):
-    images, box = clip
-    for estimate in track("multipart", images, box, sigma=0.2):
-        distance = estimate.details["distance"]
-        assert 0 < distance < 1
-        assert estimate.confidence == pytest.approx(exp(-(distance**2) / (2 * 0.2**2)))
-    for estimate in track("multipart", images, box, sigma=0.2, sigma_meaning="variance"):
-        distance = estimate.details["distance"]
-        assert estimate.confidence == pytest.approx(exp(-(distance**2) / (2 * 0.2)))
-
-
-@pytest.mark.parametrize("threshold", [0.0, 0.4, 1.0])
-def test_adaptive_is_to_the_bit_the_representation_that_it_picks(clip, threshold):
-    images, box = clip
-    actual = track("multipart", images, box, 5, threshold=threshold)
-    part_distance = actual[0].details["part_distance"]
-    pick = "multi" if part_distance > threshold else "single"
-    assert pick == {0.0: "multi", 0.4: "multi", 1.0: "single"}[threshold]
-    same = track("multipart", images, box, 5, representation=pick)
-    np.testing.assert_array_equal(boxes_of(same), boxes_of(actual))
-    for estimate, other in zip(same, actual, strict=True):
-        assert estimate.details == other.details
-    for representation in ("single", "multi"):
-        estimates = track("multipart", images, box, 5, representation=representation)
-        assert {e.details["part_distance"] for e in estimates} == {part_distance}
-
-
-def test_only_two_parts_see_that_the_halves_are_swapped(clip):
-    """Section 2.1: a histogram of the whole rectangle has no spatial information."""
-    images, box = clip
-    upper, lower = np.s_[20:30, 24:36], np.s_[30:40, 24:36]
-    swapped = images[0].copy()
-    swapped[upper], swapped[lower] = images[0][lower], images[0][upper]
-    still = {"position_divisor": 1e6, "size_divisor": 1e6}
-    single, multi = (
-        track("multipart", [images[0], swapped], box, representation=name, **still)[0]
-        for name in ("single", "multi")
-    )
-    assert single.details["distance"] < 0.02
-    assert multi.details["distance"] > 0.4
-
-
 @pytest.mark.parametrize("representation", ["single", "multi"])
-def test_particles_that_all_left_the_image_weigh_the_same(representation):
+def test_particles_outside_the_image_have_equal_weights(representation):
     images = [picture((8, 10)), picture((200, 10))]
     tracker = trackers.create("multipart", 0, representation=representation, particles=50)
     tracker.init(images[0], np.array([2.0, 0.0, 12.0, 20.0]))
@@ -245,7 +206,7 @@ def test_particles_that_all_left_the_image_weigh_the_same(representation):
     assert tracker.update(images[1]).box[0] < -300
 
 
-def test_areas_stay_within_a_factor_of_the_first(clip):
+def test_multipart_areas_stay_within_a_factor_of_25(clip):
     images, box = clip
     estimates = track(
         "multipart", [*images] * 8, box, size_divisor=0.2, representation="single", sigma=5
@@ -255,11 +216,8 @@ def test_areas_stay_within_a_factor_of_the_first(clip):
     assert areas.max() == pytest.approx(240 * 25)
 
 
-# Its bins.
-
-
 def colours(seed, height=19, width=29):
-    """Half of it anything, half of it nearly grey."""
+    """Return an image of random colours; its upper half is nearly grey."""
     rng = np.random.default_rng(seed)
     image = rng.integers(0, 256, (height, width, 3), dtype=np.uint8)
     image[: height // 2] = np.clip(
@@ -269,7 +227,7 @@ def colours(seed, height=19, width=29):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES, ids=str)
-def test_votes_are_those_of_opencvs_bytes(scheme):
+def test_luv_votes_equal_the_slow_definition(scheme):
     image = colours(0)
     luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
     votes = scheme.votes[scheme.codes(image)]
@@ -280,7 +238,7 @@ def test_votes_are_those_of_opencvs_bytes(scheme):
 
 
 @given(st.integers(0, 99), st.integers(0, 18), st.integers(0, 22), st.integers(1, 23))
-def test_a_window_has_the_bytes_and_the_codes_of_the_whole_image(seed, top, left, size):
+def test_luv_codes_of_a_window_equal_those_of_the_image(seed, top, left, size):
     image = colours(seed)
     window = np.s_[top : top + size, left : left + size]
     luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)

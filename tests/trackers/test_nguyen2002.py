@@ -1,29 +1,183 @@
-"""The tracker of Nguyen & Smeulders: what its presets are, what it reports, refuses and keeps."""
+"""Tracker `nguyen2002`, also compared with its plain reference."""
 
 import tracemalloc
 
+import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from tests.trackers import plain_nguyen2002 as plain
-from tests.trackers.template_clip import clip, create_tracker, texture, track
+from tests.trackers.references import nguyen2002 as plain
+from tests.trackers.references.nguyen2002 import track_offline
+from trackmark import trackers
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers.base.parameters import TrackerError
-from trackmark.trackers.templates.appearance import TemplateFilter, compute_features
+from trackmark.trackers.templates.appearance import (
+    NoiseModel,
+    TemplateFilter,
+    compute_features,
+)
+from trackmark.trackers.templates.matching import FeatureWindow, Pose, find_pose, search_bounds
+
+ROWS, COLUMNS, WIDTH, HEIGHT = 64, 110, 18, 16
+
+
+def texture(random, rows, columns, colour, contrast):
+    noise = cv2.GaussianBlur(random.normal(0, contrast, (rows, columns, 3)), (0, 0), 1.2)
+    return np.array(colour) + 3 * noise
+
+
+def clip(n_frames=36, hidden=7, start=10, seed=0, noise=2.5):
+    """Return images and boxes of a moving, growing target that a board passes from `start` on.
+
+    The board covers the target completely for `hidden` frames.
+    """
+    random = np.random.default_rng(seed)
+    wall = texture(random, ROWS, COLUMNS, (120, 125, 115), 15)
+    target = texture(random, HEIGHT, WIDTH, (70, 110, 190), 25)
+    board_width = WIDTH + 5 * hidden
+    board = texture(random, ROWS, board_width, (150, 90, 60), 20)
+    images, boxes = [], []
+    for frame in range(n_frames):
+        x, y, scale = 14 + 0.9 * frame, 20 + 0.3 * frame, 1 + 0.002 * frame
+        placed = np.array([[scale, 0, x], [0, scale, y]])
+        size = COLUMNS, ROWS
+        share = cv2.warpAffine(np.ones((HEIGHT, WIDTH)), placed, size)[:, :, np.newaxis]
+        image = wall * (1 - share) + cv2.warpAffine(target, placed, size)
+        left = round(x) - board_width + 5 * (frame - start)
+        seen = slice(max(left, 0), max(left + board_width, 0))
+        if frame >= start:
+            part = board[:, max(-left, 0) :][:, : max(COLUMNS - max(left, 0), 0)]
+            image[:, seen] = part
+        image += random.normal(0, noise, image.shape)
+        images.append(np.clip(image, 0, 255).astype(np.uint8))
+        # x is the centre of the first pixel: its box begins half a scaled pixel before.
+        corner = np.array([x, y]) + 0.5 - scale / 2
+        boxes.append([*corner, WIDTH * scale, HEIGHT * scale])
+    return images, np.array(boxes)
+
+
+def create_tracker(images, box, **parameters):
+    tracker = trackers.create("nguyen2002", **parameters)
+    tracker.init(images[0], np.asarray(box, float))
+    return tracker
+
+
+def track(images, box, **parameters):
+    tracker = create_tracker(images, box, **parameters)
+    return [tracker.update(image) for image in images[1:]], dict(tracker.finish())
+
+
+def revised(box, estimates, last):
+    """Return the boxes of all frames with their revisions."""
+    boxes = np.array([box] + [estimate.box for estimate in estimates])
+    for better in [*(estimate.revised or {} for estimate in estimates), last]:
+        for frame, revised_box in better.items():
+            boxes[frame] = revised_box
+    return boxes
+
+
+AS_WRITTEN = trackers.resolve("nguyen2002").plugin.presets["as-written"]
+ROBUST = trackers.resolve("nguyen2002").plugin.presets["robust"]
+
+EVERYDAY = [
+    {"longest_occlusion": 19},
+    {"longest_occlusion": 11} | AS_WRITTEN,
+    {"features": "arctan", "covariance": "diagonal", "adaptive_noise": False, "average": 3}
+    | {"reinitialise": "keep", "report": "raw", "longest_occlusion": 7},
+    {"features": "rgb", "gate": False, "search_range": 8, "delta": 0.9, "gamma": 0.45}
+    | {"end": "first"},
+]
+TOGETHER = [
+    ROBUST,
+    {"features": "intensity", "candidates": "all", "longest_occlusion": 16}
+    | {"norm": "quadratic", "outlier_rule": "reaches"},
+]
+SINGLY = [
+    {"preset": preset} | parameters
+    for preset in ("as-written", "recommended")
+    for parameters in (
+        {"features": "rgb"},
+        {"features": "intensity"},
+        {"features": "arctan"},
+        {"delta": 0.95},
+        {"gamma": 0.4},
+        {"minimal_speed": 0.1},
+        {"outlier_rule": "reaches"},
+        {"longest_occlusion": 19},
+        {"candidates": "all"},
+        {"average": 1},
+        {"search_range": 24},
+        {"subpixel": True},
+        {"misregistration": True},
+        {"consistency": True},
+        {"norm": "quadratic"},
+        {"covariance": "diagonal"},
+        {"adaptive_noise": False},
+        {"gate": False},
+        {"rebootstrap": False},
+        {"reinitialise": "keep"},
+        {"report": "raw"},
+        {"first_spread": 1.0},
+        {"first_covariance": "all"},
+        {"first_covariance": "inliers"},
+        {"end": "first", "accept": 0.7},
+    )
+]
+
+
+def check_against_plain(images, box, **parameters):
+    """Compare all revised boxes and the final noise, and return the occlusions."""
+    tracker = create_tracker(images, box, **parameters)
+    settings = dict(parameters)
+    settings = {**type(tracker).presets[settings.pop("preset", "recommended")], **settings}
+    expected, occlusions, noise = track_offline(images, box, **settings)
+    estimates = [tracker.update(image) for image in images[1:]]
+    actual = revised(box, estimates, tracker.finish())
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-9)
+    ours = tracker._filter
+    if not occlusions or occlusions[-1][1] < len(images):
+        pairs = (ours.state, noise.c_w), (ours.measurement, noise.c_f), (ours.residual, noise.r_bar)
+        for matrix, other in pairs:
+            np.testing.assert_allclose(matrix, other, rtol=1e-7, atol=1e-10)
+    beginnings = {frame for e in estimates if not np.isnan(frame := e.details["beginning"])}
+    assert beginnings <= {beginning for beginning, _ in occlusions}
+    return occlusions
+
+
+@pytest.mark.parametrize("parameters", EVERYDAY)
+def test_nguyen2002_equals_plain_numpy(parameters):
+    images, boxes = clip()
+    box = boxes[0] + [0.3, -0.2, 0.4, -0.7]
+    assert check_against_plain(images, box, **parameters)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parameters", TOGETHER + SINGLY)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_each_nguyen2002_parameter_equals_plain_numpy(parameters, seed):
+    images, boxes = clip(70, hidden=9, seed=seed, noise=2.0 + 3 * (seed - 1))
+    assert check_against_plain(images, boxes[0], **parameters)
+
+
+def test_nguyen2002_target_leaving_the_image_equals_plain_numpy():
+    images, _ = clip(16, start=100)
+    leaving = [np.roll(image, shift, axis=1) for shift, image in enumerate(images)]
+    box = np.array([98.0, 54.0, 17.0, 15.0])
+    check_against_plain(leaving, box, features="rgb", longest_occlusion=7)
 
 
 @pytest.mark.parametrize(
-    ("features", "limit", "factor"),
-    [("intensity", 6.635, 1.0814), ("rgb", 11.345, 1.0366), ("invariants", 11.345, 1.0366)],
+    ("n_frames", "parameters"),
+    [
+        (19, {"longest_occlusion": 19}),
+        (36, {"end": "first", "gamma": 0.1, "longest_occlusion": 11, "candidates": "all"}),
+    ],
 )
-def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, factor):
-    settings = plain.Settings(features=features)
-    assert settings.limit == pytest.approx(limit, abs=5e-4)
-    assert settings.consistency_factor == pytest.approx(factor, abs=5e-5)
-    images, boxes = clip(2)
-    noise = create_tracker(images, boxes[0], features=features)._noise
-    assert noise.limit == pytest.approx(settings.limit, rel=1e-9)
-    assert noise.factor == pytest.approx(settings.consistency_factor, rel=1e-9)
+def test_several_and_open_occlusions_equal_plain_numpy(n_frames, parameters):
+    images, boxes = clip(n_frames)
+    assert check_against_plain(images, boxes[0], **parameters)
 
 
 def test_default_first_covariance_is_not_in_the_identity():
@@ -34,7 +188,7 @@ def test_default_first_covariance_is_not_in_the_identity():
 
 @pytest.mark.parametrize(("width", "height"), [(18, 16), (17, 15), (18, 15)])
 @pytest.mark.parametrize("preset", ["as-written", "recommended"])
-def test_even_sides_are_half_a_pixel_off_in_whole_pixels(preset, width, height):
+def test_search_in_whole_pixels_shifts_even_sides_by_a_half(preset, width, height):
     random = np.random.default_rng(3)
     wall, target = (
         texture(random, *size, (120, 125, 115), 40) for size in ((64, 110), (height, width))
@@ -66,19 +220,19 @@ def test_frame_numbers_include_watched_frames():
         last = next(estimate for estimate in estimates if estimate.revised)
         beginnings = [estimate.details["beginning"] for estimate in estimates]
         reports[before] = min(last.revised), np.nanmin(beginnings), last.details["end"]
-        tracker.init(images[0], truth[0])  # what was watched belongs to the sequence before
+        tracker.init(images[0], truth[0])  # watched frames belong to the previous sequence
         again = [tracker.update(image).details["beginning"] for image in images[1:]]
         assert np.nanmin(again) == reports[0][1]
     assert reports[5] == tuple(frame + 5 for frame in reports[0])
 
 
 @pytest.mark.parametrize("end", ["minimum", "first"])
-def test_no_more_images_are_kept_than_the_longest_occlusion_has(end):
+def test_kept_images_are_limited_by_the_longest_occlusion(end):
     random = np.random.default_rng(0)
     images = [random.integers(0, 256, (240, 320, 3), dtype=np.uint8) for _ in range(15)]
     parameters = {"end": end, "search_range": 4, "longest_occlusion": 19, "subpixel": False}
     tracker = create_tracker(images, [100, 100, 12, 12], **parameters)
-    for frame in range(80):  # all that an occlusion and its end need is compiled
+    for frame in range(80):  # compile all kernels
         tracker.update(images[frame % 15])
     tracker = create_tracker(images, [100, 100, 12, 12], **parameters)
     tracker.update(images[1])
@@ -92,39 +246,22 @@ def test_no_more_images_are_kept_than_the_longest_occlusion_has(end):
     finally:
         tracemalloc.stop()
     assert hidden > 60
-    assert 19 < (peak - before) / images[0].nbytes < 20 + 3  # and what one search works on
+    assert 19 < (peak - before) / images[0].nbytes < 20 + 3  # 3: memory of one search
 
 
-def test_a_frame_of_another_size_is_refused():
+def test_nguyen2002_rejects_a_frame_of_another_size():
     images, truth = clip(3)
     tracker = create_tracker(images, truth[0])
     tracker.update(images[1])
-    with pytest.raises(TrackerError, match="100x64 pixels after one of 110x64"):
+    with pytest.raises(TrackerError, match="a frame has 100x64 pixels, the first one 110x64"):
         tracker.update(np.ascontiguousarray(images[2][:, :100]))
 
 
-# The tracker of Nguyen & Smeulders through occlusions, and slow ones that it takes in.
-
-
-@pytest.mark.parametrize(("longest", "last"), [(6, 5), (34, 19), (35, 35)])
-@pytest.mark.parametrize("candidates", ["skipped", "all"])
-def test_candidate_offsets_grow_to_the_longest_occlusion(longest, last, candidates):
-    images, truth = clip(14 + 35, hidden=60)
-    estimates, _ = track(images, truth[0], longest_occlusion=longest, candidates=candidates)
-    decided = next(e.revised for e in estimates if e.revised)
-    assert len(decided) == (last if candidates == "skipped" else longest)
-    examined = {e.details["cost"] for e in estimates[: max(decided)] if not e.visible}
-    assert len(examined) == 1  # of the last match before
-
-
-# Slow occluders, and whether they creep into the template.
-
-
 def creeping(speed, features="rgb", **parameters):
-    """A still target without noise, over which a board creeps by so many of 100 columns a frame.
+    """Return the frame in which a slow occluder is detected, and its share of the template.
 
-    Returns the frame after the board's arrival in which an occlusion is declared, or None, and
-    the share of the template that the board is then.
+    A board moves over a still target without noise by `speed` of 100 columns per frame. The frame
+    is None if no occlusion is detected.
     """
     random = np.random.default_rng(0)
     still = random.integers(0, 200, (40, 100, 3), dtype=np.uint8)
@@ -143,13 +280,10 @@ def creeping(speed, features="rgb", **parameters):
     return None, changed
 
 
-@pytest.mark.parametrize("features", ["rgb", "intensity"])
-@pytest.mark.parametrize(("speed", "declared"), [(5, 6), (6, 5), (8, 4)])
-def test_fast_occluder_is_detected(speed, declared, features):
-    assert creeping(speed, features) == (declared, 0.0)
-
-
-def test_slow_occluder_becomes_the_template():
+def test_only_slow_occluders_become_the_template():
+    for features in ("rgb", "intensity"):
+        for speed, declared in ((5, 6), (6, 5), (8, 4)):
+            assert creeping(speed, features) == (declared, 0.0)
     assert creeping(4) == (None, 1.0)
     assert creeping(4, minimal_speed=0.04) == (7, 0.0)
     assert creeping(5, outlier_rule="reaches") == (None, 1.0)
@@ -158,7 +292,7 @@ def test_slow_occluder_becomes_the_template():
 
 
 @pytest.mark.parametrize("rule", ["exceeds", "reaches"])
-def test_n_omax_is_rounded_neither_way_by_arithmetic(rule):
+def test_patience_is_exact_for_decimal_fractions(rule):
     images, truth = clip(1)
     # 0.3 / 0.05 is less than 6 in floating point.
     options = {"outlier_rule": rule}
@@ -166,3 +300,110 @@ def test_n_omax_is_rounded_neither_way_by_arithmetic(rule):
     assert noise.patience == {"exceeds": 7, "reaches": 6}[rule]
     between = create_tracker(images, truth[0], gamma=0.25, minimal_speed=0.1, **options)._noise
     assert between.patience == 3
+
+
+LIMIT = {1: 6.6349, 3: 11.3449}
+
+
+def noise(d=3, **changes):
+    usual = NoiseModel(LIMIT[d], 1e-4, 1.0, 0.25, True, 0.0, 10, True, True, True, patience=10**9)
+    return usual._replace(**changes)
+
+
+def sample_at(appearance, features):
+    """Update the filter with a view as the tracker does."""
+    first = not appearance.noise_known
+    if first:
+        appearance.start(features)
+    seen = appearance.compare(features)
+    appearance.update(seen, first=first)
+    return seen
+
+
+def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
+    random = np.random.default_rng(seed)
+    truth = random.uniform(0, 255, (*shape, d))
+    return truth, [truth + random.normal(0, sd, truth.shape) for _ in range(number)]
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_grey_noise_covariance_is_regularised(full):
+    random = np.random.default_rng(0)
+    grey = random.uniform(0, 255, (30, 40, 1))
+    seen = [np.repeat(grey + random.normal(0, 3, grey.shape), 3, axis=2) for _ in range(12)]
+    appearance = TemplateFilter(noise(floor=1.0, full=full), seen[0])
+    for features in seen[1:]:
+        assert sample_at(appearance, features).share < 0.2
+        for matrix in (appearance.residual, appearance.state, appearance.measurement):
+            assert np.isfinite(matrix).all()
+            assert np.linalg.eigvalsh(matrix)[0] > -1e-9
+    variances = np.linalg.eigvalsh(appearance.residual)
+    if full:
+        assert variances[:2] == pytest.approx(1.0, abs=1e-9)
+        assert variances[2] > 15
+    else:
+        assert variances.max() < 1.2 * variances.min()
+        np.testing.assert_array_equal(appearance.residual, np.diag(np.diag(appearance.residual)))
+
+
+def test_view_without_inliers_keeps_the_covariance():
+    _, seen = views(2)
+    appearance = TemplateFilter(noise(), seen[0])
+    appearance.start(seen[1])
+    before = appearance.residual
+    lost = appearance.compare(seen[1] + 1e4)
+    assert lost.share == 1
+    np.testing.assert_allclose(lost.covariance, before, rtol=1e-12)
+
+
+N_ROWS, N_COLUMNS = 70, 90
+CUTOFF = 3.368
+COVARIANCE = np.array([[30.0, 12.0, 5.0], [12.0, 25.0, -6.0], [5.0, -6.0, 20.0]])
+
+
+def smooth_features(rows=N_ROWS, columns=N_COLUMNS, d=3, seed=0, blur=3.0):
+    noise = np.random.default_rng(seed).normal(0, 300, (rows, columns, d))
+    return cv2.GaussianBlur(noise, (0, 0), blur).reshape(rows, columns, d)
+
+
+def whole(features):
+    return FeatureWindow(features, 0, 0, *features.shape[:2])
+
+
+def cropped(features, pose, search_range, shape):
+    left, top, right, bottom = search_bounds(pose, search_range, shape, *features.shape[:2])
+    return FeatureWindow(features[top:bottom, left:right].copy(), left, top, *features.shape[:2])
+
+
+def on_flat_ground(pose, search_range, subpixel, ties="ascending"):
+    flat = np.zeros((N_ROWS, N_COLUMNS, 3))
+    arguments = flat[:12, :12], COVARIANCE, pose, search_range, CUTOFF, subpixel, ties
+    return find_pose(whole(flat), *arguments).pose
+
+
+@pytest.mark.parametrize(("scale", "limit"), [(0.5, 0.5), (0.4, 0.5), (2.3, 2.0)])
+def test_template_scale_stays_between_half_and_two(scale, limit):
+    actual = on_flat_ground(Pose(45, 35, scale), 16, False).scale
+    assert 0.5 <= actual <= 2.0
+    assert actual == pytest.approx(limit, rel=0.031)
+
+
+POSES = st.builds(
+    Pose, st.floats(-60, N_COLUMNS + 60), st.floats(-60, N_ROWS + 60), st.floats(0.5, 2.0)
+)
+
+
+@settings(max_examples=15)
+@given(
+    pose=POSES,
+    height=st.integers(4, 20),
+    width=st.integers(4, 20),
+    search_range=st.sampled_from([4, 16, 26]),
+)
+def test_template_search_in_a_window_equals_that_in_the_image(pose, height, width, search_range):
+    features = smooth_features(blur=1.5)
+    template = plain.sample(features, plain.Pose(47.3, 31.8, 1.1), height, width, bilinear=True)
+    window = cropped(features, pose, search_range, template.shape)
+    for subpixel in (False, True):
+        arguments = template, COVARIANCE, pose, search_range, CUTOFF, subpixel
+        assert find_pose(window, *arguments) == find_pose(whole(features), *arguments)

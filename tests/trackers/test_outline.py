@@ -1,4 +1,4 @@
-"""Contours of masks and masks of contours, against closed forms, Shapely and SciPy."""
+"""Outlines of masks and filled contours, compared with Shapely and SciPy."""
 
 from fractions import Fraction
 
@@ -23,7 +23,7 @@ from trackmark.trackers.contours.outline import (
 
 
 def blob(seed, height=40, width=50):
-    """The largest part of a random mask, without holes; it may touch the border."""
+    """Return the largest part of a random mask, without holes; it may touch the border."""
     noise = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(height, width)), 3)
     parts, _ = ndimage.label(noise > 0.02, np.ones((3, 3)))
     largest = parts == np.bincount(parts[parts > 0]).argmax()
@@ -32,7 +32,7 @@ def blob(seed, height=40, width=50):
 
 @settings(max_examples=30)
 @given(st.integers(0, 10_000))
-def test_an_outline_of_enough_points_fills_to_the_mask_again(seed):
+def test_filled_outline_equals_the_mask(seed):
     mask = blob(seed)
     np.testing.assert_array_equal(fill_contour(outline(mask, 2000), *mask.shape), mask)
 
@@ -60,33 +60,15 @@ def test_outline_is_clockwise_and_equally_spaced():
     assert (outline(mask, 300) == actual).all()
 
 
-def test_outline_is_that_of_the_largest_part():
-    mask = np.zeros((40, 60), bool)
-    mask[2:8, 2:8] = True
-    mask[10:35, 20:50] = True
-    mask[20:22, 30:33] = False
-    expected = np.zeros_like(mask)
-    expected[10:35, 20:50] = True
-    np.testing.assert_array_equal(fill_contour(outline(mask, 1000), 40, 60), expected)
-
-
-def test_an_empty_mask_is_refused():
-    with pytest.raises(ValueError, match="no pixels"):
+def test_outline_of_an_empty_mask_is_rejected():
+    with pytest.raises(ValueError, match="no pixel"):
         outline(np.zeros((5, 5), bool))
 
 
 def test_equally_spaced_points_divide_the_perimeter():
     square = np.array([[0.0, 0], [4, 0], [4, 4], [0, 4]])
-    assert equally_spaced(square, 8).tolist() == [
-        [0, 0],
-        [2, 0],
-        [4, 0],
-        [4, 2],
-        [4, 4],
-        [2, 4],
-        [0, 4],
-        [0, 2],
-    ]
+    corners_and_middles = [0, 0, 2, 0, 4, 0, 4, 2, 4, 4, 2, 4, 0, 4, 0, 2]
+    assert equally_spaced(square, 8).ravel().tolist() == corners_and_middles
     random = np.random.default_rng(0).normal(size=(30, 2)).cumsum(axis=0)
     ring = LinearRing(random)
     expected = [ring.interpolate(i / 17, normalized=True).coords[0] for i in range(17)]
@@ -104,7 +86,7 @@ def test_inscribed_ellipse_contains_pixel_centres(box):
 
 
 @given(st.integers(0, 10_000), st.integers(3, 12))
-def test_areas_and_boxes_are_those_of_shapely(seed, n):
+def test_contour_area_and_box_equal_those_of_shapely(seed, n):
     random = np.random.default_rng(seed)
     angles = np.sort(random.uniform(0, 2 * np.pi, n))
     radii = random.uniform(1, 9, n)
@@ -121,12 +103,9 @@ def test_areas_and_boxes_are_those_of_shapely(seed, n):
 def test_crosses_itself_equals_shapely(points):
     contour = np.array(points, dtype=float)
     before, after = contour - np.roll(contour, 1, axis=0), np.roll(contour, -1, axis=0) - contour
-    # Neighbours that fold back on one another are no crossing to us, nor are empty sides.
+    # Shapely counts sides that fold back and empty sides as crossings.
     assume((before[:, 0] * after[:, 1] != before[:, 1] * after[:, 0]).all())
     assert crosses_itself(contour) == (not LinearRing(contour).is_simple)
-
-
-# Sums inside contours, against a walk over all pixels in exact arithmetic.
 
 
 HEIGHT, WIDTH = 13, 17
@@ -134,7 +113,7 @@ HEIGHT, WIDTH = 13, 17
 
 @st.composite
 def star_shaped(draw):
-    """A contour that does not cross itself, on a grid that has the centres of pixels."""
+    """Draw a star-shaped contour on a grid that contains the pixel centres."""
     x, y = draw(st.integers(-8, 76)), draw(st.integers(-8, 60))  # quarters of a pixel
     rays = draw(
         st.lists(
@@ -194,7 +173,7 @@ def scene(seed, n=40, maps=7, k=90, height=60, width=80):
 
 
 @pytest.mark.parametrize("outside", ["window", "image"])
-def test_scores_are_means_inside_less_means_outside(outside):
+def test_contour_score_is_mean_inside_minus_mean_outside(outside):
     tables, cells, which, contours = scene(0)
     window = (7, 5, 70, 55)
     scores = contour_scores(tables, cells, which, contours, window, outside, 1)
@@ -216,5 +195,4 @@ def test_contour_scores_reject_small_and_full_contours():
     assert contour_scores(tables, cells, which, contours, window, smallest=inside + 1)[0] == -1
     around = np.array([[[-1.0, -1], [90, -1], [90, 90], [-1, 90]]])
     assert contour_scores(tables, cells, which, around, window)[0] == -1
-    # Where there is more of the image than the window, something is left outside.
     assert contour_scores(tables, cells, which, around, (5, 5, 60, 50), "image")[0] > -1

@@ -1,4 +1,4 @@
-"""Posteriors of colours against densities written out, and tables of single precision."""
+"""Posteriors of colours, compared with densities of SciPy."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from trackmark.trackers.contours.posterior import BLOCK, posterior, posterior_ta
 
 
 def components(rng, *shape, least=2e-4):
-    """Sizes of colours in [0, 1], down to the smallest numbers."""
+    """Return random components of colours in [0, 1], with eigenvalues down to `least`."""
     numbers = np.empty((*shape, 6))
     numbers[..., 0] = rng.dirichlet(np.ones(shape[-1]), shape[:-1])
     numbers[..., 1:3] = rng.uniform(-0.3, 1.5, (*shape, 2))
@@ -26,7 +26,7 @@ def slow_density(mixture, points):
 
 
 @pytest.mark.parametrize(("floor", "prior"), [(0.05, 0.5), (2.0, 0.5), (0.05, 0.1)])
-def test_posterior_is_that_of_scipys_densities(floor, prior):
+def test_posterior_equals_that_of_scipy_densities(floor, prior):
     rng = np.random.default_rng(0)
     target, background = (from_components(components(rng, m)) for m in (2, 5))
     points = rng.uniform(-0.5, 1.7, (200, 2))
@@ -74,7 +74,7 @@ def slow_tables(projected, planes, target, background, floor, prior):
     st.tuples(st.integers(1, 3), st.integers(1, 6)),
 )
 @example(8810, 0.0, 0.0625, (1, 1))  # 6.6e-5 apart
-def test_tables_are_posteriors_to_four_digits(seed, floor, prior, m):
+def test_posterior_tables_are_accurate_to_four_digits(seed, floor, prior, m):
     projected, planes, target, background, contrast = case(seed, m=m)
     tables, scores = posterior_tables(projected, planes, target, background, floor, prior, contrast)
     assert tables.dtype == np.float32
@@ -84,14 +84,14 @@ def test_tables_are_posteriors_to_four_digits(seed, floor, prior, m):
 
 
 @pytest.mark.parametrize("k", [1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK + 37])
-def test_any_number_of_colours_has_a_table(k):
+def test_posterior_table_has_any_number_of_colours(k):
     *arrays, contrast = case(k, n=3, k=k)
     tables, scores = posterior_tables(*arrays, 0.05, 0.5, contrast)
     np.testing.assert_allclose(tables, slow_tables(*arrays, 0.05, 0.5), atol=2e-5)
     np.testing.assert_allclose(scores, tables.astype(float) @ contrast, rtol=1e-12, atol=1e-14)
 
 
-def test_planes_are_scored_by_the_tables_of_their_own_mixtures():
+def test_region_scores_use_the_mixtures_of_each_plane():
     projected, _, target, background, contrast = case(1, n=4, planes=4)
     actual = region_scores(
         projected, from_components(target), from_components(background), contrast, 0.05, 0.3

@@ -1,4 +1,4 @@
-"""Counts in regions: three ways, one result; distances by their formula."""
+"""Histograms of rectangles by three algorithms, and Bhattacharyya distances."""
 
 from math import floor, sqrt
 
@@ -50,7 +50,7 @@ some_bins = st.sets(st.integers(0, BINS - 1)).map(sorted).map(lambda b: np.array
 
 @given(st.integers(0, 99), st.sampled_from([1, 2, 3]), some_regions, some_bins)
 @example(0, 2, np.array([[0, 0, WIDTH, HEIGHT], [0, 0, 0, 0]]), np.arange(BINS))
-def test_direct_and_integral_counts_are_numpys(seed, n_votes, regions, bins):
+def test_direct_and_integral_counts_equal_numpy(seed, n_votes, regions, bins):
     image, by_code = codes(seed), votes(n_votes)
     expected = numpy_counts(image, by_code, regions, bins)
     direct = direct_counts(image, by_code, regions, bins, BINS)
@@ -61,8 +61,8 @@ def test_direct_and_integral_counts_are_numpys(seed, n_votes, regions, bins):
     np.testing.assert_array_equal(integral_counts(*only_these, regions, bins), expected)
 
 
-def test_sums_beyond_sixteen_bits_do_not_spoil_a_regions_counts():
-    image = np.zeros((400, 500), np.uint16)  # 200 000 pixels of one bin, neighbour of another
+def test_integral_counts_are_exact_beyond_16_bits():
+    image = np.zeros((400, 500), np.uint16)  # 200 000 pixels of one bin
     image[390:, 490:] = 1
     by_code = np.array([[0], [1]], np.uint8)
     histogram = integral_histogram(image, by_code, np.array([0, 1]), 2)
@@ -73,7 +73,7 @@ def test_sums_beyond_sixteen_bits_do_not_spoil_a_regions_counts():
 
 @pytest.fixture(scope="module")
 def image():
-    """Larger than 65535 pixels, of smooth colours."""
+    """Return an image of smooth colours with more than 65535 pixels."""
     rng = np.random.default_rng(1)
     coarse = rng.integers(0, 256, (12, 16, 3), dtype=np.uint8)
     return np.repeat(np.repeat(coarse, 25, axis=0), 25, axis=1) ^ rng.integers(
@@ -92,7 +92,7 @@ PLACES = {
 @pytest.mark.parametrize("n_parts", [1, 2])
 @pytest.mark.parametrize("n", [1, 60])
 @pytest.mark.parametrize("place", PLACES)
-def test_alone_or_with_many_the_counts_are_numpys(image, place, n, n_parts, monkeypatch):
+def test_region_counts_equal_numpy_for_any_number_of_sharers(image, place, n, n_parts, monkeypatch):
     x, y, spread, area = PLACES[place]
     rng = np.random.default_rng(2)
     states = np.column_stack(
@@ -110,7 +110,10 @@ def test_alone_or_with_many_the_counts_are_numpys(image, place, n, n_parts, monk
     for sharers in (1, 500):
         actual = count_regions(SharedFrame(image, sharers), regions, scheme, bins)
         np.testing.assert_array_equal(actual, expected)
-    for ways in (["_INTEGRAL"], ["_DIRECT", "_DIRECT_REGION"]):  # what costs nothing is taken
+    for ways in (
+        ["_INTEGRAL"],
+        ["_DIRECT", "_DIRECT_REGION"],
+    ):  # cost 0: selected
         with monkeypatch.context() as costs:
             for way in ways:
                 costs.setattr(counting, way, 0.0)
@@ -128,7 +131,7 @@ def test_alone_or_with_many_the_counts_are_numpys(image, place, n, n_parts, monk
 @example(20.0, 15.0, 16.0, 1.0, 1)  # exactly 16 pixels
 @example(0.0, 0.0, 64.0, 1.0, 1)  # exactly a quarter, 16 pixels
 @example(-0.5, 0.0, 64.0, 1.0, 1)
-def test_regions_are_the_rounded_rectangle_inside_the_image(x, y, area, aspect, n_parts):
+def test_pixel_regions_are_rounded_and_clipped_rectangles(x, y, area, aspect, n_parts):
     width = sqrt(area * aspect)
     height = area / width
     columns = range(floor(x - width / 2 + 0.5), floor(x + width / 2 + 0.5))
@@ -151,7 +154,7 @@ def test_regions_are_the_rounded_rectangle_inside_the_image(x, y, area, aspect, 
         assert regions.parts[part, 0].tolist() == expected
 
 
-def test_a_state_that_is_no_number_has_no_region():
+def test_state_of_nan_has_no_pixels():
     regions = pixel_regions(np.array([[np.nan, 5.0, 100.0]]), 1.0, 2, 40, 30, 0.25, 16)
     assert not regions.pixels.any()
 
@@ -162,7 +165,7 @@ histogram = st.lists(st.integers(0, 5000), min_size=6, max_size=6).filter(any)
 @given(histogram, histogram)
 @example([1, 0, 0, 0, 0, 0], [0, 1, 1, 0, 0, 0])
 @example([2, 1, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0])
-def test_the_distance_is_equation_1s(p, q):
+def test_bhattacharyya_distance_equals_equation_1(p, q):
     actual = distance(p, q)
     coefficient = sum(sqrt(a / sum(p) * b / sum(q)) for a, b in zip(p, q, strict=True))
     assert actual**2 == pytest.approx(max(0.0, 1 - coefficient), abs=1e-12)
@@ -171,8 +174,7 @@ def test_the_distance_is_equation_1s(p, q):
     assert distance(p, p) == 0.0
 
 
-def test_histograms_without_a_common_bin_are_at_distance_one():
-    assert distance([3, 0, 2], [0, 7, 0]) == 1.0
+def test_bhattacharyya_distance_of_an_empty_histogram_is_1():
     nothing = np.zeros((1, 3), np.int32), np.zeros(1, int)
     assert bhattacharyya_distances(*nothing, np.ones(3, np.int32), 3).tolist() == [1.0]
 

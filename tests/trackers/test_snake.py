@@ -1,4 +1,4 @@
-"""The snake, against scikit-image, a plain transcription and circles in closed form."""
+"""Snake, compared with a plain transcription and with circles in closed form."""
 
 import numpy as np
 import pytest
@@ -17,14 +17,14 @@ def circle(radius, points=32, centre=CENTRE):
 
 
 def ridge(radius, width=4.0, size=(72, 80)):
-    """Edges of a smooth circular ridge, in a window at the image's corner."""
+    """Return edges with a smooth circular ridge."""
     rows, columns = np.indices(size) + 0.5
     distance = np.hypot(columns - CENTRE[0], rows - CENTRE[1])
     return np.exp(-((distance - radius) ** 2) / (2 * width**2))
 
 
 def transcription(contour, edges, origin, alpha, beta, gamma, kappa, iterations):
-    """Section by section as it is written, with a matrix and an interpolator of libraries."""
+    """Return the fitted contour, computed with an inverse matrix and SciPy's interpolator."""
     n = len(contour)
     shift = np.roll(np.eye(n), 1, axis=1)
     a = alpha * (2 * np.eye(n) - shift - shift.T)
@@ -64,7 +64,7 @@ def noisy_ellipse(seed=0):
 
 
 @pytest.mark.parametrize("supported", [True, False])
-def test_edges_are_smoothed_gradients_and_their_product(supported):
+def test_edge_map_is_the_product_of_smoothed_gradients(supported):
     mask, image = noisy_ellipse()
 
     def slope(values, sigma):
@@ -82,7 +82,7 @@ def test_edges_are_smoothed_gradients_and_their_product(supported):
     assert actual.max() == 1
 
 
-def test_refinement_finds_an_ellipse_from_a_contour_beside_it():
+def test_refinement_moves_a_contour_to_the_nearby_edge():
     mask, image = noisy_ellipse()
     around = outline(mask)
     start = around.mean(axis=0) + 1.08 * (around - around.mean(axis=0)) + [2.0, -1.0]
@@ -93,18 +93,7 @@ def test_refinement_finds_an_ellipse_from_a_contour_beside_it():
     assert (before & mask).sum() / (before | mask).sum() < 0.87
 
 
-def test_snake_ignores_edges_without_posterior():
-    mask, image = noisy_ellipse()
-    image[:, 138:] = 255  # a stronger edge, eight pixels off
-    start = outline(mask) + [5.0, 0.0]
-    posterior = mask.astype(np.float32)
-    misled, _ = refine_by_snake(start, image, None)
-    actual, _ = refine_by_snake(start, image, posterior)
-    assert misled[:, 0].max() > 136
-    assert actual[:, 0].max() < 132
-
-
-def test_a_snake_that_collapses_or_crosses_itself_is_rejected():
+def test_collapsed_or_crossing_snake_is_rejected():
     flat = np.full((72, 80, 3), 90, np.uint8)
     start = circle(15, 8)  # so few points that nothing holds them apart
     actual, accepted = refine_by_snake(start, flat, None)
@@ -115,7 +104,7 @@ def test_a_snake_that_collapses_or_crosses_itself_is_rejected():
     assert not refine_by_snake(eight, flat, None)[1]
 
 
-def test_a_contour_far_outside_the_image_stays_as_it_is():
+def test_contour_far_outside_the_image_is_unchanged():
     flat = np.full((72, 80, 3), 90, np.uint8)
     for shift in ([400.0, 0.0], [-400.0, 0.0], [0.0, -400.0]):
         start = circle(15) + shift
@@ -131,7 +120,7 @@ def test_snake_at_rest_stops_closer_to_an_edge(edge):
     np.testing.assert_allclose(still, start, atol=1e-9)
     actual = [fit_snake(start, ridge(edge), (0, 0), at_rest=rests) for rests in (False, True)]
     drawn_in, free = (edge - np.hypot(*(points - CENTRE).T).mean() for points in actual)
-    # What is left of the way is what the stiffness holds: inwards always, or towards the start.
+    # Stiffness pulls inwards, or towards the start if the snake is at rest there.
     assert drawn_in > 0.2
     assert abs(free) < 0.5 * drawn_in
     assert np.sign(free) == np.sign(edge - 20)
@@ -139,12 +128,12 @@ def test_snake_at_rest_stops_closer_to_an_edge(edge):
 
 @pytest.mark.parametrize("times", [1.0, 2.0, 4.0])
 @pytest.mark.parametrize("stiffness", ["constant", "by-spacing"])
-def test_a_circle_shrinks_by_the_weights_of_its_stiffness(stiffness, times):
+def test_circle_without_edges_shrinks_by_its_stiffness(stiffness, times):
     radius = times * 4.4 / (2 * np.sin(np.pi / 32))
     start = circle(radius, centre=np.array([200.0, 200.0]))
     actual, accepted = refine_by_snake(start, np.full((400, 400, 3), 90, np.uint8), None, stiffness)
     assert accepted
-    # A circle is an eigenvector of the differences; 40 steps without edges leave of its radius:
+    # A circle is an eigenvector of the difference matrix. After 40 steps without edges:
     difference = 2 - 2 * np.cos(2 * np.pi / 32)
     ratio = 1.0 if stiffness == "constant" else 1 / times
     eigenvalue = 0.08 * ratio**2 * difference + 0.6 * ratio**4 * difference**2

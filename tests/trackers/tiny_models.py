@@ -1,8 +1,7 @@
-"""Networks of a few layers in the shapes that OpenCV's trackers want, written byte by byte.
+"""Untrained ONNX networks of a few layers for OpenCV's trackers, written byte by byte.
 
-They follow what is bright, so that a tracker with them really tracks; nothing is trained, and no
-package that writes ONNX is needed. A message of ONNX is a chain of fields: number and kind, then
-a varint, or a length and as many bytes.
+Their score is high in bright regions, so trackers follow a bright target. An ONNX message is a
+sequence of fields: number and kind, then a varint, or a length and as many bytes.
 """
 
 import struct
@@ -11,7 +10,7 @@ from pathlib import Path
 
 
 def write_models(folder: Path) -> dict[str, dict[str, str]]:
-    """Write all into a folder; gives parameters by the name of the tracker that they belong to."""
+    """Write all models into a folder, and return the parameters of each tracker."""
     return {
         tracker: {parameter: _written(folder / f"{parameter}.onnx", content)}
         | {name: _written(folder / f"{name}.onnx", other) for name, other in rest}
@@ -67,7 +66,7 @@ def _weights(name: str, shape: Iterable[int], values: Iterable[float]) -> bytes:
 
 
 def _image(name: str, channels: int, side: int | None) -> bytes:
-    """Input or output of shape (1, channels, side, side); None for any side."""
+    """Return an input or output of shape (1, channels, side, side); None: any side."""
     sides = [_field(2, "side") if side is None else _field(1, side)] * 2
     shape = [_field(1, 1), _field(1, channels), *sides]
     kind = _field(1, 1) + _field(2, b"".join(_field(1, dimension) for dimension in shape))
@@ -86,7 +85,7 @@ def _model(nodes, weights, inputs, outputs) -> bytes:
 
 
 def _head(output: str, rows: Iterable[Iterable[float]], bias: Iterable[float], source: str):
-    """A layer that mixes three channels into some others: its node and its weights."""
+    """Return node and weights of a 1 x 1 convolution of three channels."""
     rows, bias = list(rows), list(bias)
     names = [f"{output}_weights", f"{output}_bias"]
     node = _node("Conv", [source, *names], output, kernel_shape=[1, 1])
@@ -98,14 +97,14 @@ def _head(output: str, rows: Iterable[Iterable[float]], bias: Iterable[float], s
 
 
 def _means(source: str, output: str, pads: list[int]) -> bytes:
-    """Means of 16 x 16 pixels."""
+    """Return a layer of means over 16 x 16 pixels."""
     window = [16, 16]
     return _node("AveragePool", [source], output, kernel_shape=window, strides=window, pads=pads)
 
 
 def _vit() -> bytes:
     nothing = _weights("nothing", (1, 3, 1, 1), (0.0, 0.0, 0.0))
-    # Blue alone: OpenCV 5.0 hands green and red on with the other sign.
+    # Only blue: OpenCV 5.0 passes green and red on with inverted sign.
     score, score_weights = _head("scored", [(20.0, 0.0, 0.0)], [1.0], "seen")
     size, size_weights = _head("output2", [(0.0,) * 3] * 2, [0.21, 0.31], "seen")
     offset, offset_weights = _head("output3", [(0.0,) * 3] * 2, [0.5, 0.5], "seen")
@@ -132,7 +131,7 @@ def _nano_backbone() -> bytes:
 
 def _nano_neckhead() -> bytes:
     nothing = _weights("nothing", (1, 3, 1, 1), (0.0, 0.0, 0.0))
-    rows = [(0.0,) * 3, (0.1, 0.0, 0.0)]  # red comes first here
+    rows = [(0.0,) * 3, (0.1, 0.0, 0.0)]  # RGB
     score, score_weights = _head("output1", rows, [0.0, -10.0], "seen")
     size, size_weights = _head("output2", [(0.0,) * 3] * 4, [25.0, 35.0, 25.0, 35.0], "seen")
     nodes = [

@@ -1,1 +1,1 @@
-"""The contract of every tracker, and parts of no family: particles, Kalman filters, OpenCV."""
+"""Interface of trackers, and code that all families of trackers use."""

@@ -75,7 +75,7 @@ class Specification:
 
 
 def names() -> list[str]:
-    """Return the names of all trackers: of this package, then of installed entry points.
+    """Return the names of this package's trackers, then those of installed entry points.
 
     No tracker is imported, so trackers with a missing optional dependency are included.
     """
@@ -109,8 +109,8 @@ def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any)
     Raises
     ------
     TrackerError
-        For an unknown name, preset or parameter, a value out of bounds, an optional dependency
-        that is not installed, or a file that can't be imported.
+        For an unknown name, preset or parameter, a value out of bounds, an optional dependency that
+        is not installed, or a file that can't be imported.
     """
     return resolve(name, **parameters).create(seed)
 
@@ -147,8 +147,9 @@ def describe(name: str) -> dict[str, Any]:
     """Return the description of a tracker.
 
     Its keys are `name`, `summary`, `paper`, `randomness`, `presets`, `default_preset` and
-    `parameters`. The latter is a list of dicts with `name`, `type`, `default` (of the default
-    preset; empty for a required parameter) and `meaning` (unit in brackets).
+    `parameters`. `parameters` is a list of dicts with the keys `name`, `type`, `default` and
+    `meaning`. `default` is the value in the default preset; it is empty for a required parameter.
+    `meaning` ends with the unit in brackets.
     """
     plugin, file = _load(name)
     fields = plugin.Parameters.model_fields
@@ -202,16 +203,20 @@ def _default_preset(plugin: type[TrackerPlugin]) -> str:
 
 
 def _tracker_name(plugin: type[TrackerPlugin], file: Path, requested_name: str) -> str:
-    """Return the name of a tracker in a file: requested, set by its class, or file and class."""
+    """Return a tracker's name: the requested one, else its class attribute, else file and class."""
     name = requested_name or plugin.name
-    if not (isinstance(name, str) and name):  # a class may have a property of that name
+    if not (isinstance(name, str) and name):  # a class may define `name` as a property
         return f"{file.name}:{plugin.__name__}"
     if not re.fullmatch(r"\w[\w.-]*", name):
         raise TrackerError(
-            f"{file}: a tracker can't be called {name!r}: letters, digits, _, - and ."
+            f"{file}: {name!r} is not a valid name of a tracker. Use letters, digits, '_', '-' "
+            "and '.'."
         )
     if name in names():
-        raise TrackerError(f"{file}: {name!r} is another tracker's name; give as=NAME.")
+        raise TrackerError(
+            f"{file}: the name {name!r} belongs to another tracker. Choose another one with "
+            "as=NAME."
+        )
     return name
 
 
@@ -242,7 +247,10 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
         in_package = name == _file_to_name(file) and file.is_file() and file.stem != "__init__"
         if in_package + len(entries) > 1:
             owners = ["trackmark"] * in_package + [entry.value for entry in entries]
-            raise TrackerError(f"tracker {name!r} is offered more than once: {', '.join(owners)}.")
+            raise TrackerError(
+                f"tracker {name!r} is defined by several packages: {', '.join(owners)}. Uninstall "
+                "all but one."
+            )
         if in_package:
             module = importlib.import_module(f"trackmark.trackers.{file.stem}")
             (exported,) = module.__all__
@@ -254,13 +262,13 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
             warn_of_former_imports(file)
             return plugin, file
     except ImportError as error:
-        raise TrackerError(f"tracker {name!r} can't be used here: {error}") from error
+        raise TrackerError(f"tracker {name!r} cannot be used: {error}") from error
     except RuntimeError as error:
         if "no locator available" not in str(error):
             raise
         raise TrackerError(
-            f"tracker {name!r} can't be used here: Numba finds no folder for compiled kernels that "
-            "can be written. Set NUMBA_CACHE_DIR to such a folder."
+            f"tracker {name!r} cannot be used: Numba found no writable folder for compiled "
+            "kernels. Set NUMBA_CACHE_DIR to a writable folder."
         ) from error
     close = closest_match(name, names())
     hint = f"Did you mean {close!r}?" if close else "See `trackmark list trackers`."
@@ -268,7 +276,7 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
 
 
 class _SourceLoader(SourceFileLoader):
-    """Loader that ignores cached bytecode, which misses an edit within a second of equal size."""
+    """Loader that always compiles the source: cached bytecode can be older than a recent edit."""
 
     def get_code(self, fullname: str) -> CodeType:
         """See `importlib.abc.InspectLoader`."""
@@ -278,7 +286,7 @@ class _SourceLoader(SourceFileLoader):
 def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     """Return the class and the resolved path of a tracker in a file outside the package."""
     if not file.is_file():
-        raise TrackerError(f"{file}: there is no such tracker file.")
+        raise TrackerError(f"{file}: this tracker file does not exist.")
     module_name, path = f"trackmark_plugin_{file.stem}", str(file.absolute())
     loader = _SourceLoader(module_name, path)
     spec = importlib.util.spec_from_file_location(module_name, path, loader=loader)
@@ -287,12 +295,14 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     sys.modules[module_name] = module
     allow_former_imports()
     try:
-        with contextlib.chdir(Path.cwd()):  # restores the folder if the file changes it
+        with contextlib.chdir(Path.cwd()):  # the file may change the working directory
             loader.exec_module(module)
     except ImportError:
         raise
     except (Exception, SystemExit) as error:
-        raise TrackerError(f"{file}: it can't be imported: {_error_text(error, path)}") from error
+        raise TrackerError(
+            f"{file}: the file cannot be imported: {_error_text(error, path)}"
+        ) from error
     class_name = class_name or _only_tracker(module, file)
     if not hasattr(module, class_name):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
@@ -329,8 +339,13 @@ def _only_tracker(module: ModuleType, file: Path) -> str:
     if len(exported) == 1:
         return exported[0]
     if not classes:
-        raise TrackerError(f"{file}: it holds no class derived from trackers.TrackerPlugin.")
-    raise TrackerError(f"{file}: it holds {', '.join(classes)}; say which: {file}:{classes[0]}.")
+        raise TrackerError(
+            f"{file}: the file defines no class derived from trackers.TrackerPlugin."
+        )
+    raise TrackerError(
+        f"{file}: the file defines several trackers: {', '.join(classes)}. Select one, for "
+        f"example {file}:{classes[0]}."
+    )
 
 
 def _validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
@@ -346,11 +361,19 @@ def _validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
         isinstance(presets, Mapping)
         and all(isinstance(k, str) and isinstance(v, Mapping) for k, v in presets.items())
     ):
-        raise TrackerError(f"tracker {name!r}: presets are parameter values by preset name.")
+        raise TrackerError(
+            f"tracker {name!r}: `presets` must be a dict of parameter values by preset name."
+        )
     if _default_preset(plugin) not in {DEFAULT_PRESET, *presets}:
-        raise TrackerError(f"tracker {name!r}: default_preset is one of its presets.")
+        raise TrackerError(
+            f"tracker {name!r}: `default_preset` must be the name of one of its presets."
+        )
     if not isinstance(plugin.randomness, Randomness):
-        raise TrackerError(f"tracker {name!r}: randomness is one of trackers.Randomness.")
+        raise TrackerError(
+            f"tracker {name!r}: `randomness` must be a member of trackers.Randomness."
+        )
     if not (isinstance(plugin.Parameters, type) and issubclass(plugin.Parameters, Parameters)):
-        raise TrackerError(f"tracker {name!r}: Parameters derives from trackers.Parameters.")
+        raise TrackerError(
+            f"tracker {name!r}: `Parameters` must be a class derived from trackers.Parameters."
+        )
     return plugin

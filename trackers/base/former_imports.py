@@ -1,7 +1,8 @@
 """Deprecated import names `trackers`, `datasets`, `bench` and `reports` of tracker files.
 
-Earlier releases had these packages at the top level. The finder maps each name to the package in
-`trackmark`, unless another package has the name. `warn_of_former_imports` logs a warning.
+In earlier releases, these were top-level packages. The finder maps each name to the package in
+`trackmark`, unless another installed package has this name. `warn_of_former_imports` logs a
+warning.
 """
 
 import ast
@@ -30,7 +31,7 @@ class _Finder:
         name = fullname.partition(".")[0]
         if name not in NAMES or _is_foreign(name):
             return None
-        # typeshed asks for `importlib.abc.Loader`; the import system needs the two methods alone.
+        # typeshed requires `importlib.abc.Loader`; the import system needs only its two methods.
         return spec_from_loader(fullname, self)  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> None:
@@ -77,7 +78,7 @@ def _imports(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def _is_foreign(name: str) -> bool:
-    """Return whether another package has this name; folders without `__init__.py` do not count."""
+    """Return whether another package (a folder with `__init__.py`) or module has this name."""
     spec = PathFinder.find_spec(name)
     if spec is None or spec.origin is None:
         return False

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 Image: TypeAlias = NDArray[np.uint8]
-"""Shape (height, width, 3), BGR, contiguous; read-only to a tracker."""
+"""Contiguous BGR image of shape (height, width, 3); trackers must not modify it."""
 
 Box: TypeAlias = NDArray[np.float64]
 """`[x, y, width, height]` in pixels; pixel column i spans [i, i + 1)."""
@@ -26,12 +26,12 @@ def check_box(box: Box) -> Box:
     """Return a box as float64 (4,); raise TrackerError unless it is finite with a positive size."""
     try:
         numbers = np.asarray(box, np.float64)
-    except (TypeError, ValueError):  # words, or rows of unequal lengths
+    except (TypeError, ValueError):  # text, or rows of unequal lengths
         numbers = np.empty(0)
     if numbers.shape != (4,) or not np.isfinite(numbers).all() or not (numbers[2:] > 0).all():
         raise TrackerError(
-            "a box is [x, y, width, height], four finite numbers, width and height positive, "
-            f"not {' '.join(str(box).split())[:80]}."
+            "{' '.join(str(box).split())[:80]} is not a valid box. Expected: four finite numbers "
+            "[x, y, width, height], with width and height above 0."
         )
     return numbers
 
@@ -77,7 +77,7 @@ class Tracker(Protocol):
     """Tracker of one target in one sequence."""
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """Initialise the whole state with the target's box, and mask if any, in the first frame."""
+        """Initialise the state from the first frame, the target's box and its optional mask."""
         ...
 
     def update(self, image: Image) -> Estimate:
@@ -110,8 +110,9 @@ class Mapper(Protocol):
     def maps(self, image: Image) -> Mapping[str, NDArray[Any]]:
         """Return weight maps of the frame that was just passed to `update`, by name.
 
-        Each map has shape (height, width) and values in [0, 1]; 1 is most similar to the target.
-        Called only if arrays are stored, and not timed. It must not change later estimates.
+        Each map has shape (height, width) and values in [0, 1]; 1 is most similar to the target. It
+        is called only if arrays are stored, and its time is not measured. It must not change later
+        estimates.
         """
         ...
 
@@ -142,11 +143,11 @@ class TrackerPlugin(ABC):
     paper : str
         Citation of the method.
     randomness : Randomness
-        `NONE` trackers run once per sequence, the others once per repetition.
+        Source of random numbers. Trackers with `NONE` run once per sequence, others once per
+        repetition.
     presets : mapping of str to mapping
-        Parameter values by preset name. `recommended` always exists; it is empty if the tracker
-        does not define it. It is the default, unless the class attribute `default_preset` names
-        another preset.
+        Parameter values by preset name. A tracker that does not define `recommended` gets this
+        preset without values. The class attribute `default_preset` can replace it as the default.
     Parameters : type
         Class of the tracker's parameters.
 
@@ -168,13 +169,13 @@ class TrackerPlugin(ABC):
         self.parameters = parameters
         self.seed = seed
 
-    if not TYPE_CHECKING:  # otherwise type checkers would accept every attribute name
+    if not TYPE_CHECKING:  # hidden from type checkers, which would accept every attribute name
 
         def __getattr__(self, name: str) -> Any:
             """Raise an error that explains the usual cause: `update` was called before `init`."""
             raise NotInitialisedError(
-                f"{type(self).__name__} has no {name!r}: `init`, which must come before `update`, "
-                "has not set it."
+                f"{type(self).__name__} has no attribute {name!r}: `init` has not set it. Call "
+                "`init` before `update`."
             )
 
     @abstractmethod

@@ -1,8 +1,8 @@
 """Constant-velocity Kalman filters: one for points, one for scalars.
 
 `ConstantVelocity` filters several axes at once and accepts measurements of infinite variance.
-`ScalarSmoother` filters one number. They round differently, so replacing one by the other would
-change the last digits of boxes.
+`ScalarSmoother` filters one number. The two classes round differently: replacing one by the other
+would change the last digits of boxes.
 """
 
 import numpy as np
@@ -54,8 +54,9 @@ class ConstantVelocity:
 class ScalarSmoother:
     """Kalman filter of one number and its velocity per frame.
 
-    The initial `value` is treated as a measurement. `acceleration` (constant within a frame),
-    `measurement` and `speed` (of the initial velocity) are standard deviations.
+    The initial `value` is treated as a measurement. The other parameters are standard deviations:
+    `acceleration` (constant between two frames), `measurement`, and `speed` of the initial
+    velocity.
     """
 
     def __init__(

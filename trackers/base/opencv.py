@@ -1,4 +1,4 @@
-"""Adapter of OpenCV's trackers, with or without trained models."""
+"""Base classes that adapt OpenCV's trackers, with or without trained models."""
 
 import ctypes
 import hashlib
@@ -35,7 +35,7 @@ def find_factory(name: str, remedy: str = CONTRIBUTED) -> Callable[..., Any]:
 
 
 def set_legacy_parameters(tracker: Any, values: Mapping[str, object]) -> Any:
-    """Set parameters of a `cv2.legacy` tracker by its `read`, if Python lacks a `Params` class."""
+    """Set parameters of a `cv2.legacy` tracker that has no `Params` class, by its method `read`."""
     lines = ["%YAML:1.0", "---", *(f"{name}: {value}" for name, value in values.items()), ""]
     storage = cv2.FileStorage("\n".join(lines), cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
     tracker.read(storage.root())
@@ -52,8 +52,8 @@ def pixel_rectangle(box: Box, image: Image) -> tuple[int, int, int, int]:
     right, bottom = x + wide, y + high
     if x >= width or y >= height or right <= 0 or bottom <= 0:
         raise TrackerError(
-            f"the first box {np.round(box, 1).tolist()} lies outside the image "
-            f"of {width} x {height} pixels."
+            f"the init box {np.round(box, 1).tolist()} lies outside the image of {width} x "
+            f"{height} pixels. Use another box."
         )
     left, columns = _pixels(x, right, width)
     top, rows = _pixels(y, bottom, height)
@@ -72,8 +72,8 @@ class OpenCVParameters(Parameters):
     Attributes
     ----------
     implied : bool
-        True if a run's identity omits parameters with default values, so that it equals the
-        identity of runs from before the parameters existed.
+        True if a run's identity omits parameters with default values. Such a run keeps the identity
+        that it had before the parameters existed.
     """
 
     implied: ClassVar[bool] = True
@@ -85,18 +85,18 @@ class OpenCVTracker(TrackerPlugin):
     The init box is rounded to whole pixels inside the image. If OpenCV reports that the target is
     lost, or returns a box without area, the estimate is the last valid box, not visible.
 
-    The default preset `opencv` has OpenCV's default values. `recommended` has the values that the
-    method's authors published, if OpenCV uses others.
+    The default preset `opencv` has OpenCV's default values. If OpenCV's values differ from those of
+    the method's authors, `recommended` has the authors' values.
 
     Attributes
     ----------
     create_tracker : callable
         Function that creates OpenCV's tracker; see `find_factory`.
     opencv_parameters : str
-        Name of its parameter class in `cv2`; empty if it has none.
+        Name of the tracker's parameter class in `cv2`; empty if it has none.
     smallest_side : int
-        Minimum width and height of the init box [pixels]. Below it, OpenCV's `init` fails or never
-        returns (measured with OpenCV 4.14 and 5.0).
+        Minimum width and height of the init box [pixels]. For a smaller box, OpenCV's `init` fails
+        or never returns (measured with OpenCV 4.14 and 5.0).
     """
 
     default_preset: ClassVar[str] = "opencv"
@@ -110,9 +110,9 @@ class OpenCVTracker(TrackerPlugin):
         rectangle = pixel_rectangle(box, image)
         if min(rectangle[2:]) < self.smallest_side:
             raise TrackerError(
-                f"{type(self).__name__} needs a first box of at least {self.smallest_side} x "
-                f"{self.smallest_side} pixels inside the image, not "
-                f"{rectangle[2]} x {rectangle[3]}."
+                f"{type(self).__name__} needs an init box with at least {self.smallest_side} x "
+                f"{self.smallest_side} pixels inside the image, not {rectangle[2]} x "
+                f"{rectangle[3]}."
             )
         self._tracker = self._make()
         try:
@@ -124,7 +124,7 @@ class OpenCVTracker(TrackerPlugin):
                 self._seed_process()
         except cv2.error as error:
             raise TrackerError(
-                f"OpenCV's {type(self).__name__} refuses the first box {rectangle} in an image "
+                f"OpenCV's {type(self).__name__} rejects the init box {rectangle} in an image "
                 f"of {image.shape[1]} x {image.shape[0]} pixels: {error.err}"
             ) from error
         self._box = np.array(box, dtype=np.float64)
@@ -146,8 +146,8 @@ class OpenCVTracker(TrackerPlugin):
         for name, value in self._opencv_values().items():
             if not hasattr(parameters, name):
                 raise TrackerError(
-                    f"the installed OpenCV {cv2.__version__} has no {name} among its "
-                    f"{self.opencv_parameters}; install a newer one."
+                    f"the installed OpenCV {cv2.__version__} has no parameter {name} in "
+                    f"{self.opencv_parameters}. Install a newer version."
                 )
             setattr(parameters, name, value)
         return type(self).create_tracker(parameters)
@@ -160,14 +160,14 @@ class OpenCVTracker(TrackerPlugin):
         """Seed the two generators that OpenCV's trackers use: libc's `rand` and OpenCV's own."""
         libc_seed, opencv_seed = self.seed.generate_state(2).tolist()
         ctypes.CDLL(None).srand(ctypes.c_uint(libc_seed))
-        cv2.setRNGSeed(opencv_seed >> 1)  # takes a signed 32-bit integer
+        cv2.setRNGSeed(opencv_seed >> 1)  # the argument is a signed 32-bit integer
 
 
 class ModelFile(BaseModel):
     """Parameter value: a file with a trained model.
 
-    Its text is the file name. A run's identity includes the digest of the file's content, because a
-    different model may have the same file name.
+    As text, the value is the file name. A run's identity includes the digest of the file's content,
+    because different models can have the same file name.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -185,7 +185,7 @@ class ModelFile(BaseModel):
                 digest = hashlib.file_digest(content, "sha256").hexdigest()
         except (OSError, ValueError) as error:  # ValueError: a null byte in the name
             reason = getattr(error, "strerror", None) or str(error)
-            raise ValueError(f"the file can't be read ({reason})") from None
+            raise ValueError(f"the file cannot be read ({reason})") from None
         return {"file": str(value), "sha256": digest}
 
     def __str__(self) -> str:
@@ -193,12 +193,12 @@ class ModelFile(BaseModel):
 
 
 def model_file(meaning: str) -> Any:
-    """Return the field of a required model file; `meaning` includes the source of such files."""
+    """Return the field of a required model file; `meaning` states where to get the file."""
     return Field(description=meaning)
 
 
 class ModelFileParameters(Parameters):
-    """Parameters with model files; errors about a file name the source of such files."""
+    """Parameters with model files; errors about a file state where to get it."""
 
     @classmethod
     def checked(cls, owner: str, values: Mapping[str, Any]) -> Self:
@@ -206,7 +206,8 @@ class ModelFileParameters(Parameters):
         for name, field in cls.model_fields.items():
             if field.annotation is ModelFile and not values.get(name):
                 raise TrackerError(
-                    f"{owner}: parameter {name} has to be given, as in {owner}:{name}=PATH: "
+                    f"{owner}: the parameter {name} is missing. Set it by {owner}:{name}=PATH. "
+                    "Expected: "
                     f"{field.description}."
                 )
         try:
@@ -217,7 +218,7 @@ class ModelFileParameters(Parameters):
             if field_info is None or field_info.annotation is not ModelFile:
                 raise
             message = str(error).replace("Value error, ", "")
-            raise TrackerError(f"{message} It has to be the {field_info.description}.") from None
+            raise TrackerError(f"{message} Expected: {field_info.description}.") from None
 
 
 class ModelFileTracker(OpenCVTracker):
@@ -250,7 +251,7 @@ class ModelFileTracker(OpenCVTracker):
                 raise TrackerError(self._model_error_text(error)) from error
             return Estimate(self._box.copy(), visible=False)
         self._has_updated = True
-        get_score = getattr(self._tracker, "getTrackingScore", None)  # GOTURN has none
+        get_score = getattr(self._tracker, "getTrackingScore", None)  # GOTURN has no score
         score = float(get_score()) if get_score else nan
         return Estimate(estimate.box, estimate.visible, score if 0 <= score <= 1 else nan)
 
@@ -274,7 +275,7 @@ class ModelFileTracker(OpenCVTracker):
     def _model_error_text(self, error: cv2.error) -> str:
         message = " ".join(str(error.err).split())[:300]
         return (
-            f"OpenCV {cv2.__version__} can't use the models of {type(self).__name__}, "
+            f"OpenCV {cv2.__version__} cannot use the models of {type(self).__name__}, "
             f"{self._model_files_text()}: {message}."
         )
 

@@ -68,11 +68,11 @@ class Parameters(BaseModel):
             raise TrackerError(message) from None
 
 
-# Declarations of the usual parameters: default, and meaning with the unit in brackets.
+# The following functions declare parameters by default value and meaning; the unit is in brackets.
 
 
 def choice(default: Any, meaning: str) -> Any:
-    """Return the field of a parameter without bounds in addition to its type."""
+    """Return the field of a parameter whose values are limited by its type only."""
     return Field(default, description=meaning)
 
 

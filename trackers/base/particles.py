@@ -17,7 +17,7 @@ _BELOW_ONE = float(np.nextafter(1.0, 0.0))
 
 
 def normalise_log_weights(log_weights: Array) -> Array:
-    """Return weights (n,) that sum to 1 from logarithms of weights (n,) with a common factor.
+    """Return weights (n,) that sum to 1, from logarithms (n,) of unnormalised weights.
 
     -inf stands for a weight of 0. If all weights are 0, the result is uniform.
 
@@ -66,7 +66,7 @@ def systematic(weights: Array, uniforms: Array) -> Indices:
 
 
 def residual(weights: Array, uniforms: Array) -> Indices:
-    """Select ⌊n π⌋ copies of each particle, the rest by the residual weights (Liu & Chen 1998)."""
+    """Select ⌊n π⌋ copies of each particle, the others by residual weights (Liu & Chen 1998)."""
     expected = len(weights) * weights
     copies = np.floor(expected + 1e-9).astype(np.intp)  # in floating point, 49 · (1/49) < 1
     sure = np.repeat(np.arange(len(weights)), copies)
@@ -84,7 +84,7 @@ SCHEMES: Mapping[str, Callable[[Array, Array], Indices]] = {
 
 
 def _select_particles(weights: Array, positions: Array) -> Indices:
-    """Return the particle at each position in [0, 1] of the cumulative weights, never weight 0."""
+    """Return the particle (of weight > 0) at each position in [0, 1] of the cumulative weights."""
     cumulative = weights.cumsum()
     sought = np.minimum(positions, _BELOW_ONE) * cumulative[-1]
     selected: Indices = cumulative.searchsorted(sought, side="right")

@@ -26,10 +26,10 @@ class SharedFrame:
     Parameters
     ----------
     image : ndarray of uint8, shape (height, width, 3)
-        BGR image; trackers receive it read-only. TrackerError for another type or shape.
+        BGR image; trackers receive a read-only view. Another type or shape raises TrackerError.
     sharers : int
-        Number of trackers that process the frame, at least 1. A tracker may choose the faster of
-        two computations by it; its estimates must not depend on it.
+        Number of trackers that process the frame, at least 1. A tracker may use it to choose the
+        faster of two computations with equal results.
     """
 
     __slots__ = ("_computed", "image", "sharers")
@@ -37,12 +37,12 @@ class SharedFrame:
     def __init__(self, image: Image, sharers: int = 1) -> None:
         if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3:
             raise TrackerError(
-                f"an image is uint8 of shape (height, width, 3), BGR, not {image.dtype} of shape "
-                f"{image.shape}; cv2.cvtColor converts."
+                f"the image is {image.dtype} of shape {image.shape}. Expected: BGR, uint8, of "
+                "shape (height, width, 3). Convert it with cv2.cvtColor."
             )
         locked = image.view()
         locked.flags.writeable = False
-        # Without a base array, so that a tracker cannot set the writeable flag again.
+        # The view has no base array, so a tracker cannot make it writeable again.
         self.image: Image = np.from_dlpack(locked)  # type: ignore[assignment]  # of any dtype
         self.sharers = sharers
         self._computed: dict[Hashable, Any] = {}
@@ -52,8 +52,7 @@ class SharedFrame:
     ) -> R:
         """Return `function(image, ...)`, computed by the first call and cached for later ones.
 
-        `function` must depend only on its arguments. Callers must not modify the result in a way
-        that other callers could notice.
+        `function` must depend only on its arguments. Callers must not modify the result.
         """
         key = (function, args, tuple(sorted(kwargs.items())))
         if key not in self._computed:
@@ -65,7 +64,7 @@ class SharingTracker(TrackerPlugin):
     """Base class of trackers that share computations with others on the same frame.
 
     A subclass implements `init_shared` and `update_shared`. `init` and `update` call them with a
-    new `SharedFrame`, so that both ways return identical boxes.
+    new `SharedFrame`. Both ways return identical boxes.
     """
 
     @abstractmethod

@@ -19,7 +19,7 @@ Attached: TypeAlias = Indices | None
 Association: TypeAlias = Literal["by-weight", "uniform"]
 Feedback: TypeAlias = Literal["marginal", "joint"]
 
-_NEVER_QUITE_ZERO = 1e-12  # weight share of a hypothesis to which none is attached
+_NEVER_QUITE_ZERO = 1e-12  # relative weight of a hypothesis that is not attached to any other
 
 Observation = TypeVar("Observation", contravariant=True)
 Seen = TypeVar("Seen")
@@ -36,7 +36,7 @@ class Weighed(NamedTuple):
 class Hypotheses:
     """Weighted hypotheses of a cue in a frame."""
 
-    states: NDArray[Any]  # (n, ...): one hypothesis a row
+    states: NDArray[Any]  # (n, ...): one hypothesis per row
     weights: Array  # (n,), of sum 1
     attached: Attached = None  # (n,): attached hypotheses of the previous cue
     evidence: Any = None  # see `Weighed`
@@ -60,8 +60,8 @@ class Cue(Protocol[Observation]):
     ) -> Weighed:
         """Weigh hypotheses by the frame and by attached hypotheses of earlier cues.
 
-        `observation`: the same object for all cues. `attached` (n,): row in `earlier[-1]` of the
-        previous cue's hypothesis that belongs to each state; None for the first cue.
+        All cues get the same `observation`. `attached` (n,) is the row in `earlier[-1]` of the
+        hypothesis that is attached to each state; it is None for the first cue.
         """
         ...
 
@@ -74,15 +74,15 @@ class Chain(Generic[Seen]):
     """Cues in the order of their dependence: each may depend on all previous ones.
 
     `cues` sequence of Cue: the cues, in order.
-    `association` {"by-weight", "uniform"}: Hypotheses of the previous cue that are attached to a
-      cue's hypotheses: drawn by their weights in this frame (section 5.3), or uniformly.
-    `feedback` {"marginal", "joint"}: weights of a cue in the next frame: its own (equation 4), or
-      those of the complete density (equation 7), which include later cues. `joint` corrects the
-      paper: if z₂ depends on x₁, the density of x₁ given all measurements differs from that given
-      z₁.
+    `association` {"by-weight", "uniform"}: how hypotheses of the previous cue are attached to those
+      of a cue: drawn by their weights in this frame (section 5.3), or uniformly.
+    `feedback` {"marginal", "joint"}: weights with which a cue enters the next frame. `marginal`:
+      the cue's own weights (equation 4). `joint`: its weights in the complete density (equation 7),
+      which later cues also affect. `joint` corrects the paper: if z₂ depends on x₁, p(x₁ | z₁, z₂)
+      differs from p(x₁ | z₁).
 
-    Raises ValueError for another association or feedback; in `step`, if a cue returns weights below
-    0 or of a wrong shape.
+    Raises ValueError for other values of `association` or `feedback`. `step` raises it if a cue
+    returns negative weights, or weights of a wrong shape.
     """
 
     def __init__(
@@ -111,8 +111,8 @@ class Chain(Generic[Seen]):
             weighed = cue.weigh(observation, states, attached, all_hypotheses)
             if weighed.weights.shape != (len(states),) or (weighed.weights < 0).any():
                 raise ValueError(
-                    f"{type(cue).__name__} gives weights of shape {weighed.weights.shape} to "
-                    f"{len(states)} hypotheses: each has one, not below 0."
+                    f"{type(cue).__name__} returned weights of shape {weighed.weights.shape}, or "
+                    f"negative weights. Expected: {len(states)} weights ≥ 0, one per hypothesis."
                 )
             weights = normalise_weights(weighed.weights)
             all_hypotheses.append(Hypotheses(states, weights, attached, weighed.evidence))
@@ -135,14 +135,16 @@ class Chain(Generic[Seen]):
 def complete_combinations(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ...]:
     """Return the combinations of hypotheses in the complete density of equation 7.
 
-    One array (n,) per cue: the index of its hypothesis for each of the n hypotheses of the last
-    cue, whose weights are those of the combinations.
+    The result has one array (n,) per cue: the index of its hypothesis in each of n combinations.
+    Combination i contains hypothesis i of the last cue and has its weight.
     """
     last = hypotheses[-1]
     chosen = [np.arange(len(last.weights), dtype=np.intp)]
     for later in reversed(hypotheses[1:]):
         if later.attached is None:
-            raise ValueError("a cue's hypotheses are attached to none of the cue before.")
+            raise ValueError(
+                "the hypotheses of a cue are not attached to hypotheses of the previous cue."
+            )
         chosen.append(later.attached[chosen[-1]])
     return tuple(reversed(chosen))
 

@@ -27,9 +27,9 @@ MIN_EIGENVALUE, MAX_EIGENVALUE = 2e-4, 0.15  # of colours in [0, 1]
 class ColourDynamics:
     """Dynamic model of mixtures; spreads are standard deviations of Gaussian noise.
 
-    `diagonal`: independent noise on each number of a component. (The paper's full random matrix
-    would mix units.) `shared`: in addition, a random linear map of all centroids, mainly a gain, as
-    caused by changes of light.
+    `diagonal` adds independent noise to each number of a component. (The paper's full random matrix
+    would mix units.) `shared` also applies one random linear map to all centroids. The map is
+    mainly a gain, as changes of light cause it.
     """
 
     colour_dynamics: MixtureScale
@@ -77,10 +77,10 @@ class ColourDynamics:
 class MixtureEvaluator:
     """Observation model of pairs of mixtures (section 5.3), used by colour cues.
 
-    The score of a pair is the mean posterior of the target in the window minus that outside, with
-    its mixtures on the attached plane. The evidence is the posterior of the frame's colours, one
-    row per pair. The first `n_target` components are the target's. `weights` and `temperature` are
-    passed to `weights_from_scores`, `floor` to `posterior`.
+    The score of a pair is the mean posterior of the target in the window minus the mean outside.
+    Its mixtures lie on the attached plane. The evidence is the posterior of the frame's colours,
+    one row per pair. The first `n_target` components belong to the target. `weights` and
+    `temperature` are passed to `weights_from_scores`, `floor` to `posterior`.
     """
 
     def __init__(self, n_target: int, weights: Weights, temperature: float, floor: float) -> None:
@@ -93,7 +93,7 @@ class MixtureEvaluator:
     ) -> Weighed:
         """See `Cue.weigh`; the evidence of the previous cue is the frame's colours on planes."""
         if attached is None:
-            raise ValueError("mixtures are judged on a plane: a cue of planes comes before them")
+            raise ValueError("the colour cue needs a plane cue before it in the chain")
         tables, scores = posterior_tables(
             earlier[-1].evidence,
             attached,
@@ -107,7 +107,7 @@ class MixtureEvaluator:
 
 
 class ColourCue(ParticleCue):
-    """Particle filter of pairs of mixtures: states (components, 6), the target's first."""
+    """Particle filter of pairs of mixtures: states (components, 6) with the target's first."""
 
     def __init__(
         self, start: Array, count: int, dynamics: ColourDynamics, palettes: MixtureEvaluator
@@ -151,9 +151,9 @@ class RefittedColours:
     """Cue with one pair of mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1).
 
     Each G is fitted to the colours of a segmented frame, because a recursion over predictions would
-    never use an image. `count`: number of copies of the pair, so that different planes can be
-    attached. `mixing`: a in (0, 1]; 1 predicts the last frame's mixtures. `palettes`: observation
-    model.
+    never use an image. `count` is the number of copies of the pair, so that different planes can be
+    attached. `mixing` is a in (0, 1]; 1 predicts the last frame's mixtures. `palettes` is the
+    observation model.
     """
 
     def __init__(
@@ -185,7 +185,7 @@ class RefittedColours:
 
 
 def blend_mixtures(older: Mixture, newer: Mixture, mixing: float) -> Mixture:
-    """Return (1 - mixing) older + mixing newer of matched components, by covariance matrices."""
+    """Return (1 - mixing) older + mixing newer: weighted weights, means and covariances."""
     distances = ((newer.means[:, np.newaxis] - older.means) ** 2).sum(axis=2)
     _, partner = linear_sum_assignment(distances)
     return Mixture(

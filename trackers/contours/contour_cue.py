@@ -24,8 +24,8 @@ MIN_AREA = 60  # minimum number of pixels inside a contour
 class ContourDynamics:
     """Dynamic model of contours: r = m + H (r' - m) + p, where m is the mean of the points of r'.
 
-    The paper applies H to the coordinates. Relative to the image corner, a change of size would
-    displace a distant target.
+    The paper applies H to image coordinates. A change of size would then displace a target far from
+    the image corner.
     """
 
     affine: Array  # (2, 2): standard deviations of H, whose mean is the identity
@@ -52,13 +52,13 @@ class ContourDynamics:
 class ContourCue(ParticleCue):
     """Particle filter of contours (points, 2) [pixels].
 
-    A contour's score is the mean posterior of the target inside minus that outside (section 5.4),
-    for the attached mixtures. "Outside" is the rest of the image, or of the bounding box of the
-    window and all contours. (With a small target, the mean over the image hardly changes with a
-    contour.) `weights` and `temperature` are those of `weights_from_scores`.
+    A contour's score is the mean posterior of the target inside minus the mean outside (section
+    5.4), for the attached mixtures. "Outside" is the rest of the image, or of the bounding box of
+    the window and all contours. (If the target is small, the mean over the image hardly depends on
+    the contour.) `weights` and `temperature` are passed to `weights_from_scores`.
 
-    `anchors` (k, points, 2) are contours that replace the first k particles before propagation;
-    none at first.
+    `anchors` (k, points, 2) are contours that replace the first k particles before propagation.
+    Initially there are none.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class ContourCue(ParticleCue):
     ) -> Weighed:
         """See `Cue.weigh`; needs posteriors of the previous cue. The evidence is the score."""
         if attached is None:
-            raise ValueError("contours are judged on a posterior: a cue of colours comes before")
+            raise ValueError("the contour cue needs a colour cue before it in the chain")
         cells = observation.cells
         height, width = cells.image.shape
         scores = contour_scores(
@@ -105,8 +105,8 @@ class ContourCue(ParticleCue):
 class KalmanContourCue(ContourCue):
     """Contour cue with particles for the shape and a Kalman filter for the position.
 
-    Positions are drawn from the filter's prediction. The correction uses the measurement that would
-    change the prediction to the mean and variance of the weighted contours.
+    Positions are drawn from the Kalman filter's prediction. The measurement is chosen such that the
+    corrected state has the mean and variance of the weighted contours.
     """
 
     def __init__(self, start: Array, count: int, dynamics: ContourDynamics, *judging: Any) -> None:

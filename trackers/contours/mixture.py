@@ -1,6 +1,6 @@
 """Gaussian mixtures of colours: fit, projection on planes, density, and components.
 
-The functions also accept arrays of mixtures, with additional axes before that of the components.
+The functions also accept arrays of mixtures. Their axes precede the axis of the components.
 """
 
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from numba import njit
 from trackmark.trackers.base.arrays import Array
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component
-MIN_MASS = 1e-9  # sum of responsibilities below which a component keeps its place
+MIN_MASS = 1e-9  # sum of responsibilities below which a component keeps mean and covariance
 
 
 class Mixture(NamedTuple):
@@ -31,11 +31,11 @@ def fit_mixture(
 ) -> Mixture:
     """Fit a mixture by expectation maximisation (EM) from random centres.
 
-    The centres are those of k-means++ (Arthur & Vassilvitskii 2007), with one uniform random number
-    each. Each initial component consists of the points nearest to its centre.
+    The centres are chosen by k-means++ (Arthur & Vassilvitskii 2007), with one uniform random
+    number per centre. Each initial component consists of the points nearest to its centre.
 
-    `points` float64 (n, d): points in 2 or 3 dimensions. With fewer than m different points,
-      surplus components have weight 0 and the position of another one.
+    `points` float64 (n, d): points in 2 or 3 dimensions. If fewer than m points differ, the other
+      components get weight 0 and the position of another component.
     `components`: number m of components.
     `generator`: source of the random numbers.
     `iterations`: number of EM steps.
@@ -65,7 +65,7 @@ def fit_mixture(
 def refine_mixture(
     points: Array, mixture: Mixture, iterations: int, regularisation: float = REGULARISATION
 ) -> Mixture:
-    """Refine a mixture by steps of `fit_mixture`; a component without points keeps its place."""
+    """Refine a mixture by EM steps; a component without points keeps its mean and covariance."""
     after = Mixture(*(array.copy() for array in mixture))
     axes = tuple(range(points.shape[1]))
     _iterate(np.ascontiguousarray(points.T), axes, after, iterations, regularisation)
@@ -118,8 +118,8 @@ def density(mixture: Mixture, points: Array) -> Array:
 def to_components(mixture: Mixture) -> Array:
     """Return the components of a mixture in two dimensions, shape (..., m, 6).
 
-    Weight, mean x and y, larger and smaller eigenvalue of the covariance, and angle of the first
-    eigenvector [radians, in (-π/2, π/2]].
+    The six numbers are the weight, the mean x and y, the larger and the smaller eigenvalue of the
+    covariance, and the angle of the first eigenvector [radians, in (-π/2, π/2]].
 
     Examples
     --------
@@ -223,7 +223,7 @@ def _maximise(
     mixture: Mixture,
     regularisation: float,
 ) -> None:
-    """Update components by their responsibilities; one without points keeps its place."""
+    """Update components by their responsibilities; one without points keeps mean and covariance."""
     weights, means, covariances = mixture
     d = len(axes)
     n = points.shape[1]

@@ -19,7 +19,7 @@ Cells: TypeAlias = NDArray[np.int32]
 
 
 class ColourCells(NamedTuple):
-    """Non-empty cells of an image's colour grid, in grid order; K cells."""
+    """The K non-empty cells of an image's colour grid, in grid order."""
 
     colours: Array  # (K, 3): mean RGB of each cell's pixels, in [0, 1]
     image: Cells  # (rows, columns): cell of every pixel, in [0, K)
@@ -30,7 +30,7 @@ class ColourCells(NamedTuple):
 def colour_cells(image: Image, levels: int = 20) -> ColourCells:
     """Return the colour cells of a BGR image; `levels`: cells per channel, 1 to 64."""
     rows, columns, _ = image.shape
-    totals = np.zeros((levels**3, 4), np.int64)  # of red, green and blue, and pixels
+    totals = np.zeros((levels**3, 4), np.int64)  # sums of red, green and blue, and number of pixels
     cells = np.empty((rows, columns), np.int32)
     for row in range(rows):
         for column in range(columns):
@@ -67,16 +67,16 @@ def cells_inside(cells: ColourCells, x0: int, y0: int, x1: int, y1: int) -> Ints
 
 Weights: TypeAlias = Literal["literal", "exponential"]
 
-ROUNDING_NOISE = 1e-6  # of differences of posteriors in single precision
+ROUNDING_NOISE = 1e-6  # rounding error of differences of posteriors in single precision
 
 
 def weights_from_scores(scores: Array, weights: Weights, temperature: float) -> Array:
     """Return weights of hypotheses (n,), up to a common factor.
 
-    A score is the mean posterior inside a region minus that outside, in [-1, 1]. `literal`: the
-    score, or 0 if it is negative or rounding noise (Moreno-Noguer et al. 2005, section 5).
-    `exponential`: exp(score / temperature). Good and mediocre hypotheses differ by a few
-    hundredths, so that `literal` hardly separates them.
+    A score is the mean posterior inside a region minus the mean outside, in [-1, 1]. `literal`
+    returns the score, or 0 if it is negative or rounding noise (Moreno-Noguer et al. 2005, section
+    5). `exponential` returns exp(score / temperature). The scores of good and mediocre hypotheses
+    differ by a few hundredths: `literal` hardly separates them.
 
     Examples
     --------
@@ -109,12 +109,13 @@ class Observation(NamedTuple):
     """Frame, window W in which the target is expected, and its surroundings.
 
     `contrast` (cells,) is the share of W's pixels in each cell minus the share of the outside
-    pixels. Its product with a posterior of the cells is the mean in W minus the mean outside.
+    pixels. Its scalar product with a posterior per cell is the mean posterior in W minus the mean
+    outside.
     """
 
     cells: ColourCells
     window: Rectangle  # W
-    around: Rectangle  # rectangle whose part without W is "outside"
+    around: Rectangle  # rectangle around W; "outside" is its part without W
     contrast: Array
     prior: float  # P(O): prior probability of the target at a pixel
     inside: ColourSet | None = None  # colours in W; None if no cue uses them
@@ -124,7 +125,7 @@ class Observation(NamedTuple):
 def window_around(
     contour: Array, margin: float, growth: float, width: int, height: int
 ) -> Rectangle:
-    """Return W: a contour's bounding box, extended by `margin` plus `growth` · half its sides."""
+    """Return W: a contour's bounding box, extended by `margin` + `growth` · half its sides."""
     x, y, wide, high = bounding_box(contour)
     columns = _expanded_interval(x, wide, margin + growth * wide / 2, width)
     rows = _expanded_interval(y, high, margin + growth * high / 2, height)
@@ -134,7 +135,7 @@ def window_around(
 def observe(
     cells: ColourCells, window: Rectangle, prior: float = 0.5, ring: float = inf
 ) -> Observation:
-    """Return the observation of a window and of a rectangle `ring` times as wide and high."""
+    """Return the observation of a window and of its surroundings, `ring` times as wide and high."""
     height, width = cells.image.shape
     around = 0, 0, width, height
     if isfinite(ring):

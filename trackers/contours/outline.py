@@ -1,9 +1,9 @@
 """Contours and masks: conversion, enclosed area, and sums over the inside.
 
-A pixel is inside if its centre is. If a contour passes through centres, these are inside on its
-left and upper sides only, so that contours with a common side have no common pixel. Sums use
-Green's theorem: with cumulative sums down the columns, a contour's sum takes one table look-up per
-side and column.
+A pixel is inside if its centre is inside. Centres on the contour are inside on its left and upper
+sides only, so that contours with a common side have no common pixel. Sums use Green's theorem: with
+cumulative sums down the columns, the sum over a contour's inside needs one table look-up per side
+and column.
 """
 
 from math import ceil
@@ -38,9 +38,9 @@ def contour_scores(
     `cells` int32 (height, width): cell of each pixel.
     `which` int (n,): map of each contour.
     `contours` float64 (n, points, 2): contours without self-intersections [pixels].
-    `window`: left, top, right and bottom (exclusive) in the image. Pixels beyond count as outside.
+    `window`: left, top, right and bottom (exclusive) in the image. Pixels beyond it are outside.
     `outside` {"window", "image"}: region whose pixels can be outside.
-    `smallest`: the score is -1 if fewer pixels are inside, or if none is outside.
+    `smallest`: minimum number of pixels inside; with fewer, or with none outside, the score is -1.
     """
     left, top, right, bottom = window
     seen = np.ascontiguousarray(cells[top:bottom, left:right])
@@ -152,12 +152,14 @@ def _row(
 def outline(mask: Mask, points: int = 32) -> Array:
     """Return the outer boundary of a mask's largest part, (points, 2) [pixels], equally spaced.
 
-    It passes half-way between the centres of inside and outside neighbours, clockwise on the screen
-    from its topmost point (of several, the leftmost). Pixels that touch at a corner are connected.
-    Raises ValueError for an empty mask.
+    The boundary passes half-way between the centres of inside and outside neighbours. It runs
+    clockwise on the screen and starts at its topmost point (of several, the leftmost). Pixels that
+    touch at a corner are connected. Raises ValueError for an empty mask.
     """
     if not mask.any():
-        raise ValueError("the mask has no pixels, so it has no outline; give one with some.")
+        raise ValueError(
+            "the mask has no pixel, so it has no outline. Use a mask with at least one pixel."
+        )
     # A grid twice as fine contains the points half-way between two centres.
     height, width = mask.shape
     fine = np.zeros((2 * height + 1, 2 * width + 1), np.uint8)
@@ -205,7 +207,7 @@ def enclosed_area(contour: Array) -> float:
 
 
 def crosses_itself(contour: Array) -> bool:
-    """Return whether two sides of a contour that are not neighbours have a common point."""
+    """Return whether two non-adjacent sides of a contour have a common point."""
     n = len(contour)
     a, b = np.triu_indices(n, 2)
     apart = (a > 0) | (b < n - 1)  # the last side is the first one's neighbour
@@ -218,7 +220,7 @@ def crosses_itself(contour: Array) -> bool:
 
 
 def _separates(starts: Array, ends: Array, a: Indices, b: Indices) -> Mask:
-    """Return whether the line through each side a separates or touches the ends of side b."""
+    """Return whether the line through each side a separates or touches the end points of side b."""
     x, y = (ends[a] - starts[a]).T
     start, end = starts[b] - starts[a], ends[b] - starts[a]
     parted: Mask = (x * start[:, 1] - y * start[:, 0]) * (x * end[:, 1] - y * end[:, 0]) <= 0

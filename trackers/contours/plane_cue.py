@@ -1,7 +1,7 @@
 """Cue of the colour plane in which target and background differ most (section 4.1).
 
-Its axes in the first frame come from nonparametric discriminant analysis of two classes (Fukunaga &
-Mantock 1983).
+In the first frame, the plane's axes are found by nonparametric discriminant analysis of two classes
+(Fukunaga & Mantock 1983).
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from trackmark.trackers.contours.observation import Observation, Weights, weight
 from trackmark.trackers.contours.posterior import region_scores
 
 REGULARISATION = 1e-4  # variance added to the within-class scatter, which may be singular
-MIN_DISTANCE = 1e-6  # of colours in whitened space: weights of equal colours would be 0 / 0
+MIN_DISTANCE = 1e-6  # of colours in whitened space; avoids weights of 0 / 0 for equal colours
 
 
 def discriminant_basis(
@@ -22,18 +22,19 @@ def discriminant_basis(
 ) -> Array:
     """Return the axes of the plane that separates target and background colours best.
 
-    In the space with white within-class scatter, every colour is compared with the mean of its
-    nearest neighbours in the other class. The axes are the first eigenvectors of the scatter of
-    these differences, weighted most near the boundary of the classes.
+    Colours are first transformed such that the within-class scatter is white. Every colour is then
+    compared with the mean of its nearest neighbours in the other class. The axes are the first
+    eigenvectors of the scatter of these differences. Colours near the boundary of the classes have
+    the largest weights.
 
     `target`, `background` float64 (n, 3) and (m, 3): colours of the two classes.
     `neighbours`: number of nearest neighbours.
     `exponent`: exponent of the distances in the weights, ≥ 0.
 
-    Returns ndarray of float64, shape (3, 2): Orthonormal columns; the mean of the target is not
-      below that of the background on either.
+    Returns float64 (3, 2) with orthonormal columns. On both axes, the target's mean is not below
+      the mean of the background.
 
-    Raises ValueError if a class does not have more than `neighbours` colours.
+    Raises ValueError if a class has `neighbours` colours or fewer.
 
     Examples
     --------
@@ -45,7 +46,7 @@ def discriminant_basis(
     if min(len(target), len(background)) <= neighbours:
         raise ValueError(
             f"{len(target)} colours of the target and {len(background)} of the background are too "
-            f"few for {neighbours} neighbours; each class needs more than that."
+            f"few. Each class needs more than {neighbours} colours."
         )
     within = sum(_scatter(colours - colours.mean(axis=0)) for colours in (target, background)) / 2
     values, vectors = np.linalg.eigh(within + REGULARISATION * np.eye(3))
@@ -57,7 +58,7 @@ def discriminant_basis(
         colours = classes[own_class]
         distance_own = trees[own_class].query(colours, [neighbours + 1])[0][
             :, 0
-        ]  # the first is itself
+        ]  # the nearest colour is the colour itself
         distances, nearest = trees[other_class].query(colours, np.arange(1, neighbours + 1))
         powers = np.maximum([distance_own, distances[:, -1]], MIN_DISTANCE) ** exponent
         weights = powers.min(axis=0) / powers.sum(axis=0)
@@ -87,15 +88,14 @@ def orient_normals(normals: Array, reference: Array) -> Array:
 def plane_basis(normals: Array, reference_basis: Array) -> Array:
     """Return bases (n, 3, 2) of planes: a reference basis (3, 2) after the smallest rotation.
 
-    So coordinates vary continuously with the normal. Normals (n, 3) have length 1 and are oriented
-    by `orient_normals`.
+    With the smallest rotation, coordinates vary continuously with the normal. Normals (n, 3) have
+    length 1 and are oriented by `orient_normals`.
 
     Examples
     --------
     >>> plane_basis(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0]
     array([[ 1.,  0.],
-           [ 0.,  0.],
-           [ 0., -1.]])
+           [ 0.,  0.], [ 0., -1.]])
     """
     reference = plane_normal(reference_basis)
     axis = np.cross(reference, normals)[:, np.newaxis]
@@ -114,12 +114,12 @@ class PlaneCue(ParticleCue):
 
     s = H s' + p, normalised to length 1. H is the identity plus noise, p is noise; `spread` is the
     standard deviation of all elements. A plane's score measures how well it separates the colours
-    in the window from those outside (section 5.2). Its evidence is the frame's colours on each
-    plane, (planes, cells, 2), in the basis of `plane_basis`.
+    in the window from those outside (section 5.2). The evidence is the frame's colours on each
+    plane, (planes, cells, 2), in the basis that `plane_basis` returns.
 
-    `basis` (3, 2) is that of the first frame's plane. `weights` and `temperature` are passed to
-    `weights_from_scores`, `floor` to `posterior`: the density of a background that no mixture
-    explains.
+    `basis` (3, 2) is the basis of the first frame's plane. `weights` and `temperature` are passed
+    to `weights_from_scores`. `floor` is passed to `posterior`; it is the density of a background
+    that no mixture explains.
     """
 
     def __init__(
@@ -150,7 +150,9 @@ class PlaneCue(ParticleCue):
     ) -> Weighed:
         """See `Cue.weigh`."""
         if observation.inside is None or observation.outside is None:
-            raise ValueError("planes are weighed by sets of colours drawn in and out of a window")
+            raise ValueError(
+                "the plane cue needs an observation with colour samples; see `with_colour_sets`"
+            )
         bases = plane_basis(states, self.basis)
         colours: Array = observation.cells.colours @ bases
         inside, outside = (

@@ -1,8 +1,8 @@
 """Posterior probability of the target given a colour, by mixtures of both classes on a plane.
 
-p(O | c) = P(O) p(c | O) / (P(O) p(c | O) + P(B) (p(c | B) + ε)). The floor ε is a density that
-makes colours background if neither mixture explains them. Tables of many colours and mixtures have
-single precision, sums over them double precision.
+p(O | c) = P(O) p(c | O) / (P(O) p(c | O) + P(B) (p(c | B) + ε)). The floor ε is a density: colours
+that neither mixture explains count as background. Tables of posteriors have single precision; sums
+over them have double precision.
 """
 
 from math import factorial, log
@@ -53,8 +53,8 @@ def posterior_tables(
     `target`, `background` float64 (N, m, 6): components of each pair; see `to_components`.
     `contrast` float64 (K,): share of a colour in one region minus its share in the other.
 
-    `tables` float32 (N, K): posteriors. If no eigenvalue is below 2e-4, they are within 2e-5 of
-      `posterior`, without a floor within 1e-4.
+    `tables` float32 (N, K): posteriors. If no eigenvalue is below 2e-4, they differ from
+      `posterior` by at most 2e-5, or by 1e-4 without a floor.
     `scores` float64 (N,): Σ table · contrast.
     """
     forms = _forms(from_components(target), from_components(background), floor, prior)
@@ -78,7 +78,7 @@ def _plane_coordinates(projected: Array) -> Array32:
 
 
 def _forms(target: Mixture, background: Mixture, floor: float, prior: float) -> Array32:
-    """Return a to e and k of 2^(k - (ax + by + c)² - (dy + e)²), (N, m, 6); last the floor."""
+    """Return a to e and k of 2^(k - (ax + by + c)² - (dy + e)²), (N, m, 6), and the floor."""
     weights, means, covariances = (
         np.concatenate(arrays, axis=1) for arrays in zip(target, background, strict=True)
     )

@@ -68,12 +68,12 @@ LITERAL_PARAMETERS: Mapping[str, str | float] = {
 """Parameters of the paper's text, with standard deviations estimated by least squares.
 
 The paper only says that dynamics are "learned off-line from a training hand-segmented sequence
-using a least squares technique". These are root mean squares of the steps, because a random walk
-has no drift, on `moreno2005/ellipse:scene=100` and `:scene=101`. No experiment uses these scenes.
-`H` and `p` of `r = m + H (r' - m) + p` were fitted to the outlines `r'` and `r` of consecutive
-masks, with `50 |H - I|²` added. Outlines have 32 points; `m` is the mean of `r'`. The point of `r`
-that corresponds to the first one of `r'` was the best of 256. Shifts are in pixels of an image
-320 wide.
+using a least squares technique". These values are root mean squares of the steps, because a random
+walk has no drift. They were measured on `moreno2005/ellipse:scene=100` and `:scene=101`, which no
+experiment uses. `H` and `p` of `r = m + H (r' - m) + p` were fitted to the outlines `r'` and `r` of
+consecutive masks, with the penalty `50 |H - I|²`. Outlines have 32 points; `m` is the mean of `r'`.
+For the start point of `r`, 256 positions were tried, and the best was used. Shifts are in pixels of
+an image 320 wide.
 """
 
 MIN_PRIOR = 0.05  # minimum prior of target and background, if computed from areas
@@ -82,82 +82,102 @@ MIN_PRIOR = 0.05  # minimum prior of target and background, if computed from are
 class SegmenterParameters(Parameters):
     """Parameters of a `Segmenter`."""
 
-    contour_samples: int = whole(500, "N₃: particles of the contour [count]")
+    contour_samples: int = whole(500, "N₃: number of particles of the contour [count]")
     contour_points: int = whole(32, "N_r: points of a contour [count]", 8)
-    object_components: int = whole(2, "M_O: Gaussians of the target's colours [count]", most=20)
-    background_components: int = whole(
-        5, "M_B: Gaussians of the background's colours [count]", most=20
+    object_components: int = whole(
+        2, "M_O: number of Gaussians of the target's colours [count]", most=20
     )
-    stretch_x_spread: float = nonnegative(0.04, "σ of H₃'s element that stretches x by x [ratio]")
-    shear_x_spread: float = nonnegative(0.04, "of that which adds y to x [ratio]")
-    shear_y_spread: float = nonnegative(0.04, "of that which adds x to y [ratio]")
-    stretch_y_spread: float = nonnegative(0.04, "of that which stretches y by y [ratio]")
-    shift_x_spread: float = nonnegative(4.0, "σ of p₃'s x in an image 320 wide [pixels]")
-    shift_y_spread: float = nonnegative(4.0, "σ of p₃'s y in an image 320 wide [pixels]")
+    background_components: int = whole(
+        5, "M_B: number of Gaussians of the background's colours [count]", most=20
+    )
+    stretch_x_spread: float = nonnegative(
+        0.04, "σ of the element of H₃ by which x depends on x [ratio]"
+    )
+    shear_x_spread: float = nonnegative(
+        0.04, "σ of the element of H₃ by which x depends on y [ratio]"
+    )
+    shear_y_spread: float = nonnegative(
+        0.04, "σ of the element of H₃ by which y depends on x [ratio]"
+    )
+    stretch_y_spread: float = nonnegative(
+        0.04, "σ of the element of H₃ by which y depends on y [ratio]"
+    )
+    shift_x_spread: float = nonnegative(
+        4.0, "σ of the x component of p₃, in an image 320 wide [pixels]"
+    )
+    shift_y_spread: float = nonnegative(
+        4.0, "σ of the y component of p₃, in an image 320 wide [pixels]"
+    )
     weights: Weights = choice(
-        "exponential", "weights are the differences of mean posteriors themselves, or exponentials"
+        "exponential",
+        "literal: weights are differences of mean posteriors; exponential: exponentials of "
+        "these differences",
     )
     contour_temperature: float = positive(
-        0.02, "τ₃: by which contours' differences are divided [difference]"
+        0.02, "τ₃: divisor of the differences of contours in exponential weights [difference]"
     )
     colour_floor: float = nonnegative(
         0.05, "density of a background that no mixture explains [per area of the plane]"
     )
     object_prior: Annotated[float, Field(gt=0, lt=1)] | Literal["area"] = choice(
         0.5,
-        "P(O): probability of the target before a colour is seen, or the share of "
-        "the window that the contour encloses [fraction]",
+        "P(O): prior probability of the target: a number, or the share of the window that the "
+        "contour encloses [fraction]",
     )
     window_margin: float = nonnegative(
-        4.0, "W goes so far beyond the contour, in an image 320 wide [pixels]"
+        4.0, "W extends so far beyond the contour, in an image 320 wide [pixels]"
     )
-    window_growth: float = nonnegative(0.15, "and by this share of half its side besides [ratio]")
+    window_growth: float = nonnegative(
+        0.15, "W also extends by this multiple of half the contour's width and height [ratio]"
+    )
     ring: Annotated[float, Field(gt=1)] | Literal["image"] = choice(
         "image",
-        "what W is compared with: the rest of the image, or of a rectangle so many "
-        "times as wide and high [ratio]",
+        "surroundings with which W is compared: the rest of the image, or of a rectangle so many "
+        "times as wide and high as W [ratio]",
     )
     outside: Outside = choice(
         "window",
-        "what a contour's inside is compared with: the rest of the image, or of the "
+        "region with which a contour's inside is compared: the rest of the image, or of the "
         "bounding box of W and all contours",
     )
     snake: bool = choice(True, "whether a snake refines the mean contour")
     snake_edges: Literal["supported", "all"] = choice(
-        "supported", "edges that draw it: those that the posterior shows too, or all"
+        "supported",
+        "edges that attract the snake: edges of both image and posterior, or all edges of "
+        "the image",
     )
     snake_stiffness: Stiffness = choice(
         "by-spacing",
-        "the snake's weights apply to differences between its points, to derivatives "
-        "along it, or to derivatives of its change",
+        "the snake's weights apply to differences between its points, to derivatives along it, "
+        "or to derivatives of its displacement",
     )
     snake_feedback: float = fraction(
         0.0, "share of the contours that start from the snake [fraction]"
     )
     colour_levels: int = whole(
-        20, "L: number of levels per channel; the colour space has L³ cells [count]", 2, 64
+        20, "L: number of levels per channel; the colour grid has L³ cells [count]", 2, 64
     )
     start: Literal["mask", "box"] = choice(
-        "mask", "the target is the given mask (where there is one), or an ellipse in the given box"
+        "mask", "initial target: the mask, if one is given, or the ellipse in the init box"
     )
     output: Literal["snake", "mean", "posterior"] = choice(
         "snake",
-        "what mask and box are of: the contour that the snake refined, the "
-        "mean contour, or the pixels whose posterior exceeds one half",
+        "region whose mask and box are returned: the refined contour, the mean contour, or the "
+        "pixels whose posterior exceeds one half",
     )
 
 
 class ChainStart(NamedTuple):
     """Data of the first frame from which the cues are created."""
 
-    basis: Array  # (3, 2): that of the Fisher plane
+    basis: Array  # (3, 2): basis of the Fisher plane
     fit: ColourFit  # colours of target and background, and mixtures of them on that plane
     contour: Array  # (points, 2) [pixels]
     width: int  # of the image [pixels]
 
     @property
     def components(self) -> Array:
-        """Both mixtures' components, the target's first, shape (components, 6)."""
+        """Components of both mixtures, the target's first, shape (components, 6)."""
         both = [to_components(self.fit.target), to_components(self.fit.background)]
         return np.concatenate(both)
 
@@ -197,7 +217,7 @@ class Segmenter(SharingTracker):
         """Update the cues from a segmented frame."""
 
     def colour_sets(self, image: Image, inside: Mask) -> tuple[Array, Array] | None:
-        """Return colours (n, 3) of segmented target and background; None if one has no pixel."""
+        """Return colours (n, 3) of segmented target and background; None if either has no pixel."""
         target, background = certain_pixels(inside)
         if not target.any() or not background.any():
             return None
@@ -226,8 +246,8 @@ class Segmenter(SharingTracker):
         target, background = certain_pixels(mask)
         if not target.any() or not background.any():
             raise TrackerError(
-                f"{subject}: a target has pixels of the image ({width}x{height}), and leaves some "
-                "to tell it from."
+                f"{subject}: the target covers no pixel of the image ({width}x{height}), or all "
+                "of them. Use another box or mask."
             )
         target_colours = draw_colours(frame.image, target, TARGET_POINTS, self.generator)
         background_colours = draw_colours(
@@ -294,7 +314,7 @@ class Segmenter(SharingTracker):
             return bounding_box(mean), fill_contour(mean, *inside.shape)
         mask = posterior > 0.5
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-        if not len(rows):  # the contour is the best estimate without pixels
+        if not len(rows):  # no pixel exceeds one half: use the contour
             return bounding_box(self.contour), mask
         x, y, right, bottom = columns[0], rows[0], columns[-1] + 1, rows[-1] + 1
         return np.array([x, y, right - x, bottom - y], np.float64), mask

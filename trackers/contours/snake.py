@@ -27,21 +27,21 @@ def refine_by_snake(
     posterior: NDArray[np.float32] | None,
     stiffness: Stiffness = "constant",
 ) -> tuple[Array, bool]:
-    """Return the contour after a snake, and whether it was accepted; otherwise the input contour.
+    """Return the contour after a snake and True, or the input contour and False if it is rejected.
 
-    The snake is accepted if it does not cross itself and its area is 0.5 to 2 times that of the
-    input.
+    The snake is accepted if it does not cross itself and its area is 0.5 to 2 times the area of the
+    input contour.
 
     `contour` float64 (points, 2): initial contour [pixels].
     `image` uint8 (height, width, 3): BGR image.
     `posterior` float32 (height, width), or None: posterior of the target in [0, 1]; only edges of
-      both image and posterior count. With None, all edges of the image count.
-    `stiffness` {"constant", "by-spacing", "of-change"}: `constant`: weights of differences between
-      points at any distance; large contours shrink and become round. `by-spacing`: weights of
-      derivatives along the contour, equal to `constant` for points `SPACING` apart. Both shrink a
-      closed contour until edges stop it: from the true contour, by 3 to 5 % of the area.
-      `of-change`: as `by-spacing`, on the displacement of points from the input contour, without
-      shrinkage.
+      both image and posterior attract the snake. With None, all edges of the image do.
+    `stiffness` {"constant", "by-spacing", "of-change"}: `constant`: weights apply to differences
+      between neighbouring points, regardless of their distance; large contours shrink and become
+      round. `by-spacing`: weights apply to derivatives along the contour, equal to `constant` for
+      points `SPACING` apart. Both shrink a closed contour until edges stop it: a contour that
+      starts at the true one loses 3 to 5 % of its area. `of-change`: as `by-spacing`, but for the
+      displacement of points from the input contour; nothing shrinks.
     """
     left, top, width, height = bounding_box(contour).tolist()
     x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
@@ -67,7 +67,8 @@ def refine_by_snake(
 def edge_map(image: Image, posterior: NDArray[np.float32] | None) -> Array:
     """Return the edge strength of each pixel, scaled to a maximum of 1 (0 without edges).
 
-    With a `posterior` (height, width), it is the product of both gradient magnitudes.
+    With a `posterior` (height, width), it is the product of the gradient magnitudes of image and
+    posterior.
     """
     slopes = _gradient(image.astype(np.float32), 1.2)
     if posterior is not None:
@@ -105,7 +106,7 @@ def fit_snake(
     `step`: γ; smaller values give larger steps.
     `attraction`: κ; f is κ times the edges' gradient, interpolated linearly, at most one pixel.
     `iterations`: number of steps.
-    `at_rest`: True: A acts on the displacement from the initial contour.
+    `at_rest`: if true, A acts on the displacement from the initial contour.
     """
     down, across = np.gradient(edges)
     force = attraction * np.stack([across, down])

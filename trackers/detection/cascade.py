@@ -29,10 +29,10 @@ def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[
     Raises
     ------
     TrackerError
-        If the installed OpenCV does not support cascades, or the file is not one.
+        If the installed OpenCV does not support cascades, or the file is not a cascade.
     """
     if not Path(file).is_file():
-        raise TrackerError(f"{file}: there is no such cascade file.")
+        raise TrackerError(f"{file}: this cascade file does not exist.")
     if not hasattr(cv2, "CascadeClassifier"):
         raise TrackerError(
             f"the installed OpenCV {cv2.__version__} has no cascade classifier; install "
@@ -44,7 +44,10 @@ def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[
     except (cv2.error, SystemError):  # OpenCV's constructors raise SystemError in Python
         unusable = True
     if unusable:
-        raise TrackerError(f"{file}: this is no cascade that OpenCV can read.")
+        raise TrackerError(
+            f"{file}: OpenCV cannot read this file as a cascade. Expected: an XML file of a "
+            "trained cascade."
+        )
 
     def detect(image: Image) -> NDArray[np.float64]:
         grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)

@@ -1,6 +1,6 @@
 """Colour bins: joint bins of three channels (RGB or HSV), and bins of CIE L*u*v*.
 
-A table stores OpenCV's 8-bit conversion of every colour, so that bins are exactly those of
+A table stores OpenCV's 8-bit conversion of every colour. Bins are therefore exactly those of
 `cv2.cvtColor`, also for windows of an image.
 """
 
@@ -41,7 +41,7 @@ _SPREAD = ((np.arange(256)[:, np.newaxis] >> _BITS & 1) << 3 * _BITS).sum(axis=1
 
 
 def _colour_table(codes: Callable[[Image], Codes]) -> Codes:
-    """Return the code of every 8-bit colour, (2²⁴,), 32 MiB, indexed by `_SPREAD` channels."""
+    """Return the code of every 8-bit colour, (2²⁴,), 32 MiB; `_SPREAD` channels form the index."""
     plane = np.empty((256, 256, 3), np.uint8)
     plane[..., 1] = np.arange(256)[:, np.newaxis]
     plane[..., 2] = np.arange(256)
@@ -86,7 +86,7 @@ class JointBins:
         return self.bins**3 if self.space == "rgb" else self.bins**2 * (self.bins // 2)
 
     def codes(self, image: Image, transposed: bool = False) -> Codes:
-        """Return each pixel's bin, (height, width); transposed, high regions have long rows."""
+        """Return the bin of each pixel, (height, width), or (width, height) if `transposed`."""
         if self.space == "rgb":
             codes = _rgb_codes(image, _byte_bins(self.bins), self.bins)
         else:
@@ -137,11 +137,11 @@ class LuvBins:
     the codes of a frame.
 
     `binning` {"both", "perez"}: `both`: a pixel votes for both bins. `perez`: it votes for its
-      chromaticity bin only, or for its lightness bin only if √(u*² + v*²) < 17.9 (structure of
+      lightness bin only if √(u*² + v*²) < 17.9, otherwise for its chromaticity bin only (rule of
       Pérez et al. 2002, applied to L*u*v*).
     `uv_range` {"full", "natural", "srgb-gamut"}: range of the 10 x 10 chromaticity bins: u* -134 to
-      220 and v* -140 to 122 (range of bytes), -60 to 120 and -80 to 80, or -83 to 175 and -134 to
-      107. Colours outside belong to the outermost bins.
+      220 and v* -140 to 122 (`full`: range of bytes), -60 to 120 and -80 to 80 (`natural`), or -83
+      to 175 and -134 to 107 (`srgb-gamut`). Colours outside belong to the outermost bins.
     """
 
     binning: Binning = "both"
@@ -185,7 +185,7 @@ def _luv_table(binning: Binning, uv_range: UvRange) -> Codes:
 
 
 def _code_parts(binning: Binning, uv_range: UvRange) -> tuple[Codes, Codes]:
-    """Return the parts of a code by byte of L* (256,), and by bytes of u* and v* (256, 256)."""
+    """Return the part of a code for each L* byte (256,), and for each u* and v* byte (256, 256)."""
     byte = np.arange(256)
     lightness = byte * LIGHTNESS_BINS // 256 * _CHROMATICITIES
     if uv_range == "full":

@@ -1,7 +1,7 @@
-"""Counts of colour bins in many regions of a frame, by the fastest way.
+"""Counts of colour bins in many regions of a frame, by the fastest method.
 
-Rectangles are counted directly or by an integral histogram, ellipses directly. All ways give the
-same integers. The choice depends on estimated times per pixel.
+Rectangles are counted directly or by an integral histogram, ellipses directly. Both methods return
+the same integers. The choice depends on estimated times per pixel.
 """
 
 from typing import TypeAlias
@@ -36,7 +36,7 @@ _BINS_OF_A_FRAME = 40  # typical number of bins that occur in a frame
 def count_regions(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: Ints) -> Counts:
     """Return votes for m bins in regions, int32 (parts, n, m).
 
-    If many trackers share the frame, its integral histogram is computed once for all.
+    If many trackers share the frame, they share one integral histogram.
     """
     window = (regions.right - regions.left) * (regions.bottom - regions.top)
     direct = _DIRECT * float(regions.pixels.sum()) + _DIRECT_REGION * regions.pixels.size
@@ -50,7 +50,7 @@ def count_regions(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: 
         counts = integral_counts(*frame.compute(_integral_histogram, colours), flat, bins)
     else:
         codes = colours.codes(frame.image[top : regions.bottom, left : regions.right])
-        flat = np.maximum(flat - np.array([left, top, left, top]), 0)  # empty ones stay at 0
+        flat = np.maximum(flat - np.array([left, top, left, top]), 0)  # empty regions stay 0
         if integral < direct:
             histogram = integral_histogram(codes, colours.votes, bins, N_BINS)
             counts = integral_counts(*histogram, flat, bins)
@@ -62,7 +62,7 @@ def count_regions(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: 
 def count_ellipses(
     frame: SharedFrame, ellipses: Array, kernel: Kernel, colours: JointBins, bins: Ints
 ) -> EllipseCounts:
-    """Count bins as `ellipse_counts` does; many sharers compute the whole frame's codes once."""
+    """Count bins as `ellipse_counts` does; many sharers share the codes of the whole frame."""
     height, width = frame.image.shape[:2]
     limits = np.array([width, height])
     centres, half_axes = ellipses[:, :2], ellipses[:, 2:]
@@ -78,7 +78,7 @@ def count_ellipses(
 
 
 def frame_codes(frame: SharedFrame, colours: JointBins, transposed: bool) -> Codes:
-    """Return the codes of a frame, computed once for all sharers; see `JointBins.codes`."""
+    """Return the codes of a frame, computed once for all its trackers; see `JointBins.codes`."""
     return frame.compute(_codes, colours, transposed)
 
 

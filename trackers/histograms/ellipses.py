@@ -1,8 +1,8 @@
 """Kernel-weighted colour histograms of upright ellipses, and mean shift towards a model histogram.
 
-A pixel belongs to an ellipse if its centre does. Its weight is 65536 minus one decrement per axis,
-which increases with the distance from the centre. Decrements are rounded down to integers, so sums
-do not depend on the order.
+A pixel belongs to an ellipse if the pixel's centre is inside. Its weight is 65536 minus one
+decrement per axis. Decrements increase with the distance from the ellipse's centre. They are
+rounded down to integers, so sums do not depend on the order.
 """
 
 from typing import Literal, NamedTuple, TypeAlias
@@ -91,7 +91,7 @@ def ellipse_counts(
 
 @njit(cache=True)
 def _slots_of_pixels(codes: Codes, slots: Codes) -> Codes:
-    """Return the slot of every pixel, 0 for bins not requested: short histograms sum up faster."""
+    """Return each pixel's slot (0: bin not requested): counting is faster in short histograms."""
     places = np.empty(codes.shape, np.uint16)
     for row in range(codes.shape[0]):
         for column in range(codes.shape[1]):
@@ -157,7 +157,7 @@ def _rasterise(
     top: int,
     pixels: _EllipsePixels,
 ) -> tuple[int, int, int]:
-    """Fill `pixels` with an ellipse; return the first line, the end line and the first column."""
+    """Fill `pixels` with an ellipse; return its first line, end line and first column."""
     n_columns, n_rows = len(pixels.across), len(pixels.down)
     begin, end = _axis_range(x, half_x, left, n_columns)
     for column in range(begin, end):
@@ -178,7 +178,7 @@ def _axis_range(centre: float, reach: float, origin: int, size: int) -> tuple[in
     """Return first and end of the window's pixels with centres within reach on one axis."""
     first, last = np.ceil(centre - reach - 0.5), np.floor(centre + reach - 0.5) + 1.0
     first, last = max(first, float(origin)), min(last, float(origin + size))
-    if not first < last:  # also for NaN
+    if not first < last:  # NaN also ends here
         return 0, 0
     return int(first) - origin, int(last) - origin
 
@@ -209,7 +209,8 @@ def bhattacharyya_coefficients(counts: Counts, totals: Counts, models: Array) ->
 
     `counts` int64 (n, m): unnormalised histograms p in the non-empty bins of the models.
     `totals` int64 (n,): sums of the complete histograms; if 0, the coefficient is 0.
-    `models` float64 (1, m) or (n, m): normalised histograms q: one for all or one for each.
+    `models` float64 (1, m) or (n, m): normalised histograms q: one for all histograms p, or one for
+    each.
     """
     values = np.zeros(len(counts))
     for i in range(len(counts)):
@@ -236,11 +237,12 @@ def mean_shift(
     """Move an ellipse to a local maximum of the similarity of its histogram p to the model q.
 
     p has the Epanechnikov kernel, whose profile has a constant derivative. So a step goes to the
-    mean of the ellipse's pixels with weights √(q/p) of their bins (Comaniciu, Ramesh & Meer 2000,
-    2003). A step below `stop_distance` [pixels] is the last one. With `halving`, a step that lowers
-    the coefficient is halved until it does not; if it falls below `stop_distance`, it is skipped.
+    mean of the ellipse's pixels, weighted by √(q/p) of their bins (Comaniciu, Ramesh & Meer 2000,
+    2003). The search stops after a step shorter than `stop_distance` [pixels]. With `halving`, a
+    step that lowers the coefficient is halved until the coefficient does not fall. A halved step
+    shorter than `stop_distance` is skipped.
 
-    `window`: codes of the search window. The search ends if the ellipse leaves it.
+    `window`: codes of the search window; the search ends if the ellipse leaves the window.
     `bins` int64 (m,): non-empty bins of the model, out of `n_bins`.
     `model` float64 (m,): normalised model histogram q.
     `ellipse`: initial centre x, y, and half axes, above 0 [pixels].
@@ -285,7 +287,7 @@ def _count(
     pixels: _EllipsePixels,
     parts: Counts,
 ) -> tuple[bool, int, int, int]:
-    """Fill pixels and histogram; return whether the window suffices, and `_rasterise`'s result."""
+    """Fill pixels and histogram; return whether the window suffices, and the ellipse's lines."""
     left, right = _axis_range(x, half_width, 0, window.width)
     top, bottom = _axis_range(y, half_height, 0, window.height)
     n_columns, n_rows = window.codes.shape

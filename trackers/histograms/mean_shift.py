@@ -35,23 +35,23 @@ class MeanShiftParameters(Parameters):
     """Parameters of mean shift trackers."""
 
     colour: ColourSpace = choice("rgb", "colour space of the histograms")
-    bins: int = whole(8, "bins a channel; V of hsv has half as many [count]", 2, 32)
+    bins: int = whole(8, "number of bins per channel; V of hsv has half as many [count]", 2, 32)
     scale: Literal["adaptive", "fixed"] = choice(
         "adaptive",
-        "adaptive: the size follows whichever of a smaller, the same and a larger "
-        "ellipse is the most similar; fixed: it stays the first box's",
+        "adaptive: size of the most similar of a smaller, an equal and a larger ellipse; fixed: "
+        "size of the init box",
     )
     scale_step: float = Field(
-        0.1, gt=0.0, lt=1.0, description="by how much these ellipses differ [fraction]"
+        0.1, gt=0.0, lt=1.0, description="relative difference of these sizes [fraction]"
     )
-    scale_smoothing: float = fraction(0.1, "γ: share of the size found in the next one [fraction]")
+    scale_smoothing: float = fraction(
+        0.1, "γ: weight of the located size in the next size [fraction]"
+    )
     stop_distance: float = positive(
-        0.1, "ε: a mean shift step shorter than this is the last one [pixels]"
+        0.1, "ε: mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(20, "most mean shift steps of an ellipse [count]")
-    step_halving: bool = choice(
-        True, "whether a step that lowers the coefficient is halved until it does not"
-    )
+    max_iterations: int = whole(20, "maximum number of mean shift steps of an ellipse [count]")
+    step_halving: bool = choice(True, "whether steps that lower the coefficient are halved")
 
 
 class Location(NamedTuple):
@@ -84,8 +84,8 @@ class TargetEllipse:
         x, y, width, height = (float(value) for value in box)
         if not (width >= MIN_SIDE and height >= MIN_SIDE):
             raise TrackerError(
-                f"{name}: the box {np.round(box, 1).tolist()} is narrower or lower than "
-                f"{MIN_SIDE:.0f} pixels; give a larger box."
+                f"{name}: the box {np.round(box, 1).tolist()} has a side below {MIN_SIDE:.0f} "
+                "pixels. Use a larger box."
             )
         self.half_width, self.half_height = width / 2, height / 2
         self._settings = settings
@@ -95,8 +95,8 @@ class TargetEllipse:
         histogram = self._histograms(frame, np.array([ellipse]))
         if histogram.totals[0] == 0:
             raise TrackerError(
-                f"{name}: of the box {np.round(box, 1).tolist()} nothing lies in the image; "
-                "give another box."
+                f"{name}: the ellipse in the box {np.round(box, 1).tolist()} is outside the "
+                "image. Use another box."
             )
         self._bins = np.flatnonzero(histogram.counts[0])
         self._model = histogram.counts[0, self._bins] / histogram.totals[0]
@@ -113,13 +113,13 @@ class TargetEllipse:
         )
 
     def adapt_size(self, location: Location) -> None:
-        """Adapt the half axes h to those found: γ h_found + (1 - γ) h."""
+        """Set the half axes h to γ h_found + (1 - γ) h, where h_found are the located half axes."""
         share = self._settings.scale_smoothing
         self.half_width += share * (location.half_width - self.half_width)
         self.half_height += share * (location.half_height - self.half_height)
 
     def neighbour_coefficients(self, frame: SharedFrame, location: Location) -> Array:
-        """Return the coefficients half a target to the left, right, above and below, (4,)."""
+        """Return the coefficients (4,) of ellipses a half axis left, right, above and below."""
         aside = np.array([[-1, 0], [1, 0], [0, -1], [0, 1]]) * location[2:4]
         ellipses = np.tile(np.array(location[:4]), (4, 1))
         ellipses[:, :2] += aside

@@ -46,14 +46,15 @@ def box_around(state: Array) -> Array:
 class MotionModel:
     """Dynamic model of states; its Gaussian noises are standard deviations in units of Hx.
 
-    `dynamics` {"first-order", "second-order", "random-walk"}: quantities that are constant except
-      for noise: velocity and change of scale, their rates of change (with noise of the same size),
-      or position and size.
-    `axes` {"together", "apart"}: one size noise for both half axes, whose ratio is then constant,
-      or one for each.
-    `scale_change` {"linear", "multiplicative"}: `linear`: half axes change by sums, and noise is in
-      units of the last estimate's Hx, so that a step is a linear map plus equal noise for all
-      particles. `multiplicative`: by factors, and noise is in units of each particle's Hx.
+    `dynamics`: quantities that are constant except for noise. `first-order`: velocity and change of
+      scale. `second-order`: their rates of change, with noise of the same size. `random-walk`:
+      position and size.
+    `axes`: `together` draws one size noise for both half axes, so that their ratio is constant;
+      `apart` draws one for each.
+    `scale_change` {"linear", "multiplicative"}: `linear`: changes are added to half axes, and noise
+      is in units of the last estimate's Hx. A step is then a linear map plus noise of the same
+      distribution for all particles. `multiplicative`: half axes are multiplied by factors, and
+      noise is in units of each particle's Hx.
     `scale_persistence`: factor of the change of scale per frame, in [0, 1].
     `position_noise`, `velocity_noise`, `size_noise`, `scale_noise`: standard deviations, ≥ 0 [Hx].
     """
@@ -78,9 +79,9 @@ class MotionModel:
     ) -> tuple[Array, Array]:
         """Return the states (n, 7) and rates (n, 3) of particles in the next frame.
 
-        Rates are the changes of vx, vy and a' per frame, for second-order dynamics. `half_width`:
-        Hx of the last estimate [pixels]. `aspect`: Hy / Hx of the target. Half axes are clipped to
-        [3 pixels, `image_size`]. Every model draws ten random numbers per particle.
+        Rates are the changes of vx, vy and a' per frame (second-order dynamics). `half_width`: Hx
+        of the last estimate [pixels]. `aspect`: Hy / Hx of the target. Half axes are clipped to [3
+        pixels, `image_size`]. Every model draws ten random numbers per particle.
         """
         linear = self.scale_change == "linear"
         unit = half_width if linear else states[:, H][:, :1]  # unit of lengths
@@ -130,9 +131,9 @@ SIZE_SPREAD = 0.08  # standard deviation of the logarithm of the size, with `pre
 class LocationMemory:
     """Last positions of a target, and the boxes in which it can enter.
 
-    `entries` (k, 4) are boxes for the centre of an entering target, such as doors. The default is
-    the left and the right border, at the last height of the target. Raises TrackerError if entries
-    are not boxes.
+    `entries` (k, 4) are boxes for the centre of an entering target, such as doors. By default,
+    these are the left and the right border, at the last y position of the target. Raises
+    TrackerError if entries are not boxes.
     """
 
     half_axes: Array  # (2,): last Hx and Hy [pixels]
@@ -147,7 +148,9 @@ class LocationMemory:
         self.entries = np.array(self.entries, float)
         if self.entries.ndim != 2 or self.entries.shape[1] != 4 or len(self.entries) == 0:
             shape = self.entries.shape
-            raise TrackerError(f"regions must be boxes, shape (k, 4) with k > 0, not {shape}.")
+            raise TrackerError(
+                f"the array of regions has shape {shape}. Expected: boxes, shape (k, 4) with k > 0."
+            )
         if not np.isfinite(self.entries).all() or (self.entries[:, 2:] < 0).any():
             raise TrackerError(
                 f"invalid regions {self.entries.tolist()}. Expected: finite boxes without a "
@@ -167,11 +170,11 @@ class LocationMemory:
     ) -> Array:
         """Draw `n` particles at rest, (n, 7), to search for the target in a frame.
 
-        `borders`: in the entry boxes. `image`: in the whole image. `last`: half in the entry boxes,
-        half around the last probable position, with deviations of 3 Hx in x and Hx in y.
-        `predicted`: 30 % in the entry boxes, 70 % around the prediction by the mean velocity.
-        Before the first stored position, all are in the entry boxes; for `image` only if `entries`
-        were given.
+        `borders` draws them in the entry boxes, `image` in the whole image. `last` draws half in
+        the entry boxes and half around the last probable position, with deviations of 3 Hx in x and
+        Hx in y. `predicted` draws 30 % in the entry boxes and 70 % around the prediction by the
+        mean velocity. Before the first stored position, all particles are in the entry boxes. For
+        `image` that holds only if `entries` were given.
         """
         sizes: Array = self.half_axes
         share, centre, deviation = 0.0, np.zeros(2), np.zeros(2)
@@ -186,7 +189,7 @@ class LocationMemory:
         around = centre + deviation * random.standard_normal((n_near, 2))
         has_not_entered = (
             self.entries is not None and self._last_seen is None
-        )  # it has yet to come in
+        )  # the target has not entered yet
         boxes = (
             self._image_box() if placement == "image" and not has_not_entered else self._entries()
         )

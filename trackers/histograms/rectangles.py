@@ -1,7 +1,7 @@
-"""Counts of colour bins in rectangles, by two ways, and histogram distances.
+"""Counts of colour bins in rectangles, by two methods, and histogram distances.
 
-Both ways give the same integers. `direct_counts` reads every pixel of every region.
-`integral_histogram` reads every pixel once; a region then takes four look-ups per bin.
+Both methods return the same integers. `direct_counts` reads every pixel of every region.
+`integral_histogram` reads every pixel of the frame once; a region then needs four look-ups per bin.
 """
 
 from typing import NamedTuple, TypeAlias
@@ -21,7 +21,7 @@ class Regions(NamedTuple):
     """Rectangles split into parts from top to bottom, and their bounding window.
 
     Bounds are `[left, top, right, bottom]` in whole pixels inside the image, right and bottom
-    exclusive. They are 0 for a rectangle that is mostly outside.
+    exclusive. All bounds are 0 for a rectangle that is mostly outside the image.
     """
 
     parts: Ints  # (parts, n, 4): bounds
@@ -45,8 +45,8 @@ def pixel_regions(
     """Return the rectangles of states, clipped to the image and split into parts of equal height.
 
     `states` (n, 3): centre x, y [pixels] and area [square pixels]. `aspect`: width / height. The
-    boundary of two parts is the row ⌊(top + bottom) / 2⌋. A rectangle is empty if its part in the
-    image is below `least_share` or `least_pixels`.
+    boundary of the two parts is the row ⌊(top + bottom) / 2⌋. A rectangle is empty if its part in
+    the image is below `least_share` or `least_pixels`.
     """
     n = len(states)
     parts = np.zeros((n_parts, n, 4), np.int64)
@@ -62,7 +62,7 @@ def pixel_regions(
         left, right = max(left, 0.0), min(right, float(image_width))
         top, bottom = max(top, 0.0), min(bottom, float(image_height))
         inside = max(right - left, 0.0) * max(bottom - top, 0.0)
-        if not (inside >= least_pixels and inside >= least_share * whole):  # true of NaN
+        if not (inside >= least_pixels and inside >= least_share * whole):  # NaN also ends here
             continue
         first, last = int(left), int(right)
         start, stop = int(top), int(bottom)
@@ -84,19 +84,19 @@ def pixel_regions(
     )
 
 
-_LARGEST_BAND = 65535  # pixels that may be counted at once for sums modulo 65536 to be exact
+_LARGEST_BAND = 65535  # maximum number of pixels of a region that 16-bit counts can hold
 
 
 class IntegralHistogram(NamedTuple):
-    """Counts of bins in every rectangle that begins at the left top corner.
+    """Counts of bins in every rectangle that starts at the top left corner.
 
-    Four counts share a word of 64 bits, each modulo 65536 with its carry in the next. Sums and
-    differences of words are exact modulo 2⁶⁴ all the same, and in the word of a region whose
-    counts are below 65536 nothing has carried: they can be read off.
+    A word of 64 bits holds four counts of 16 bits. An overflowing count carries into the next one,
+    but sums and differences of words stay exact modulo 2⁶⁴. The word of a region is correct if each
+    of its four counts is below 65536.
     """
 
     sums: Words  # (height + 1, words, width + 1): above and left of a pixel corner
-    places: Ints  # (bins,): where each is counted, 4 · word + quarter; -1 if nowhere
+    places: Ints  # (bins,): where each bin is counted, 4 · word + quarter; -1 if it is not
 
 
 def integral_histogram(codes: Codes, votes: Votes, bins: Ints, n_bins: int) -> IntegralHistogram:
@@ -115,7 +115,7 @@ def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
     """Fill the sums of an integral histogram."""
     height, width = codes.shape
     n_words = sums.shape[1]
-    added = np.zeros((n_words, len(votes)), np.uint64)  # what a pixel of each code adds to a word
+    added = np.zeros((n_words, len(votes)), np.uint64)  # increment of a word by a pixel, by code
     for code in range(len(votes)):
         for vote in range(votes.shape[1]):
             place = places[votes[code, vote]]
@@ -133,7 +133,7 @@ def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
 
 @njit(cache=True)
 def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Counts:
-    """Count as `direct_counts` does, in bands of at most 65535 pixels: sums wrap at 16 bits."""
+    """Count as `direct_counts` does, in bands of at most 65535 pixels: counts have 16 bits."""
     counts = np.zeros((len(regions), len(bins)), np.int32)
     for i in range(len(regions)):
         left, top, right, bottom = regions[i]

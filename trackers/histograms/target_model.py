@@ -1,7 +1,7 @@
 """Target model of elliptic particles: likelihood, model update and background similarity.
 
-Nummiaro et al. 2003, equations 10 to 15: condition of a model update, and the threshold above
-which a particle is more similar to the target than the background (appearance condition).
+Nummiaro et al. 2003, equations 10 to 15: condition of a model update, and the threshold above which
+a particle is more similar to the target than the background (appearance condition).
 """
 
 from dataclasses import dataclass
@@ -27,11 +27,11 @@ Interpretation: TypeAlias = Literal[
 class Likelihood:
     """Likelihood π = f exp(-(1 - ρ) / 2σ²), where f only affects the update threshold.
 
-    Nummiaro et al. 2003, equation 10, print f = 1 / √(2πσ), call σ a variance and divide by 2σ².
-    Equation 11 compares π with a threshold π_T. Interpretations: `density`: f = 1 / (√(2π) σ), a
-    Gaussian of standard deviation σ. `printed`: as printed. `peak`: f = 1. `variance`: f as
-    printed, and 2σ instead of 2σ² also in weights. `coefficient`: ρ is compared with π_T. `always`:
-    nothing is compared.
+    In equation 10, Nummiaro et al. 2003 print f = 1 / √(2πσ), call σ a variance and divide by 2σ².
+    Equation 11 compares π with a threshold π_T before a model update. Interpretations: `density`
+    sets f = 1 / (√(2π) σ), a Gaussian of standard deviation σ. `printed` uses the printed f; `peak`
+    sets f = 1. `variance` uses the printed f and 2σ instead of 2σ², also in weights. `coefficient`
+    compares ρ with π_T. `always` updates without a comparison.
     """
 
     sigma: float
@@ -49,7 +49,7 @@ class Likelihood:
 
     @property
     def least_coefficient(self) -> float:
-        """Value of ρ above which π > π_T; infinite if none is.
+        """Value of ρ above which π > π_T; infinite if π never exceeds π_T.
 
         Examples
         --------
@@ -79,7 +79,7 @@ class EllipseHistograms:
     kernel: Kernel
 
     def counts(self, frame: SharedFrame, states: Array, bins: Ints) -> EllipseCounts:
-        """Count bins in states (n, 7); the total is 0 if less than a quarter is inside."""
+        """Count bins in states (n, 7); a total is 0 if less than a quarter is in the image."""
         ellipses = states[:, [0, 1, 4, 5]]
         ellipse_counts = count_ellipses(frame, ellipses, self.kernel, self.colours, bins)
         least = MIN_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
@@ -88,7 +88,7 @@ class EllipseHistograms:
         )
 
     def histogram(self, frame: SharedFrame, state: Array) -> Array | None:
-        """Return the histogram of a state (7,); None if less than a quarter is inside."""
+        """Return the histogram of a state (7,); None if less than a quarter is in the image."""
         ellipse_counts = self.counts(frame, state[np.newaxis], np.arange(self.colours.n_bins))
         if ellipse_counts.totals[0] == 0:
             return None
@@ -141,9 +141,9 @@ class TargetModel:
     ) -> float:
         """Update models whose coefficient exceeds `least` (equations 11 and 12).
 
-        `histogram` (bins,): that of the estimate, None if it is mostly outside; `coefficient`: its
-        similarity. `ellipse_counts` and `weights` (n,): those of particles. Returns the share of
-        models that were updated.
+        `histogram` (bins,) belongs to the estimate; it is None if the estimate is mostly outside.
+        `coefficient` is its similarity to the model. `ellipse_counts` and `weights` (n,) belong to
+        the particles. Returns the share of models that were updated.
         """
         alpha = self._alpha
         if self.models is not None:

@@ -1,4 +1,4 @@
-"""Weight maps of an image, and trackers that move windows on them.
+"""Weight maps of an image, and functions and classes that move windows on them.
 
 `back_projection` weighs hue, `differences` detects motion between frames, and `joint_map` combines
 colour and motion. `position_filter` is a particle filter on the joint map.

@@ -1,8 +1,8 @@
 """Hue back-projection and mean shift on it, in exact integers.
 
-The weight of a pixel is the count of its hue bin in the template. Divided by the largest count, it
-is the back-projection in [0, 1] (Wang & Tang 2010, section 2.1.1, hue alone). Sums are integers, so
-the order of summation does not change results.
+The weight of a pixel is the count of its hue bin in the template. Weights divided by the largest
+count are the back-projection in [0, 1] (Wang & Tang 2010, section 2.1.1, hue alone). Sums are
+integers, so the order of summation does not change results.
 """
 
 from math import floor, sqrt
@@ -26,8 +26,8 @@ MAX_BINS = 254  # a byte also encodes `_NOT_COMPUTED` and the bin of masked pixe
 class HueBins(NamedTuple):
     """Frame with the hue bins that were computed so far.
 
-    Kernels compute the bin of a pixel on first access, so that one tracker only pays for its
-    window. Trackers that share the frame reuse the bins.
+    Kernels compute the bin of a pixel on first access: bins outside a tracker's windows are not
+    computed. Trackers that share the frame reuse the bins.
     """
 
     image: Image  # BGR, read-only
@@ -39,7 +39,7 @@ class HueBins(NamedTuple):
 
 
 def lazy_hue_bins(image: Image, n_bins: int, *limits: float) -> HueBins:
-    """Return a frame's hue bins, none computed; limits as in `HueBins`."""
+    """Return a frame's hue bins, none of which is computed yet; limits as in `HueBins`."""
     return HueBins(image, np.full(image.shape[:2], _NOT_COMPUTED, np.uint8), n_bins, *limits)
 
 
@@ -143,8 +143,9 @@ def mean_shift(
 ) -> tuple[float, float, int, int]:
     """Move a window to the centroid of its weights until convergence (Wang & Tang, eqs. 6, 7).
 
-    A step below `stop_distance` [pixels] is the last. Returns centre x and y [pixels], the number
-    of centroids computed, and Σ w in the final window. A window without weight is not moved.
+    Mean shift stops after a step below `stop_distance` [pixels]. Returns centre x and y [pixels],
+    the number of computed centroids, and Σ w in the final window. A window without weight is not
+    moved.
     """
     for iteration in range(1, max_iterations + 1):
         total, total_x, total_y = window_moments(
@@ -164,17 +165,17 @@ def mean_shift(
 
 
 def window_size(box: Box) -> tuple[int, int]:
-    """Return width and height in whole pixels, at least 1; raise TrackerError for no area."""
+    """Return width and height in whole pixels, ≥ 1; raise TrackerError if the area is not > 0."""
     if not (box[2] > 0 and box[3] > 0):
-        raise TrackerError(f"the box {box.tolist()} has no area; give another.")
+        raise TrackerError(f"the box {box.tolist()} has no area. Use another box.")
     return max(1, floor(float(box[2]) + 0.5)), max(1, floor(float(box[3]) + 0.5))
 
 
 def adapted_window(weight: float, ratio: float, image_shape: tuple[int, ...]) -> tuple[int, int]:
     """Return the next window's size by Bradski's rule (Intel Techn. J. Q2, 1998) [pixels].
 
-    Width 2 √(M₀₀ · ratio) and height 2 √(M₀₀ / ratio), clipped to [3, image size]. `weight`: M₀₀;
-    `ratio`: width / height of the target.
+    The width is 2 √(M₀₀ · ratio), the height 2 √(M₀₀ / ratio), both clipped to [3, image size].
+    `weight` is M₀₀; `ratio` is width / height of the target.
     """
     width = floor(2 * sqrt(weight * ratio) + 0.5)
     height = floor(2 * sqrt(weight / ratio) + 0.5)

@@ -1,7 +1,7 @@
 """Frame differencing: motion between three frames (Wang & Tang 2010, section 2.1.2).
 
 The camera must not move. Otherwise, edges differ in the whole image and raise the adaptive
-threshold; `FrameMotion.changing` shows that.
+threshold. `FrameMotion.changing` then shows an unusually large share of changing pixels.
 """
 
 from dataclasses import dataclass
@@ -23,9 +23,9 @@ class FrameMotion:
     """Differences between a frame and the two frames before it; maps (height, width).
 
     D¹ is the absolute grey difference between the previous frame and this one, summed over the
-    window around each pixel; D² is that of the frame pair before. Their sum S is 2 D of step 3.
-    Trackers that share frames share this object: do not modify its arrays. It is compared by
-    identity, because `SharedFrame` uses it as part of a key.
+    window around each pixel; D² is the same for the previous pair of frames. S = D¹ + D² is 2 D of
+    step 3. Trackers that share frames share this object: do not modify its arrays. Objects are
+    compared by identity, because `SharedFrame` uses them in keys.
     """
 
     grey: Sums  # R + G + B of the frame
@@ -48,8 +48,8 @@ def compare_frames(image: Image, previous: FrameMotion, window: int, averaged: b
     """Return the differences between a frame and the previous one, of equal size.
 
     `window`: odd side of the squares over which differences are summed, at most `MAX_WINDOW`, equal
-    in all frames [pixels]. Pixels outside the image count as unchanged. `averaged`: D is the mean
-    of D¹ and D², otherwise D¹. The second frame has no D².
+    in all frames [pixels]. Pixels outside the image count as unchanged. If `averaged`, D is the
+    mean of D¹ and D², otherwise D¹. The second frame has no D².
     """
     # One allocation: the allocator would return two smaller ones to the system at every frame.
     grey, latest = np.empty((2, *image.shape[:2]), np.uint16)
@@ -77,7 +77,7 @@ def moving_share(
     left, top, right, bottom = max(left, 0), max(top, 0), min(right, columns), min(bottom, rows)
     if right <= left or bottom <= top:
         return 0.0
-    limit = np.int32(np.floor(threshold))  # equivalent for integers
+    limit = np.int32(np.floor(threshold))  # equivalent, because the compared sums are integers
     moving = 0
     for row in range(top, bottom):
         first, second = latest[row, left:right], earlier[row, left:right]

@@ -38,7 +38,7 @@ Bins: TypeAlias = NDArray[np.int32]
 ROUNDING = 1e-9
 """Tolerance [pixels] for centroids on pixel edges, because weights are rounded.
 
-Centroids on edges are common: weights are sums of few counts, so rows of pixels often balance.
+Centroids on edges are common: weights take few values, so rows of pixels often balance.
 """
 
 
@@ -84,7 +84,7 @@ def weight_bits(rows: int, columns: int) -> int:
 
 @njit(cache=True)
 def window_region(x: float, y: float, width: int, height: int, rows: int, columns: int) -> Region:
-    """Return the part of a window around (x, y) in the image; empty if it is outside."""
+    """Return the part in the image of a window around (x, y); empty if it is outside."""
     left = int(np.floor(x - width / 2 + 0.5 + ROUNDING))
     top = int(np.floor(y - height / 2 + 0.5 + ROUNDING))
     first_column, first_row = min(max(left, 0), columns), min(max(top, 0), rows)
@@ -114,9 +114,9 @@ def colour_bins(
     """Write joint hue and saturation bins of a part of a row to `out`, shape (right - left,).
 
     Hue and saturation are defined as in MATLAB's `rgb2hsv`. The bin is hue · `saturations` +
-    saturation, and `hues` · `saturations` for a pixel outside the limits. Integer quotients in
-    float32 (for vector code) are exact: half a unit is added to the numerator, and keeps quotients
-    further from the next integer than the rounding error.
+    saturation, and `hues` · `saturations` for a pixel outside the limits. Quotients are computed in
+    float32, for vector code. Half a unit is added to the numerator, so quotients are further from
+    an integer than the rounding error, and rounding down is exact.
     """
     n_hues, n_saturations = np.float32(binning.hues), np.float32(binning.saturations)
     half, unit, six = np.float32(0.5), np.float32(1), np.float32(6)
@@ -163,12 +163,12 @@ def integral_image(
     """Return the integral image of the joint map P (eq. 5) and of its first moments in a region.
 
     A pixel moves if `latest` + `earlier` exceeds the threshold. `weights` (2, hues · saturations +
-    1) are P by colour bin of unmoving and moving pixels, in units of 2^-bits. The result (rows + 1,
-    columns + 1, 3) has sums of P, column · P and row · P above and left of each pixel.
+    1) hold P by colour bin, for static and for moving pixels, in units of 2^-bits. The result (rows
+    + 1, columns + 1, 3) holds sums of P, column · P and row · P above and left of each pixel.
     """
     left, top, right, bottom = region
     columns = right - left
-    limit = np.int32(np.floor(threshold))  # equivalent for integers
+    limit = np.int32(np.floor(threshold))  # equivalent, because the compared sums are integers
     sums = np.empty((bottom - top + 1, columns + 1, 3), np.int64)
     sums[0] = 0
     bins = np.empty(columns, np.int32)
@@ -224,7 +224,7 @@ def drift(
     stop_distance: float,
     max_iterations: int,
 ) -> tuple[DriftResult, Region]:
-    """Move windows of one size by mean shift (eqs. 6 and 7), on the `sums` of a `region`.
+    """Move windows of equal size by mean shift (eqs. 6, 7), with the `sums` of a `region`.
 
     Each window moves from its point (n, 2) to the centroid of its weights, until a step is below
     `stop_distance` [pixels] or after `max_iterations`. A window without weight is not moved. If a
@@ -267,30 +267,36 @@ def _odd(value: int) -> int:
 class ColourMotionParameters(Parameters):
     """Parameters of `ColourMotionModel`."""
 
-    alpha: float = fraction(0.7, "α: weight of the hue; saturation has 1 - α [ratio]")
-    beta: float = fraction(0.8, "β: weight of the motion; colour has 1 - β [ratio]")
-    hue_bins: int = whole(32, "bins of the hue histogram [count]", most=256)
-    saturation_bins: int = whole(32, "bins of the saturation histogram [count]", most=256)
+    alpha: float = fraction(
+        0.7, "α: weight of the hue; the weight of the saturation is 1 - α [ratio]"
+    )
+    beta: float = fraction(
+        0.8, "β: weight of the motion; the weight of the colour is 1 - β [ratio]"
+    )
+    hue_bins: int = whole(32, "number of bins of the hue histogram [count]", most=256)
+    saturation_bins: int = whole(32, "number of bins of the saturation histogram [count]", most=256)
     difference_window: Annotated[int, AfterValidator(_odd)] = Field(
         5,
         ge=1,
         le=MAX_WINDOW,
-        description="n: side of the square that differences are summed over, odd [pixels]",
+        description="n: side of the square over which differences are summed, odd [pixels]",
     )
     differences: Literal["two", "one"] = choice(
-        "two", "how many differences of frames in succession are averaged"
+        "two", "number of consecutive frame differences that are averaged"
     )
     motion_threshold: Annotated[float, Field(ge=0.0)] | Literal["adaptive"] = choice(
         "adaptive",
-        "a pixel moves where the window around it differs by more than this a pixel; "
-        "adaptive: by more than the image's mean and λ deviations [grey levels]",
+        "a pixel moves if the mean difference in the window around it exceeds this; adaptive: "
+        "mean of the image plus λ standard deviations [grey levels]",
     )
     threshold_factor: float = nonnegative(
-        2.0, "λ: deviations above the mean, of the adaptive threshold [ratio]"
+        2.0, "λ: number of standard deviations in the adaptive threshold [ratio]"
     )
-    minimum_saturation: float = fraction(0.0, "pixels of less saturation weigh nothing [fraction]")
-    minimum_value: float = fraction(0.0, "pixels darker than this weigh nothing [fraction]")
-    maximum_value: float = fraction(1.0, "pixels brighter than this weigh nothing [fraction]")
+    minimum_saturation: float = fraction(
+        0.0, "pixels with a lower saturation get weight 0 [fraction]"
+    )
+    minimum_value: float = fraction(0.0, "pixels with a lower value (HSV) get weight 0 [fraction]")
+    maximum_value: float = fraction(1.0, "pixels with a higher value (HSV) get weight 0 [fraction]")
 
 
 class ColourMotionModel:
@@ -335,9 +341,9 @@ class ColourMotionModel:
         if not joint.any():
             raise TrackerError(
                 f"{owner}: no pixel of the {window[0]}x{window[1]} window around "
-                f"({centre[0]:.1f}, {centre[1]:.1f}) lies "
-                "in the image and is within minimum_saturation, minimum_value and maximum_value; "
-                "give another box or widen them."
+                f"({centre[0]:.1f}, {centre[1]:.1f}) is in the image and within the limits "
+                "minimum_saturation, minimum_value and maximum_value. Use another box, or widen "
+                "the limits."
             )
         hue, saturation = joint.sum(axis=1), joint.sum(axis=0)
         of_hue, of_saturation = hue / hue.max(), saturation / saturation.max()
@@ -352,8 +358,9 @@ class ColourMotionModel:
         if frame.image.shape[:2] != self._motion.grey.shape:
             rows, columns = self._motion.grey.shape
             raise TrackerError(
-                f"{self._owner}: a frame of {frame.image.shape[1]}x{frame.image.shape[0]} pixels "
-                f"after one of {columns}x{rows}; frames of a sequence are of one size."
+                f"{self._owner}: a frame has {frame.image.shape[1]}x{frame.image.shape[0]} "
+                f"pixels, the previous one {columns}x{rows}. All frames of a sequence must have "
+                "the same size."
             )
         self._motion = frame.compute(
             compare_frames, self._motion, settings.difference_window, settings.differences == "two"
@@ -372,7 +379,7 @@ class ColourMotionModel:
 class JointMap:
     """Joint map P of a frame (eq. 5), summed only in the regions that windows reach.
 
-    The attribute `unit` is the value of a weight of 1: 2^-bits.
+    The attribute `unit` is 2^-bits: the weight that the integer 1 stands for.
     """
 
     def __init__(

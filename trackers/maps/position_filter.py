@@ -22,7 +22,7 @@ from trackmark.trackers.maps.back_projection import window_size
 from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
 
 ROBUST_PRESET = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
-"""Common part of the presets `robust` of position filters (post hoc)."""
+"""Parameter values that all presets `robust` of position filters share (post hoc)."""
 
 
 class PositionFilterParameters(ColourMotionParameters):
@@ -30,19 +30,19 @@ class PositionFilterParameters(ColourMotionParameters):
 
     particles: int = whole(60, "number of particles N [count]", most=100_000)
     radius: Annotated[float, Field(ge=0.0)] | Literal["rule"] = choice(
-        "rule", "r: a particle is thrown at most so far either way; rule: √N / 2 [pixels]"
+        "rule", "r: maximum random displacement of a particle per axis; rule: √N / 2 [pixels]"
     )
-    sigma: float = positive(0.158, "scale of D in the observation function, 1 as printed [ratio]")
-    resampling: Literal["systematic", "multinomial"] = choice(
-        "systematic", "how particles are chosen by their weights"
+    sigma: float = positive(
+        0.158, "σ of the likelihood, by which D is divided; 1 as printed [ratio]"
     )
+    resampling: Literal["systematic", "multinomial"] = choice("systematic", "resampling scheme")
     velocity: Literal["particle", "mean"] = choice(
-        "particle", "what carries a particle on: its own last step, or the mean of all"
+        "particle", "last step by which a particle moves: its own, or the mean of all particles"
     )
     estimate: Literal["mean", "resampled", "best"] = choice(
         "mean",
-        "mean: of the weighted particles; resampled: of those that go on; best: the "
-        "particle of the largest weight",
+        "mean: weighted mean of the particles; resampled: mean of the resampled particles; best: "
+        "the particle of the largest weight",
     )
 
 
@@ -62,7 +62,7 @@ class PositionFilter(SharingTracker):
         return 0.0, 0
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; errors are those of `ColourMotionModel`."""
+        """See `Tracker.init`; raises TrackerError as `ColourMotionModel` does."""
         settings = self.parameters
         centre, self._box_size = box[:2] + box[2:] / 2, box[2:].copy()
         self._window = window_size(box)
@@ -109,7 +109,7 @@ class PositionFilter(SharingTracker):
         return {"joint map": self._joint.whole()}
 
     def _draw_displacements(self) -> Array:
-        """Draw r u of equation 8, independently for x and y."""
+        """Draw the displacements r u of equation 8, independently for x and y."""
         return self._radius * self._generator.uniform(-1.0, 1.0, (self.parameters.particles, 2))
 
     def _predict(self, image_shape: tuple[int, ...]) -> Array:

@@ -57,14 +57,14 @@ def raise_eigenvalues(matrix: Array, floor: float) -> Array:
 class TemplateFilter:
     """Template of filtered pixels, with the covariances that all filters share.
 
-    The second view (`start`) determines the noise.
+    The noise is estimated from the second view (`start`).
 
     `noise`: assumptions about residuals.
     `features` float64 (height, width, d): first view of the target.
 
     `template` float64 (height, width, d): filtered features g.
-    `residual` float64 (d, d): covariance of residuals, averaged over K frames (equation 12); a
-      guess until `start`.
+    `residual` float64 (d, d): covariance of residuals, averaged over K frames (equation 12); an
+      initial guess before `start`.
     `state`, `measurement` float64 (d, d): noise covariances C_w and C_f.
     """
 
@@ -76,7 +76,7 @@ class TemplateFilter:
         self.state, self.measurement, self._estimate = zero, zero, zero
 
     def reset(self, features: Array) -> None:
-        """Replace the template by a first view; the noise is unknown."""
+        """Replace the template by a first view; the noise is unknown until `start`."""
         self.template = features.copy()
         self._outlying = np.zeros(features.shape[:2], np.int64)
         variances = self._noise.first_spread**2 * features.var(axis=(0, 1))
@@ -95,8 +95,9 @@ class TemplateFilter:
     def start(self, features: Array) -> None:
         """Estimate the noise from the second view (equation 15).
 
-        R(1) is the covariance of all pixels, because without R no pixel is an outlier. If
-        `trimmed`, R(1) is that of the inliers: first by the guess, then by the previous result.
+        R(1) is the covariance of all pixels, because outliers can only be found once R is known. If
+        `trimmed`, R(1) is the covariance of the inliers, computed repeatedly: inliers are selected
+        first by the initial guess, then by the previous result.
         """
         covariance, trimmed = self.residual, self._noise.trimmed
         for _ in range(N_PASSES if trimmed else 1):
@@ -174,7 +175,7 @@ def _compare(
     gate: bool,
     outliers: NDArray[np.bool_],
 ) -> tuple[Array, int]:
-    """Fill `outliers`; return Σ r r' and the number of inliers (of all pixels without `gate`)."""
+    """Fill `outliers`; return Σ r r' and number of inliers (without `gate`, of all pixels)."""
     height, width, _ = template.shape
     d = len(components)
     products = np.zeros((d, d))
@@ -208,7 +209,7 @@ def _filter_pixels(
     gain: Array,
     patience: int,
 ) -> None:
-    """Update g by equation 11: g + K r for inliers, f after `patience` outlier frames, else g."""
+    """Update g by equation 11: g + K r for inliers, f after `patience` outlier frames, or g."""
     height, width, _ = template.shape
     d = len(components)
     residual = np.empty(d)

@@ -31,7 +31,7 @@ class Match(NamedTuple):
 
 
 class FeatureWindow(NamedTuple):
-    """Features of a window of the image; outside the image, its border pixels continue."""
+    """Features of a window of the image; border pixels are repeated outside the image."""
 
     features: Array  # (window rows, window columns, d)
     left: int  # first column of the window in the image
@@ -72,9 +72,9 @@ def find_pose(
 ) -> Match:
     """Return the pose of minimum robust cost (equations 3 and 4).
 
-    The first level searches ± `search_range` in steps of 4 pixels, the second around the three best
-    in steps of 2. The next two search around the best in steps of 1, with scales 2 % and then 1 %
-    apart. With `subpixel`, steps of 0.5 and 0.25 pixels follow.
+    The first level searches ± `search_range` in steps of 4 pixels. The second searches around the
+    three best poses in steps of 2. The next two search around the best pose in steps of 1, with
+    scales 2 % and then 1 % apart. With `subpixel`, steps of 0.5 and 0.25 pixels follow.
 
     `window`: pixels of at least `search_bounds`.
     `template` float64 (height, width, d): features of the template.
@@ -83,8 +83,8 @@ def find_pose(
     `search_range`: maximum translation of the first level, even [pixels]; 0: none.
     `cutoff`: c of Huber's function; infinite for quadratic costs.
     `subpixel`: refine to fractions of a pixel, with bilinear interpolation.
-    `ties` {"ascending", "unchanged"}: order of poses, of which the first of equal cost wins:
-      ascending scale, y and x, or the unchanged scale before others.
+    `ties` {"ascending", "unchanged"}: order of poses; the first of equal cost is selected.
+      `ascending`: by scale, y and x. `unchanged`: poses with unchanged scale first.
     """
     start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
     pose, cost = _search(
@@ -176,8 +176,8 @@ def sample_template(
 ) -> Array:
     """Return the image's features (height, width, d) at a template's pixels (equation 1).
 
-    They are those of the nearest pixel (of two, the right or lower one), or `bilinear`. Outside the
-    image, its border pixels continue.
+    Features are those of the nearest pixel (of two, the right or lower one), or interpolated if
+    `bilinear`. Border pixels are repeated outside the image.
     """
     components = tuple(range(window.features.shape[2]))
     return _sample(window, components, pose, height, width, bilinear)
@@ -247,8 +247,9 @@ def best_poses(
 ) -> tuple[Array, Array]:
     """Return the `number` best poses and costs of `offsets` (m, 3) from `around` (n, 3), in order.
 
-    Terms of the cost are not negative, so a sum stops once it reaches the worst of the best costs.
-    The compiler knows the length of the tuple `components` and unrolls the loops over features.
+    Terms of the cost are not negative, so a sum stops once it reaches the worst of the best costs
+    so far. The tuple `components` has a length known to the compiler, which unrolls the loops over
+    features.
     """
     height, width, _ = template.shape
     number = min(number, len(around) * len(offsets))
@@ -288,7 +289,7 @@ def _nearest_cost(
     cutoff: float,
     worst: float,
 ) -> float:
-    """Return the cost with nearest pixels; the value is any number ≥ `worst` if it reaches that."""
+    """Return the cost with nearest pixels, or any number ≥ `worst` if the cost is ≥ `worst`."""
     columns = np.empty(len(across), np.int64)
     for j in range(len(across)):
         columns[j] = int(across[j] + 0.5) - window.left

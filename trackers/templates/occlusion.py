@@ -11,9 +11,10 @@ FIRST_CANDIDATE = 5  # frames from an occlusion's beginning to the first that ma
 
 
 def candidate_offsets(longest: int, candidates: str) -> list[int]:
-    """Return the frames after an occlusion's beginning that may be its end, up to `longest`.
+    """Return the numbers of frames, up to `longest`, after which an occlusion may end.
 
-    Section 2.4: `all` from 5, or `skipped`: 5, 7, 11, 19, 35 and so on, in steps that double.
+    `all`: all numbers from 5. `skipped` (section 2.4): 5, 7, 11, 19, 35 and so on, in steps that
+    double.
 
     Examples
     --------
@@ -67,7 +68,7 @@ class Occlusion:
 
 
 class OcclusionLog:
-    """Queue of frames in which occlusions began and ended; each frame reports one of each."""
+    """Queue of frames in which occlusions began and ended, to be reported one per frame."""
 
     def __init__(self) -> None:
         self._beginnings: deque[int] = deque()

@@ -20,7 +20,7 @@ def repetitions(folder: Path, suffix: str = ".txt", digits: int = 3) -> Mapping[
     repetitions_of = {
         path.name: sorted(path.glob(f"{path.name}_{'[0-9]' * digits}{suffix}"))
         for path in sorted(folder.iterdir())
-        # The name is part of a pattern, in which these characters have a meaning.
+        # The name becomes part of a pattern: escape its special characters.
         if path.is_dir() and not set(path.name) & set("[]*?")
     }
     return {name: paths for name, paths in repetitions_of.items() if paths}
@@ -34,7 +34,8 @@ def fits(file: Path) -> bool:
 def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
     """Return the texts of a run and of its times.
 
-    NaN stand for unknown times: without a time file the toolkit reports those of another sequence.
+    Unknown times are written as NaN: without a time file the toolkit reports another sequence's
+    times.
     """
     name = file_name(sequence)
     lines = (",".join(f"{value:.3f}" for value in box) for box in rows.boxes.tolist())

@@ -15,7 +15,7 @@ from trackmark.bench.exchange.result_format import (
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Return the text files by sequence, without those of times and scores."""
+    """Return the text files by sequence, without files of times and scores."""
     return files_by_sequence(folder, ".txt", "_time.txt", "_scores.txt")
 
 

@@ -53,7 +53,9 @@ def read(file: Path) -> ResultRows:
         line = getattr(error, "lineno", 1)
         raise ExchangeError(f"{file}, line {line}: invalid JSON ({error}).") from error
     except RecursionError as error:
-        raise ExchangeError(f"{file}: the JSON is nested too deeply.") from error
+        raise ExchangeError(
+            f"{file}: the JSON is nested too deeply. Expected: records with boxes as `res`."
+        ) from error
     if isinstance(content, dict) and isinstance(content.get("results"), list):
         content = content["results"]
     records: Sequence[Any] = content if isinstance(content, list) and content else [content]
@@ -193,7 +195,7 @@ def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Map
 
 
 def segment_writer(protocol: str) -> SegmentWriter | None:
-    """Return the writer of runs by TRE, or by SRE with the default shifts, which have names."""
+    """Return the writer of runs by TRE, or by SRE with the default shifts."""
     evaluation = {"tre": "TRE", "sre": "SRE"}.get(parse_protocol(protocol).name)
     if evaluation is None or (evaluation == "SRE" and parse_protocol(protocol).text != "sre"):
         return None
@@ -233,7 +235,7 @@ def _record(
 
 FORMAT = ResultFormat(
     expects='SEQ.json with "res": [[x, y, width, height], …]',
-    exports="boxes to the last digit (zeros where there is none); no confidence",
+    exports="boxes to the last digit (zeros if missing); no confidence",
     origin=1,
     files=files,
     fits=lambda file: file.suffix == ".json",

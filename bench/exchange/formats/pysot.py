@@ -1,7 +1,7 @@
 """Format of pysot: `SEQ.txt`, and `longterm/SEQ/SEQ_001.txt` with confidences.
 
-Its data sets for one-pass evaluation (OTB, LaSOT, UAV, NFS) read the first, its VOT-LT the second.
-The user must name this format: its files are those of the formats `otb` and `vot`.
+Its data sets for one-pass evaluation (OTB, LaSOT, UAV, NFS) use the first files, VOT-LT the second.
+The user must name this format, because its files are also valid in `otb` and `vot`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from trackmark.bench.exchange.result_format import ResultFormat, ResultRows, rea
 
 
 def files(folder: Path) -> Mapping[str, Sequence[Path]]:
-    """Return the long-term files by sequence if there are any, else the text files."""
+    """Return the long-term files by sequence; without such files, the text files."""
     return vot.FORMAT.files(folder) or otb.FORMAT.files(folder)
 
 

@@ -25,7 +25,7 @@ CONFIDENCE_SUFFIX = "_object_presence_scores.txt"
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Return the text files by sequence, without those of times and confidences."""
+    """Return the text files by sequence, without files of times and confidences."""
     return files_by_sequence(folder, ".txt", "_time.txt", CONFIDENCE_SUFFIX)
 
 
@@ -53,7 +53,7 @@ def truncate(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 FORMAT = ResultFormat(
     expects="SEQ.txt with x, y, width, height between tabs",
-    exports="boxes truncated to whole pixels (zeros where there is none); confidence; no times",
+    exports="boxes truncated to whole pixels (zeros if missing); confidence; no times",
     origin=1,
     files=files,
     fits=lambda file: "\t" in first_line(file),

@@ -48,10 +48,12 @@ CODES = {0.0: FrameState.SKIPPED, 1.0: FrameState.INITIALISED, 2.0: FrameState.F
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Return the files of an experiment by sequence: of the folder, or of the only one in it."""
+    """Return the files of an experiment by sequence: the folder itself, or its only subfolder."""
     experiments = [folder / name for name in EXPERIMENTS if (folder / name).is_dir()]
     if {path.name for path in experiments} == {ONE_PASS, LONG_TERM}:
-        experiments = [folder / LONG_TERM]  # `write` makes both; only these have confidences
+        experiments = [
+            folder / LONG_TERM
+        ]  # `write` creates both experiments; only this one has confidences
     if len(experiments) > 1:
         names = ", ".join(path.name for path in experiments)
         raise ExchangeError(
@@ -74,7 +76,7 @@ def _numbered_files(folder: Path, digits: int = 3) -> dict[str, list[Path]]:
 
 
 def parts(file: Path) -> Sequence[Path]:
-    """Return the files of all anchors for the file of an anchor; for any other file only itself."""
+    """Return the files of all anchors for the file of one anchor; other files stand alone."""
     stem, anchor = _anchor_of(file)
     if anchor is None:
         return [file]
@@ -192,7 +194,7 @@ def _text_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
 
 
 def _binary_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
-    """Yield the same of a binary file: version and length, then kind and numbers of each region."""
+    """Yield the regions of a binary file as `_text_regions` does."""
     try:
         data = file.read_bytes()
     except OSError as error:
@@ -285,7 +287,7 @@ def experiment_texts(
 def write_anchors(
     folder: Path, sequence: str, segments: Sequence[tuple[NDArray[Any], ResultRows]]
 ) -> Mapping[Path, str]:
-    """Return the texts of a run from anchors, with boxes to the last digit: scores stay equal."""
+    """Return the texts of a run from anchors, with exact boxes so that scores stay equal."""
     name = file_name(sequence)
     texts: dict[Path, str] = {}
     for frames, rows in segments:

@@ -1,11 +1,12 @@
 """Average overlap and success rates as defined by the GOT-10k toolkit.
 
-The first frame does not count, nor do frames in which the target is not visible; unknown visibility
+The first frame is ignored, as are frames in which the target is not visible. Unknown visibility
 counts as visible. Boxes are clipped to the image as in the toolkit: a box that begins left of or
 above the image is moved inside without changing its size. AO is the mean overlap over all frames of
-all sequences and repetitions: long sequences have a larger weight. SR50 and SR75 are the shares of
-these frames with an overlap above 0.5 and 0.75. A malformed box is a miss. Huang, Zhao, Huang,
-"GOT-10k: a large high-diversity benchmark for generic object tracking in the wild", TPAMI 2021.
+all sequences and repetitions, so that long sequences have larger weights. SR50 and SR75 are the
+shares of these frames with an overlap above 0.5 and 0.75. A malformed box is a miss. Huang, Zhao,
+Huang, "GOT-10k: a large high-diversity benchmark for generic object tracking in the wild", TPAMI
+2021.
 """
 
 import numpy as np

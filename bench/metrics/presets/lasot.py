@@ -4,10 +4,10 @@ The definitions are those of `otb` with these differences. Frames without target
 malformed box is replaced by the box of the previous frame. A ground-truth box without size, or with
 a coordinate left of or above the first pixel, is a miss for success and a hit for precision.
 Normalised precision is the share of frames with centres at most 0.20 apart, in widths and heights
-of the ground truth. Both centres count pixels from 1. They are divided by the size before they are
-subtracted, in the order of the toolkit: rounding decides about frames at a threshold. All sequences
-have equal weights, also if every frame is a miss. Fan et al., "LaSOT: a high-quality benchmark for
-large-scale single object tracking", CVPR 2019.
+of the ground truth. Both centres count pixels from 1. As in the toolkit, they are divided by the
+size before they are subtracted: the order of operations changes rounding at thresholds. All
+sequences have equal weights, including those with misses only. Fan et al., "LaSOT: a high-quality
+benchmark for large-scale single object tracking", CVPR 2019.
 """
 
 import numpy as np
@@ -71,9 +71,10 @@ def _centre_errors(
 def _replace_malformed(
     estimate: NDArray[np.float64], present: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Replace malformed estimates by those of the previous frame.
+    """Replace malformed estimates by the estimate of the previous frame.
 
-    Estimates in frames without target are kept and can replace the next one, as in the toolkit.
+    As in the toolkit, estimates in frames without target are kept and can replace the next
+    estimate.
     """
     boxes = estimate.copy()
     for i in np.flatnonzero(present & ~is_well_formed(estimate)):

@@ -2,8 +2,8 @@
 
 A frame is reported if the tracker reports the target as visible and its confidence reaches a
 threshold. Precision is the mean overlap over the reported frames. Recall is the sum of their
-overlaps divided by the number of frames with a target. F is the harmonic mean of the two, after
-averaging each over sequences, at the threshold with the largest F. There are at most 100
+overlaps divided by the number of frames with a target. Precision and recall are averaged over
+sequences. F is their harmonic mean at the threshold with the largest F. There are at most 100
 thresholds, taken from the confidences of the tracker. A missing confidence counts as 0. The first
 frame counts with confidence 0 and overlap 0: a perfect tracker scores a little less than 1.
 Overlaps are those of rasterised regions clipped to the image. Lukežič et al., "Now you see me:
@@ -27,7 +27,7 @@ from trackmark.bench.metrics.preset import (
 )
 from trackmark.bench.metrics.region_overlap import raster_overlap
 
-_MAX_THRESHOLDS = 98  # in addition to infinity and minus infinity
+_MAX_THRESHOLDS = 98  # without the thresholds of plus and minus infinity
 
 
 def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
@@ -51,7 +51,7 @@ def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
 
 
 def combine(runs: Runs) -> PresetResult:
-    """Return the scores of the runs on all sequences, at one threshold."""
+    """Return the scores of the runs on all sequences at a common threshold."""
     thresholds = _thresholds([run.evidence["confidence"] for group in runs for run in group])
     curves = [
         np.mean([_precision_recall(run, thresholds) for run in group], axis=0) for group in runs
@@ -73,7 +73,7 @@ def combine(runs: Runs) -> PresetResult:
 
 
 def _thresholds(confidence: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return equally spaced elements of the sorted confidences, the largest first."""
+    """Return equally spaced elements of the confidences, sorted from the largest."""
     ordered = np.sort(np.concatenate(confidence))[::-1]
     if len(ordered) > _MAX_THRESHOLDS:
         step = len(ordered) // _MAX_THRESHOLDS
@@ -94,7 +94,7 @@ def _precision_recall(run: PresetResult, thresholds: NDArray[np.float64]) -> NDA
 PRESET = Preset(
     columns={
         "precision": Column("mean overlap over the reported frames", None),
-        "recall": Column("sum of these overlaps by the frames with a target", None),
+        "recall": Column("sum of these overlaps / number of frames with a target", None),
         "f": Column("harmonic mean of precision and recall", None),
     },
     judge=judge,

@@ -29,9 +29,11 @@ PRESET = Preset(
         "inside_share": Column("share of frames with the centre in the ground-truth box"),
         "first_loss": Column("first of 10 visible frames with the centre outside", None),
         "centre_error": Column("mean distance of the centres [px]", 0.0, "lower"),
-        "centre_error_median": Column("median of this distance [px]", 0.0, "lower"),
-        "centre_error_p90": Column("90th percentile of this distance [px]", 0.0, "lower"),
-        "normalised_centre_error": Column("mean distance in diagonals of the box", 0.0, "lower"),
+        "centre_error_median": Column("median distance of the centres [px]", 0.0, "lower"),
+        "centre_error_p90": Column("90th percentile of the distance [px]", 0.0, "lower"),
+        "normalised_centre_error": Column(
+            "mean distance of the centres [diagonals of the box]", 0.0, "lower"
+        ),
         "malformed": Column("frames with a malformed box", 0.0, "lower"),
         "absent_frames": Column("frames without target", None, None),
         "absence_reported": Column("share of frames without target with reported absence", None),

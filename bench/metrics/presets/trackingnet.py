@@ -3,10 +3,10 @@
 Boxes are rounded to whole pixels, halves to even numbers. The curves have 21 thresholds: overlaps
 above 0 to 1, and centre errors up to 0 to 50 px or 0 to 0.5 widths and heights of the ground truth.
 Scores are areas by the trapezoid rule as a share of the threshold range: a perfect tracker has a
-success of 0.975. They are shares here, not per cent. The first frame counts, and its estimate is
-replaced by the ground truth. Absent frames and malformed boxes are misses. All sequences have equal
-weights. Müller et al., "TrackingNet: a large-scale dataset and benchmark for object tracking in the
-wild", ECCV 2018.
+success of 0.975. Unlike in the devkit, they are shares, not per cent. The first frame counts, and
+its estimate is replaced by the ground truth. Absent frames and malformed boxes are misses. All
+sequences have equal weights. Müller et al., "TrackingNet: a large-scale dataset and benchmark for
+object tracking in the wild", ECCV 2018.
 """
 
 import numpy as np
@@ -50,8 +50,8 @@ def _centre_errors(
 ) -> NDArray[np.float64]:
     """Return distances of centres, divided by `unit` (width and height), shape (n,).
 
-    The distance is NaN or infinite, which never reaches a threshold, if the target is absent, the
-    unit is 0 or the estimate is not finite. Boxes may have no size.
+    The distance is NaN or infinite, and thus a miss, if the target is absent, the unit is 0 or the
+    estimate is not finite. Boxes without size are valid.
     """
     difference = estimate[:, :2] + estimate[:, 2:] / 2 - (truth[:, :2] + truth[:, 2:] / 2)
     return np.asarray(np.sqrt(((difference / unit) ** 2).sum(axis=1)))
@@ -61,7 +61,9 @@ PRESET = Preset(
     columns={
         "success_auc": Column("area under the success curve", 0.975),
         "precision_auc": Column("area under the precision curve, up to 50 px"),
-        "normalised_precision_auc": Column("area under the normalised one, up to 0.5 sizes"),
+        "normalised_precision_auc": Column(
+            "area under the normalised precision curve, up to 0.5 sizes"
+        ),
     },
     judge=judge,
     curves={
@@ -69,5 +71,5 @@ PRESET = Preset(
         "precision": Axes("centre distance [px]", "share of frames"),
         "normalised_precision": Axes("centre distance [target sizes]", "share of frames"),
     },
-    agrees_with="the TrackingNet devkit (metrics.py), but for its factor of 100",
+    agrees_with="the TrackingNet devkit (metrics.py), apart from its factor of 100",
 )

@@ -1,14 +1,15 @@
 """Accuracy, robustness and expected average overlap of runs from anchors, without restarts.
 
-The measures of VOT 2020 to 2022. A tracker is started at every anchor and runs to one end of the
-sequence. It fails at the first of 10 frames with a target and an overlap of 0.1 or less. Robustness
-is the share of frames before failures, and accuracy is their mean overlap. The first frame counts
-with overlap 0, so that a perfect tracker has an accuracy of (n - 1) / n. Over sequences, accuracy
-is weighted by the tracked frames and robustness by the lengths. The expected average overlap is the
-mean, over lengths of 115 to 754 frames, of the mean overlap of that many frames. The overlap is 0
-after a failure, and runs that end sooner with the sequence are excluded. Overlaps are those of
-rasterised regions clipped to the image; a correctly reported absence has an overlap of 1. Kristan
-et al., "The eighth visual object tracking VOT2020 challenge results", ECCV workshops 2020.
+These are the measures of VOT 2020 to 2022. A tracker is started at every anchor and runs to one end
+of the sequence. It fails at the first of 10 frames with a target and an overlap of 0.1 or less.
+Robustness is the share of frames before failures, and accuracy is their mean overlap. The first
+frame counts with overlap 0, so that a perfect tracker has an accuracy of (n - 1) / n. Over
+sequences, accuracy is weighted by the tracked frames and robustness by the lengths. The expected
+average overlap is the mean, over lengths of 115 to 754 frames, of the mean overlap of that many
+frames. The overlap is 0 after a failure, and runs that end sooner with the sequence are excluded.
+Overlaps are those of rasterised regions clipped to the image; a correctly reported absence has an
+overlap of 1. Kristan et al., "The eighth visual object tracking VOT2020 challenge results", ECCV
+workshops 2020.
 """
 
 import numpy as np
@@ -101,7 +102,9 @@ PRESET = Preset(
         "accuracy": Column("mean overlap before failures", None),
         "robustness": Column("share of frames before failures"),
         "eao": Column("expected average overlap over 115 to 754 frames", whole=True),
-        "eao_lengths": Column("number of these 640 lengths that occur", None, None, whole=True),
+        "eao_lengths": Column(
+            "number of the 640 lengths for which there are runs", None, None, whole=True
+        ),
     },
     judge=judge,
     combine=combine,

@@ -1,14 +1,14 @@
 """Accuracy, robustness and expected average overlap of trackers restarted after failures.
 
-The measures of VOT 2013 to 2019. A tracker fails if its region does not overlap the ground truth,
-and is initialised again 5 frames later. Accuracy is the mean overlap without frames of failures,
-skipped frames and the 10 frames from each initialisation on. Robustness is exp(-30 failures /
-frames). Scores of a sequence are averaged over repetitions, then over sequences weighted by length.
-The expected average overlap is the mean, over lengths of 100 to 356 frames (as in VOT2018), of the
-mean overlap of that many frames after an initialisation. The overlap is 0 after a failure, and
-pieces that end sooner with the sequence are excluded. Overlaps are those of rasterised regions
-clipped to the image; `exact` columns use areas. Kristan et al., "A novel performance evaluation
-methodology for single-target trackers", TPAMI 2016.
+These are the measures of VOT 2013 to 2019. A tracker fails if its region does not overlap the
+ground truth, and is initialised again 5 frames later. Accuracy is the mean overlap without frames
+of failures, skipped frames and the 10 frames from each initialisation on. Robustness is exp(-30
+failures / frames). Scores of a sequence are averaged over repetitions, then over sequences weighted
+by length. The expected average overlap is the mean, over lengths of 100 to 356 frames (as in
+VOT2018), of the mean overlap of that many frames after an initialisation. The overlap is 0 after a
+failure, and pieces that end sooner with the sequence are excluded. Overlaps are those of rasterised
+regions clipped to the image; `exact` columns use areas. Kristan et al., "A novel performance
+evaluation methodology for single-target trackers", TPAMI 2016.
 """
 
 from collections.abc import Iterable
@@ -122,7 +122,7 @@ def _mean(values: Iterable[float]) -> float:
 
 
 def _accuracy(run: PresetResult, kind: str) -> float:
-    """Return the mean overlap of the frames that count; 0 without such frames."""
+    """Return the mean overlap of the frames that are counted; 0 if there are none."""
     states = run.evidence["states"]
     counted = states == FrameState.TRACKED
     for start in np.flatnonzero(states == FrameState.INITIALISED):
@@ -160,7 +160,9 @@ PRESET = Preset(
         "failures": Column("failures per sequence", 0.0, "lower"),
         "robustness": Column("exp(-30 failures / frames)"),
         "eao": Column("expected average overlap over 100 to 356 frames", whole=True),
-        "eao_lengths": Column("number of these 257 lengths that occur", None, None, whole=True),
+        "eao_lengths": Column(
+            "number of the 257 lengths for which there are runs", None, None, whole=True
+        ),
         "accuracy_exact": Column("accuracy by exact areas"),
         "eao_exact": Column("expected average overlap by exact areas", whole=True),
     },

@@ -1,7 +1,7 @@
 """Margins of the single and the two-part histogram, measured on images and ground truth.
 
-The rectangle is the whole person (region `full`): the one that trackers are given. Colours, bins
-and distances are those of the tracker as written. No tracker runs.
+The rectangle encloses the whole person (region `full`), as the init box of the trackers does.
+Colours, bins and distances are those of the tracker in the setting `as-written`.
 """
 
 from functools import lru_cache
@@ -17,12 +17,12 @@ from trackmark.trackers.histograms.counting import count_regions
 from trackmark.trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
 
 THRESHOLD = 0.4
-"""T of Eq. 7."""
+"""Threshold T in Eq. 7."""
 
 JITTERS, JITTER = 50, 0.05
 SAMPLES = 100
 CLEAR = 0.9
-"""Visible share from which the own rectangle shows the person instead of an occluder."""
+"""Minimum visible share of the person in frames whose margins are measured."""
 
 MIN_INSIDE, MIN_PIXELS = 0.5, 16
 WIDTHS, STEP = 3.0, 0.5
@@ -48,10 +48,10 @@ class Appearance:
         self._counts, self._totals = counts[:, 0], totals[:, 0]
 
     def distances(self, image: Image, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the distances (Eq. 1, 2) of rectangles of one aspect, shape (2, n).
+        """Return the distances (Eq. 1, 2) of rectangles with equal aspect ratios, shape (2, n).
 
-        The first row is that of the single histogram, the second that of the two-part one; 1 if
-        less than half of a rectangle is inside the image.
+        First row: single histogram; second row: two-part histogram. The distance is 1 if less than
+        half of a rectangle is inside the image.
         """
         counts, totals = _half_counts(image, boxes)
         single = bhattacharyya_distances(
@@ -70,7 +70,7 @@ class Appearance:
 def _half_counts(
     image: Image, boxes: NDArray[np.float64], colours: LuvBins | None = None
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Votes by half, rectangle and bin, and the sum of votes by half and rectangle."""
+    """Return the votes by half, rectangle and bin, and their sums by half and rectangle."""
     centres = boxes[:, :2] + boxes[:, 2:] / 2
     states = np.column_stack([centres, boxes[:, 2] * boxes[:, 3]])
     aspect = float(boxes[0, 2] / boxes[0, 3])
@@ -82,7 +82,7 @@ def _half_counts(
 
 
 def part_distance(image: Image, box: NDArray[np.float64], colours: LuvBins | None = None) -> float:
-    """Distance of the histograms of a rectangle's halves (Eq. 7)."""
+    """Return the distance between the histograms of a rectangle's halves (Eq. 7)."""
     counts, totals = _half_counts(image, box[np.newaxis], colours)
     return float(bhattacharyya_distances(counts[0], totals[0], counts[1, 0], int(totals[1, 0]))[0])
 
@@ -92,8 +92,8 @@ def right_choice(
 ) -> float:
     """Return the share of jittered rectangles for which Eq. 7 selects the right representation.
 
-    Position and size of the 50 rectangles differ by up to 5 % of the sides, as a user's hand may.
-    `colours`: the histogram's bins, as written by default.
+    Positions and sizes of the 50 rectangles vary by up to 5 % of the sides, like rectangles drawn
+    by hand. `colours`: bins of the histogram, by default those of the setting `as-written`.
     """
     x, y, width, height = box
     jitters = np.random.default_rng(0).uniform(-JITTER, JITTER, (JITTERS, 4))
@@ -103,12 +103,12 @@ def right_choice(
 
 
 def sampled_frames(n_frames: int) -> NDArray[np.int64]:
-    """Evenly spaced frames, at most 100."""
+    """Return at most 100 evenly spaced frames."""
     return np.arange(0, n_frames, -(-n_frames // SAMPLES))
 
 
 def clutter_boxes(box: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rectangles of a box's size within three widths and half a height that hardly overlap it."""
+    """Return rectangles next to a box (three widths, half a height) that hardly overlap it."""
     across = np.arange(-WIDTHS, WIDTHS + STEP, STEP)
     offsets = np.array([(dx, dy) for dx in across for dy in RISES])
     shared = np.clip(1 - np.abs(offsets), 0, None).prod(axis=1)
@@ -121,9 +121,10 @@ def clutter_boxes(box: NDArray[np.float64]) -> NDArray[np.float64]:
 def margins(
     sequence: Sequence, frames: tuple[int, ...] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Measure how much farther from the first frame's histogram clutter is than the target.
+    """Measure how much better the target matches the first frame's histogram than clutter does.
 
-    Only frames in which at least 90 % of the target is visible are measured.
+    A margin is the smallest distance of a clutter rectangle minus the target's distance. Only
+    frames in which at least 90 % of the target is visible are measured.
 
     Returns
     -------

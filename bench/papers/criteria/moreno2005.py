@@ -8,16 +8,16 @@ from trackmark.datasets.interface import Mask
 
 
 def model_auc(scene: SceneImages, *, frame: int, age: int) -> float:
-    """Separability of target and ring in `frame` by colours that are `age` frames old."""
+    """Return the AUC of target against ring in `frame`, by the colours of `age` frames before."""
     return colour_auc(scene, frame, frame - age)
 
 
 def auc_percentile(
     scene: SceneImages, *, percentile: float, first_model: bool = False, step: int = 5
 ) -> float:
-    """Percentile over frames of the separability of target and ring.
+    """Return a percentile over frames of the AUC of target against ring.
 
-    The colours are those of each frame itself, or, with `first_model`, of the first frame. Every
+    The colour model is that of the measured frame or, with `first_model`, of the first frame. Every
     `step`-th frame is measured.
     """
     frames = range(0, len(scene), step)
@@ -26,39 +26,42 @@ def auc_percentile(
 
 
 def hard_share(scene: SceneImages, *, limit: float, age: int) -> float:
-    """Share of the frames with a separability <= `limit` by colours that are `age` frames old."""
+    """Return the share of frames with an AUC <= `limit`, by the colours of `age` frames before."""
     frames = range(age, len(scene))
     return float(np.mean([colour_auc(scene, frame, frame - age) <= limit for frame in frames]))
 
 
 def channel_gain_ratio(scene: SceneImages, *, frame: int) -> float:
-    """Largest over smallest gain of a channel of the target's mean colour since the last frame."""
+    """Return the ratio of the largest to the smallest channel gain since the frame before.
+
+    The gain of a channel is the ratio of the target's mean colours in both frames.
+    """
     before, after = (scene.target_colours(f).mean(axis=0) for f in (frame - 1, frame))
     gains = after / np.maximum(before, 1.0)
     return float(gains.max() / gains.min())
 
 
 def speed_at(scene: SceneImages, *, frame: int) -> float:
-    """Displacement of the box's centre since the last frame in pixels."""
+    """Return the displacement of the box centre since the frame before [px]."""
     return float(speeds(scene)[frame - 1])
 
 
 def speed_percentile(scene: SceneImages, *, percentile: float) -> float:
-    """Percentile of the speed of the box's centre in pixels per frame."""
+    """Return a percentile of the speed of the box centre [px/frame]."""
     return float(np.nanpercentile(speeds(scene), percentile))
 
 
 def colour_step(scene: SceneImages) -> float:
-    """Median change of the target's mean colour per frame, RGB in [0, 1]."""
+    """Return the median change per frame of the target's mean colour, RGB in [0, 1]."""
     means = np.array([scene.target_colours(f).mean(axis=0) for f in range(len(scene))]) / 255
     return float(np.median(np.linalg.norm(np.diff(means, axis=0), axis=1)))
 
 
 def affine_overlap(scene: SceneImages, *, percentile: float, step: int = 10) -> float:
-    """Percentile over frames of the overlap of the mask and an affine map of the first mask.
+    """Return a percentile over frames of the overlap of the mask with a map of the first mask.
 
-    The map gives the first mask the mean and covariance of the other; its rotation is the best
-    of 72. The overlap is a lower bound of the best affine map's.
+    The affine map gives the first mask the mean and covariance of the frame's mask. Its rotation is
+    the best of 72. The result is a lower bound for the best affine map.
     """
     first = scene.mask(0)
     overlaps = [_moment_overlap(first, scene.mask(f)) for f in range(step, len(scene), step)]
@@ -66,11 +69,11 @@ def affine_overlap(scene: SceneImages, *, percentile: float, step: int = 10) -> 
 
 
 def _moment_overlap(first: Mask, second: Mask, rotations: int = 72) -> float:
-    """Best overlap of two masks over the affine maps that match mean and covariance."""
+    """Return the best overlap of two masks over affine maps that match mean and covariance."""
     means, roots = zip(*(_mask_moments(mask) for mask in (first, second)), strict=True)
     rows, columns = np.indices(second.shape)
     places = np.stack([columns.ravel(), rows.ravel()]) - means[1][:, None]
-    near = (np.linalg.solve(roots[1], places) ** 2).sum(axis=0) < 16  # within 4 deviations
+    near = (np.linalg.solve(roots[1], places) ** 2).sum(axis=0) < 16  # within 4 standard deviations
     white, inside = np.linalg.solve(roots[1], places[:, near]), second.ravel()[near]
     best = 0.0
     for angle in np.arange(rotations) * 2 * np.pi / rotations:
@@ -84,7 +87,7 @@ def _moment_overlap(first: Mask, second: Mask, rotations: int = 72) -> float:
 
 
 def _mask_moments(mask: Mask) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean (x, y) of a mask's pixels and the symmetric square root of their covariance."""
+    """Return the mean (x, y) of a mask's pixels and the square root of their covariance."""
     rows, columns = np.nonzero(mask)
     places = np.stack([columns, rows]).astype(float)
     values, vectors = np.linalg.eigh(np.cov(places))

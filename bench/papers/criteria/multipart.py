@@ -1,4 +1,4 @@
-"""Criteria of the multipart scenes; `margins.py` has what they are made of."""
+"""Criteria of the multipart scenes, computed from the margins of `margins.py`."""
 
 import numpy as np
 
@@ -7,20 +7,20 @@ from trackmark.bench.papers.criteria.shared import SceneImages, box_mask, longes
 
 
 def right_choice(scene: SceneImages, *, two_coloured: bool) -> float:
-    """Share of jittered first rectangles for which Eq. 7 selects the right representation."""
+    """Return the share of jittered init boxes for which Eq. 7 selects the right representation."""
     frame = scene.sequence.first_frame
     box = scene.sequence.regions["full"][frame]
     return margins.right_choice(scene.image(frame), box, two_coloured)
 
 
 def low_margin_share(scene: SceneImages, *, parts: int, below: float, until: float = 1.0) -> float:
-    """Share of the frames before a part of the sequence whose margin is below a limit."""
+    """Return the share of frames with a margin below a limit; `until`: part of the length."""
     frames, values = margins.margins(scene.sequence)
     return float((values[parts - 1][frames < until * len(scene)] < below).mean())
 
 
 def low_margin_stretch(scene: SceneImages, *, parts: int, below: float) -> float:
-    """Longest stretch of measured frames with a margin below a limit, in frames."""
+    """Return the longest run of measured frames with a margin below a limit [frames]."""
     frames, values = margins.margins(scene.sequence)
     step = margins.sampled_frames(len(scene))[1]
     low = np.zeros(len(scene) // step + 1, bool)
@@ -29,19 +29,19 @@ def low_margin_stretch(scene: SceneImages, *, parts: int, below: float) -> float
 
 
 def crossing_time(scene: SceneImages, *, after: float) -> float:
-    """Part of the sequence at which the target is hidden most, after a part of the sequence."""
+    """Return when the target is most hidden after `after`, as a part of the sequence's length."""
     first = round(after * len(scene))
     return float((first + scene.visibility[first:].argmin()) / len(scene))
 
 
 def crossing_margin(scene: SceneImages, *, after: float) -> float:
-    """Smallest margin of the single histogram after a part of the sequence."""
+    """Return the smallest margin of the single histogram after a part of the sequence's length."""
     frames = tuple(range(round(after * len(scene)), len(scene), 2))
     return float(margins.margins(scene.sequence, frames)[1][0].min())
 
 
 def background_in_person(scene: SceneImages) -> float:
-    """Share of the whole person's rectangle in the first frame that does not show the target."""
+    """Return the share of the person's first rectangle that does not show the target."""
     frame = scene.sequence.first_frame
     inside = box_mask(scene.mask(frame).shape, scene.sequence.regions["full"][frame])
     return float(1.0 - (scene.mask(frame) & inside).sum() / inside.sum())

@@ -12,7 +12,7 @@ COMPLETE = 0.02  # visible share up to which an occlusion counts as complete
 
 
 class ClipSet:
-    """Clips of one set; criteria take a median or a worst case over them."""
+    """Set of clips that counts as one scene."""
 
     def __init__(self, clips: list[SceneImages]) -> None:
         self.clips = clips
@@ -20,15 +20,15 @@ class ClipSet:
 
     @classmethod
     def load(cls, scene: int) -> "ClipSet":
-        """Load the 20 clips of a set by the scene's number."""
+        """Load the 20 clips of the set with the scene's number."""
         names = [f"nguyen2002/clip-{clip:02}:scene={scene}" for clip in range(1, 21)]
         return cls([SceneImages(datasets.load(name)) for name in names])
 
 
 def light_change_auc(scene: SceneImages, *, switch: str) -> float:
-    """Return the AUC of target against ring by the colours of the frame before the `switch`.
+    """Return the AUC of target against ring after a switch, by the colours of the frame before.
 
-    `switch` is `off` or `on`; the frame is the first after the switch.
+    `switch`: `off` or `on`. The first frame after the switch is measured.
     """
     lamp_off = np.asarray(scene.sequence.attributes["lamp off"]).astype(int)
     frame = int(np.flatnonzero(np.diff(lamp_off) == (1 if switch == "off" else -1))[0]) + 1
@@ -41,12 +41,12 @@ def complete_occlusions(clips: ClipSet) -> float:
 
 
 def hidden_frames(clips: ClipSet) -> float:
-    """Return for how many frames a complete occlusion hides all of the target (median)."""
+    """Return the median number of frames for which a complete occlusion hides all of the target."""
     return float(np.median(_hidden_lengths(clips)))
 
 
 def feature_noise_ratio(clips: ClipSet, *, pairs: int) -> float:
-    """Signal-to-noise of c1c2c3 over that of RGB in the median clip."""
+    """Return the ratio of the signal-to-noise ratios of c1c2c3 and RGB in the median clip."""
     ratios = []
     for clip in clips.clips:
         frames = clips.frame_pairs(clip, pairs)
@@ -67,7 +67,7 @@ def target_saturation(clips: ClipSet, *, pairs: int) -> float:
 
 
 def target_in_box(clips: ClipSet, *, pairs: int) -> float:
-    """Return the share of the target's pixels inside its box, worst frame of all clips."""
+    """Return the share of the target's pixels inside its box, in the worst frame of all clips."""
     shares = []
     for clip in clips.clips:
         for frame in clips.frame_pairs(clip, pairs):
@@ -87,14 +87,14 @@ def _hidden_lengths(clips: ClipSet) -> list[int]:
 
 
 def _frame_pairs(clip: SceneImages, pairs: int) -> list[int]:
-    """Return evenly spaced frames that, like their next frames, show all of the target."""
+    """Return evenly spaced frames that show all of the target, as do the frames after them."""
     whole = clip.visibility > 0.98
     frames = np.flatnonzero(whole[:-1] & whole[1:])
     return [int(frame) for frame in frames[np.linspace(0, len(frames) - 1, pairs).astype(int)]]
 
 
 def _signal_to_noise(clip: SceneImages, frame: int) -> tuple[float, float]:
-    """Return the variance of the target over that of its change to the next frame: RGB, c1c2c3."""
+    """Return variance of the target / variance of its change in a frame, for RGB and c1c2c3."""
     shift = np.round(clip.centres[frame + 1] - clip.centres[frame]).astype(int)
     rows, columns = np.nonzero(clip.mask(frame))
     height, width = clip.mask(frame).shape

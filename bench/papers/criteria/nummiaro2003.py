@@ -12,9 +12,9 @@ from trackmark.bench.papers.criteria.shared import (
 
 
 def occlusions(visibility: NDArray[np.float64], visible: float) -> list[tuple[int, int]]:
-    """Stretches of frames (first, end) with less than `visible` of the target seen.
+    """Return first frame and end of the occlusions that leave less than `visible` of the target.
 
-    The target is seen before and after each of them: entering and leaving the view do not count.
+    The target is visible before and after an occlusion. Entering and leaving the view do not count.
     """
     seen = np.flatnonzero(visibility >= visible)
     gaps = np.flatnonzero(np.diff(seen) > 1)
@@ -22,58 +22,59 @@ def occlusions(visibility: NDArray[np.float64], visible: float) -> list[tuple[in
 
 
 def tree_occlusion(visibility: NDArray[np.float64], visible: float) -> tuple[int, int]:
-    """Longest of the `occlusions`, that by the tree: first frame and end."""
+    """Return first frame and end of the longest occlusion, which is the occlusion by the tree."""
     return max(occlusions(visibility, visible), key=lambda stretch: stretch[1] - stretch[0])
 
 
 def frame_after_tree(visibility: NDArray[np.float64]) -> int:
-    """First frame after the longest occlusion in which the target is wholly visible (>= 0.99).
+    """Return the first frame after the tree in which the target is fully visible (>= 0.99).
 
-    A tracker that starts there meets the short occlusions only: `sequence[frame:]`.
+    A tracker that starts in this frame meets only the short occlusions.
     """
     _, end = tree_occlusion(visibility, 0.5)
     return end + int(np.argmax(visibility[end:] >= 0.99))
 
 
 def short_occlusions(scene: SceneImages) -> list[tuple[int, int]]:
-    """Occlusions after the tree's with less than half of the target seen."""
+    """Return the occlusions after the tree in which less than half of the target is visible."""
     start = frame_after_tree(scene.visibility)
     return [stretch for stretch in occlusions(scene.visibility, 0.5) if stretch[0] > start]
 
 
 def tree_frames(scene: SceneImages, *, visible: float) -> float:
-    """Frames in which less than `visible` of the target is seen at the tree."""
+    """Return the number of frames at the tree with less than `visible` of the target visible."""
     start, end = tree_occlusion(scene.visibility, visible)
     return float(end - start)
 
 
 def least_visible_at_tree(scene: SceneImages) -> float:
-    """Smallest visible share of the target at the tree."""
+    """Return the smallest visible share of the target at the tree."""
     start, end = tree_occlusion(scene.visibility, 0.5)
     return float(scene.visibility[start:end].min())
 
 
 def number_of_short_occlusions(scene: SceneImages) -> float:
-    """Return the number of occlusions of more than half of the target after the tree's."""
+    """Return the number of occlusions after the tree that hide more than half of the target."""
     return float(len(short_occlusions(scene)))
 
 
 def longest_short_occlusion(scene: SceneImages) -> float:
-    """Frames of the longest occlusion after the tree's, with less than half seen."""
+    """Return the length of the longest short occlusion after the tree [frames]."""
     return float(max((end - start for start, end in short_occlusions(scene)), default=0))
 
 
 def frames_before_short_occlusions(scene: SceneImages) -> float:
-    """Frames from `frame_after_tree` to the first short occlusion."""
+    """Return the number of frames from `frame_after_tree` to the first short occlusion."""
     first = min((start for start, _ in short_occlusions(scene)), default=0)
     return float(first - frame_after_tree(scene.visibility))
 
 
 def hider_distance(scene: SceneImages, stretch: tuple[int, int]) -> float:
-    """Bhattacharyya distance of the target's colours and of what hides it in a stretch.
+    """Return the Bhattacharyya distance between the colours of target and occluder.
 
-    What hides it are the pixels in the middle half of the box, in the frame of least visibility,
-    that do not show the target. The target's colours are those of its first frame.
+    The target's colours are those of its first frame. The occluder's colours are those of the
+    pixels in the middle half of the box that do not show the target, in the frame with the smallest
+    visible share.
     """
     frame = stretch[0] + int(np.argmin(scene.visibility[stretch[0] : stretch[1]]))
     middle = box_mask(scene.mask(frame).shape, scene.boxes[frame], 0.5)
@@ -83,17 +84,17 @@ def hider_distance(scene: SceneImages, stretch: tuple[int, int]) -> float:
 
 
 def distance_of_students(scene: SceneImages) -> float:
-    """Smaller distance of the target's colours and a hiding student's clothes."""
+    """Return the smaller distance between the colours of target and occluding students."""
     return min((hider_distance(scene, stretch) for stretch in short_occlusions(scene)), default=0.0)
 
 
 def distance_of_tree(scene: SceneImages) -> float:
-    """Distance of the target's colours and those of the tree that hides it."""
+    """Return the distance between the colours of the target and of the tree that occludes it."""
     return hider_distance(scene, tree_occlusion(scene.visibility, 0.5))
 
 
 def changed_share(scene: SceneImages, *, distance: float, step: int = 5) -> float:
-    """Share of the frames with a target histogram at least `distance` from the first frame's."""
+    """Return the share of frames with a histogram at least `distance` from the first one."""
     first = colour_histogram(scene.target_colours(scene.sequence.first_frame))
     changes = [
         bhattacharyya(first, colour_histogram(scene.target_colours(frame)))
@@ -103,5 +104,5 @@ def changed_share(scene: SceneImages, *, distance: float, step: int = 5) -> floa
 
 
 def attribute_share(scene: SceneImages, *, attribute: str) -> float:
-    """Share of the frames that have an attribute."""
+    """Return the share of frames that have an attribute."""
     return float(scene.sequence.attributes[attribute].mean())

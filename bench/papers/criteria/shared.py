@@ -1,4 +1,4 @@
-"""Images and ground truth of a scene, and criteria that several papers share."""
+"""Images and ground truth of a scene, and criteria of several papers."""
 
 from functools import lru_cache
 
@@ -12,7 +12,7 @@ CACHED_FRAMES = 512
 
 
 class SceneImages:
-    """Images and ground truth of one scene; images and masks are rendered once.
+    """Images and ground truth of one scene. Images and masks are rendered once.
 
     Parameters
     ----------
@@ -57,11 +57,11 @@ class SceneImages:
         return mask.astype(bool)
 
     def target_colours(self, frame: int) -> NDArray[np.uint8]:
-        """Colours of the target's visible pixels, shape (k, 3)."""
+        """Return the colours of the target's visible pixels, shape (k, 3)."""
         return np.asarray(self.image(frame)[self.mask(frame)])
 
     def ring_colours(self, frame: int, scale: float = 2.0) -> NDArray[np.uint8]:
-        """Colours around the target: `scale` times the box, without the target, shape (k, 3)."""
+        """Return the colours of `scale` times the box without the target, shape (k, 3)."""
         around = box_mask(self.mask(frame).shape, self.boxes[frame], scale)
         return np.asarray(self.image(frame)[around & ~self.mask(frame)])
 
@@ -69,7 +69,7 @@ class SceneImages:
 def box_mask(
     shape: tuple[int, ...], box: NDArray[np.float64], scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """Pixels inside a box that is enlarged about its centre by `scale`."""
+    """Return the pixels inside a box that is enlarged about its centre by `scale`."""
     height, width = shape[:2]
     x, y, box_width, box_height = box
     rows, columns = np.mgrid[:height, :width]
@@ -80,7 +80,7 @@ def box_mask(
 
 
 def colour_histogram(colours: NDArray[np.uint8], bins: int = 8) -> NDArray[np.float64]:
-    """Normalised RGB histogram of colours of shape (k, 3), with `bins`³ bins."""
+    """Return the normalised RGB histogram of colours of shape (k, 3), with `bins`³ bins."""
     cells = colours.astype(int) * bins // 256
     index = (cells[:, 0] * bins + cells[:, 1]) * bins + cells[:, 2]
     counts = np.bincount(index, minlength=bins**3).astype(float)
@@ -88,12 +88,12 @@ def colour_histogram(colours: NDArray[np.uint8], bins: int = 8) -> NDArray[np.fl
 
 
 def bhattacharyya(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Bhattacharyya distance of two normalised histograms, in [0, 1]."""
+    """Return the Bhattacharyya distance of two normalised histograms, in [0, 1]."""
     return float(np.sqrt(max(0.0, 1.0 - np.sqrt(first * second).sum())))
 
 
 def auc(scores: NDArray[np.float64], is_target: NDArray[np.bool_]) -> float:
-    """Area under the ROC curve of scores: how well they separate the target from the rest."""
+    """Return the area under the ROC curve of scores that separate the target from other pixels."""
     _, inverse, counts = np.unique(scores, return_inverse=True, return_counts=True)
     ranks = (np.cumsum(counts) - (counts - 1) / 2)[inverse]
     n_target = int(is_target.sum())
@@ -104,13 +104,13 @@ def auc(scores: NDArray[np.float64], is_target: NDArray[np.bool_]) -> float:
 def colour_model(
     colours: NDArray[np.uint8], bins: int = 12, floor: float = 0.05
 ) -> NDArray[np.float64]:
-    """Logarithm of a smoothed RGB histogram with `bins`³ bins."""
+    """Return the logarithm of a smoothed RGB histogram with `bins`³ bins."""
     counts = colour_histogram(colours, bins) * len(colours) + floor
     return np.asarray(np.log(counts / counts.sum()))
 
 
 def colour_auc(scene: SceneImages, frame: int, model_frame: int, scale: float = 2.2) -> float:
-    """Separability of target and ring in `frame` by the colours of `model_frame`."""
+    """Return the AUC of target against ring in `frame`, by the colours of `model_frame`."""
     ratio = colour_model(scene.target_colours(model_frame)) - colour_model(
         scene.ring_colours(model_frame, scale)
     )
@@ -121,52 +121,52 @@ def colour_auc(scene: SceneImages, frame: int, model_frame: int, scale: float = 
 
 
 def speeds(scene: SceneImages) -> NDArray[np.float64]:
-    """Speed of the box's centre from frame to frame in pixels, shape (n - 1,)."""
+    """Return the displacement of the box centre between frames [px], shape (n - 1,)."""
     steps = np.diff(scene.centres, axis=0)
     return np.asarray(np.hypot(steps[:, 0], steps[:, 1]))
 
 
 def slow_share(scene: SceneImages, *, limit: float) -> float:
-    """Share of the frames in which the target moves by less than `limit` pixels."""
+    """Return the share of frames in which the target moves by less than `limit` pixels."""
     return float(np.nanmean(speeds(scene) < limit))
 
 
 def median_speed(scene: SceneImages) -> float:
-    """Median speed in pixels per frame."""
+    """Return the median speed [px/frame]."""
     return float(np.nanmedian(speeds(scene)))
 
 
 def relative_speed(scene: SceneImages, *, percentile: float) -> float:
-    """Percentile of the speed in mean box sides per frame."""
+    """Return a percentile of the speed [mean box sides per frame]."""
     return float(np.nanpercentile(speeds(scene) / scene.sides[:-1], percentile))
 
 
 def area_ratio(scene: SceneImages) -> float:
-    """Largest over smallest area of the boxes."""
+    """Return the ratio of the largest to the smallest area of the boxes."""
     areas = scene.boxes[:, 2] * scene.boxes[:, 3]
     return float(np.nanmax(areas) / np.nanmin(areas))
 
 
 def background_in_first_box(scene: SceneImages) -> float:
-    """Share of the first box that does not show the target."""
+    """Return the share of the first box that does not show the target."""
     frame = scene.sequence.first_frame
     inside = box_mask(scene.mask(frame).shape, scene.boxes[frame])
     return float(1.0 - (scene.mask(frame) & inside).sum() / inside.sum())
 
 
 def ring_distance(scene: SceneImages, frame: int) -> float:
-    """Bhattacharyya distance of the target's colours and those around it."""
+    """Return the Bhattacharyya distance between the colours of target and ring."""
     return bhattacharyya(
         colour_histogram(scene.target_colours(frame)), colour_histogram(scene.ring_colours(frame))
     )
 
 
 def longest_stretch(flags: NDArray[np.bool_]) -> int:
-    """Length of the longest run of true values, in frames."""
+    """Return the length of the longest run of true values [frames]."""
     edges = np.flatnonzero(np.diff(np.r_[False, flags, False]))
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
 def longest_hidden(scene: SceneImages, *, visible: float) -> float:
-    """Longest stretch of frames in which less than `visible` of the target is seen."""
+    """Return the longest run of frames with less than `visible` of the target visible."""
     return float(longest_stretch(scene.visibility < visible))

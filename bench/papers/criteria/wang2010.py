@@ -1,4 +1,4 @@
-"""Criteria of the wang2010 scenes; options count frames from 1, as the paper does."""
+"""Criteria of the wang2010 scenes. Options count frames from 1, as the paper does."""
 
 from itertools import pairwise
 
@@ -10,30 +10,30 @@ from trackmark.bench.papers.criteria.shared import SceneImages, ring_distance
 
 
 def upward_speed(scene: SceneImages, *, first: int, last: int) -> float:
-    """Mean speed upwards with which the target comes to frames `first` to `last` [px/frame]."""
+    """Return the mean upward speed on arrival at frames `first` to `last` [px/frame]."""
     rows = scene.centres[:, 1]
     return float((rows[first - 2] - rows[last - 1]) / (last - first + 1))
 
 
 def velocity_changes(scene: SceneImages) -> NDArray[np.float64]:
-    """Change of the velocity with which the target comes to each frame from 3 on [px/frame]."""
+    """Return the change of the velocity on arrival at each frame, from frame 3 on [px/frame]."""
     changes = np.diff(scene.centres, n=2, axis=0)
     return np.asarray(np.hypot(changes[:, 0], changes[:, 1]))
 
 
 def velocity_change(scene: SceneImages, *, frame: int) -> float:
-    """Change of the target's velocity in one frame [px/frame]."""
+    """Return the change of the target's velocity in one frame [px/frame]."""
     return float(velocity_changes(scene)[frame - 3])
 
 
 def other_velocity_change(scene: SceneImages, *, frame: int) -> float:
-    """Largest change of velocity in all other frames, as a share of that in `frame`."""
+    """Return the largest change of velocity in other frames / the change in `frame`."""
     changes = velocity_changes(scene)
     return float(np.delete(changes, frame - 3).max() / changes[frame - 3])
 
 
 def brightness_contrast(scene: SceneImages) -> float:
-    """Mean grey level of the target minus that of the rest, (R + G + B) / 3; median of frames."""
+    """Return the median over frames of the target's mean (R + G + B) / 3 minus the background's."""
     differences = []
     for frame in range(len(scene)):
         grey, mask = scene.image(frame).mean(axis=2), scene.mask(frame)
@@ -42,7 +42,7 @@ def brightness_contrast(scene: SceneImages) -> float:
 
 
 def motion_marks(scene: SceneImages, frame: int) -> NDArray[np.bool_]:
-    """Pixels that the paper's motion map marks in a frame from 3 on (section 2.1.2)."""
+    """Return the pixels that the paper's motion map marks in a frame from 3 on (section 2.1.2)."""
     greys = [scene.image(frame - back).astype(int).sum(axis=2) for back in (1, 2, 3)]
     difference = sum(
         cv2.boxFilter(
@@ -58,7 +58,7 @@ def motion_marks(scene: SceneImages, frame: int) -> NDArray[np.bool_]:
 
 
 def colour_weights(scene: SceneImages, frame: int) -> NDArray[np.float64]:
-    """Colour map of a frame by hue and saturation of the first box (section 2.1.1)."""
+    """Return the colour map of a frame, by hue and saturation of the first box (section 2.1.1)."""
     left, top = scene.boxes[0, :2].round().astype(int)
     right, bottom = (scene.boxes[0, :2] + scene.boxes[0, 2:]).round().astype(int)
     bins, box_bins = (
@@ -71,7 +71,7 @@ def colour_weights(scene: SceneImages, frame: int) -> NDArray[np.float64]:
 
 
 def motion_marked_share(scene: SceneImages) -> float:
-    """Share of the target that the motion map marks, mean of the frames from 3 on."""
+    """Return the share of the target that the motion map marks, mean over frames from 3 on."""
     shares = [
         motion_marks(scene, frame)[scene.mask(frame - 1)].mean()
         for frame in range(3, len(scene) + 1)
@@ -80,16 +80,16 @@ def motion_marked_share(scene: SceneImages) -> float:
 
 
 def motion_map_on_target(scene: SceneImages, *, frame: int) -> float:
-    """Share of the motion probability map, colour times motion, that lies on the target."""
+    """Return the share of the motion map (colour times motion) that lies on the target."""
     weights = colour_weights(scene, frame) * motion_marks(scene, frame)
     return float(weights[scene.mask(frame - 1)].sum() / weights.sum())
 
 
 def surroundings_distance(scene: SceneImages, *, first: int, last: int) -> float:
-    """Distance of the target's colours from those around it, median of frames."""
+    """Return the median over frames of the distance between the colours of target and ring."""
     return float(np.median([ring_distance(scene, k - 1) for k in range(first, last + 1)]))
 
 
 def visible_deviation(scene: SceneImages, *, share: float, first: int, last: int) -> float:
-    """Largest deviation of the visible share from `share` in frames `first` to `last`."""
+    """Return the largest deviation of the visible share from `share`, frames `first` to `last`."""
     return float(np.abs(scene.visibility[first - 1 : last] - share).max())

@@ -1,1 +1,1 @@
-"""Cues that depend on one another: the paper's figures, its one-dimensional example, its claims."""
+"""Moreno-Noguer et al. 2005: tracking with cues that depend on one another."""

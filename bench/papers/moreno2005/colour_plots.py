@@ -1,4 +1,4 @@
-"""Colours in RGB space, on a plane of it, and mixtures of Gaussians there; hypotheses of all."""
+"""Plots of colours in RGB space, of mixtures on a colour plane, and of particles of the cues."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,22 +19,22 @@ from trackmark.reports.palette import colour
 Array = NDArray[np.float64]
 
 CLASSES = {"target": colour(0), "background": colour(1)}
-"""Shades of the two classes of colours."""
+"""Grey levels of the two classes of colours."""
 
 VIEW = 22.0, -58.0
-"""Elevation and azimuth from which colour space is seen [degrees]."""
+"""Elevation and azimuth of the view of RGB space [degrees]."""
 
 ASIDE = 40.0
-"""Angle between the normal of a plane and the view of it [degrees]."""
+"""Angle between the normal of a plane and the view direction [degrees]."""
 
 DEVIATIONS = 2.0
-"""At which the ellipse of a Gaussian is drawn."""
+"""Angles at which the ellipse of a Gaussian is evaluated."""
 
 _CHANNELS = ("R", "#c00000", "-"), ("G", "#007000", "--"), ("B", "#0000c0", "-.")
 
 
 class Gaussians(NamedTuple):
-    """A mixture of Gaussians on a plane."""
+    """Mixture of m Gaussians on a plane."""
 
     weights: Array  # (m,)
     means: Array  # (m, 2)
@@ -43,16 +43,16 @@ class Gaussians(NamedTuple):
 
 @dataclass(frozen=True)
 class ColourModel:
-    """Two classes of colours, the plane that sets them apart, and what they are like on it."""
+    """Two classes of colours, the plane that separates them, and their mixtures on it."""
 
     image: NDArray[np.uint8]  # (height, width, 3), BGR
-    contour: Array  # (points, 2): that of the target in it [pixels]
-    points: Mapping[str, Array]  # (n, 3): RGB in [0, 1] of each of `CLASSES`
-    basis: Array  # (3, 2): axes of the plane
+    contour: Array  # (points, 2): contour of the target [px]
+    points: Mapping[str, Array]  # by class of `CLASSES`, (n, 3): RGB in [0, 1]
+    basis: Array  # (3, 2): axes of the plane in RGB space
     mixtures: Mapping[str, Gaussians]  # on the plane, by class
-    grid: tuple[Array, Array]  # (k,) and (l,): equally spaced places along both axes of the plane
-    on_plane: Array  # (l, k): posterior of the target there, in [0, 1]
-    on_image: Array  # (height, width): that of the image's colours
+    grid: tuple[Array, Array]  # (k,) and (l,): equally spaced coordinates on the axes of the plane
+    on_plane: Array  # (l, k): posterior of the target on this grid, in [0, 1]
+    on_image: Array  # (height, width): posterior of the image's colours
 
 
 def colour_model_plot(model: ColourModel, title: str) -> Figure:
@@ -76,7 +76,7 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     spread = (every - middle) @ model.basis
     ends = np.stack([spread.min(axis=0), spread.max(axis=0)])
     draw_plane(classes, middle, model.basis, (ends[:, 0], ends[:, 1]))
-    # The many first: the few would vanish beneath them.
+    # The larger class is drawn first and does not hide the smaller one.
     for name in reversed(CLASSES):
         classes.scatter(*model.points[name].T, color=CLASSES[name], s=3, depthshade=False)
     classes.view_init(*view)
@@ -109,18 +109,17 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
 
 
 def rgb_axes(figure: Figure, place: Any, colours: Array) -> Any:
-    """Add axes (Axes3D) of the cube of RGB space about some colours.
+    """Add axes (Axes3D) of RGB space that enclose colours.
 
-    `place` is a tuple of int or a SubplotSpec; `colours` (n, 3) are in [0, 1], and NaN rows do not
-    count.
+    `place`: tuple of int or SubplotSpec. `colours`: shape (n, 3), in [0, 1]; NaN rows are ignored.
     """
-    # In the order in which things are drawn: what is marked lies above, whatever is nearer.
+    # Marks are drawn on top, independent of depth.
     options: dict[str, Any] = {"projection": "3d", "computed_zorder": False}
     position = place if isinstance(place, tuple) else (place,)
     axes: Any = figure.add_subplot(*position, **options)
     axes.view_init(*VIEW)
     low, high = np.nanmin(colours, axis=0), np.nanmax(colours, axis=0)
-    side = 1.05 * float((high - low).max())  # of all three, so that no angle is distorted
+    side = 1.05 * float((high - low).max())  # equal limits on all axes: angles are not distorted
     for axis, middle in zip("xyz", (low + high) / 2, strict=True):
         getattr(axes, f"set_{axis}lim")(middle - side / 2, middle + side / 2)
     name_channels(axes)
@@ -128,9 +127,9 @@ def rgb_axes(figure: Figure, place: Any, colours: Array) -> Any:
 
 
 def oblique(basis: Array) -> tuple[float, float]:
-    """Elevation and azimuth [degrees] from which a plane is seen neither edge-on nor head-on.
+    """Return elevation and azimuth [degrees] of an oblique view of a plane.
 
-    Its axes are the columns of `basis` (3, 2).
+    `basis`: axes of the plane as columns, shape (3, 2).
     """
     x, y, z = np.cross(basis[:, 0], basis[:, 1])
     facing = 1.0 if z >= 0 else -1.0  # from its upper side
@@ -147,9 +146,9 @@ def name_channels(axes: Any) -> None:
 
 
 def draw_plane(axes: Any, middle: Array, basis: Array, ends: tuple[Array, Array]) -> None:
-    """Draw part of a plane through `middle` (3,), with the axes `basis` (3, 2).
+    """Draw a part of the plane through `middle`, shape (3,), with the axes `basis`, shape (3, 2).
 
-    `ends`, two arrays (2,), say how far it is drawn along both, from that point on.
+    `ends`: two arrays, shape (2,), with the ends of the part along each axis, from `middle`.
     """
     along = np.stack(np.meshgrid(*ends), axis=-1)
     corners = middle + along @ basis.T
@@ -159,7 +158,7 @@ def draw_plane(axes: Any, middle: Array, basis: Array, ends: tuple[Array, Array]
 
 
 def draw_gaussians(axes: Axes, mixture: Gaussians, shade: str) -> None:
-    """Draw each component's ellipse of two deviations; the heavier, the thicker."""
+    """Draw the ellipse of two standard deviations of each component; line widths show weights."""
     for weight, mean, covariance in zip(*mixture, strict=True):
         variances, directions = np.linalg.eigh(covariance)
         width, height = 2 * DEVIATIONS * np.sqrt(variances)
@@ -169,20 +168,20 @@ def draw_gaussians(axes: Axes, mixture: Gaussians, shade: str) -> None:
         axes.plot(*mean, "+", color=shade, markersize=4)
 
 
-AROUND = 12.0  # pixels of the image that are shown about the contours
+AROUND = 12.0  # margin of the image around the contours [px]
 
-HALF = 0.6  # side of the plane that is drawn, half of it; normals have length 1
+HALF = 0.6  # half of the side of the drawn part of a plane; normals have length 1
 
-_LIGHTEST, _DARKEST = 0.25, 1.0  # of the shades that weights have
+_LIGHTEST, _DARKEST = 0.25, 1.0  # range of the grey levels of weights
 _FAINTEST = 0.12  # opacity of the lightest contours
 
 
 @dataclass(frozen=True)
 class Palette:
-    """A hypothesis of the target's colours and the background's."""
+    """Particle of the colour cue: mixtures of target and background."""
 
-    mixtures: Mapping[str, Gaussians]  # on a plane, by the names of `CLASSES`
-    posterior: Array  # (height, width): map of the target by them, in [0, 1]
+    mixtures: Mapping[str, Gaussians]  # mixtures on a plane, by class
+    posterior: Array  # (height, width): posterior of the target, in [0, 1]
 
 
 def hypotheses_plot(
@@ -192,22 +191,24 @@ def hypotheses_plot(
     palettes: Mapping[str, Palette],
     title: str,
 ) -> Figure:
-    """Draw planes and contours at the left, and one row per palette at the right.
+    """Draw planes and contours on the left, and one row per palette on the right.
 
-    The image is BGR. `planes` are bases (n, 3, 2) and their weights (n,), `contours` polygons
-    (n, points, 2) [px] and their weights; palettes are by label.
+    `image`: BGR. `planes`: bases (n, 3, 2) and weights (n,). `contours`: polygons (n, points, 2)
+    [px] and weights (n,). `palettes`: by label.
     """
     figure = bare_figure(title, 0.8 + 1.9 * len(palettes))
     halves: Any = figure.subfigures(1, 2, width_ratios=(4, 5))
     left, right = halves
     normals: Any = left.add_subplot(2, 1, 1, projection="3d", computed_zorder=False)
     _draw_normals(normals, *planes)
-    normals.set_title(f"normals of {len(planes[1])} planes; the heaviest plane", fontsize=9)
+    normals.set_title(
+        f"normals of {len(planes[1])} planes; plane of the largest weight", fontsize=9
+    )
     below: Axes = left.add_subplot(2, 1, 2)
     _draw_contours(below, image, *contours)
     below.set_title(f"{len(contours[1])} contours, and their mean", fontsize=9)
     below.legend(loc="lower left", fontsize=8)
-    # One scale for all planes, so that they can be compared.
+    # All planes have one scale.
     grid = right.subplots(
         len(palettes), 2, squeeze=False, width_ratios=(1, 1.35), sharex="col", sharey="col"
     )
@@ -226,7 +227,7 @@ def hypotheses_plot(
 
 
 def _draw_normals(axes: Any, bases: Array, weights: Array) -> None:
-    """Draw normals from the origin, and a square of the plane of the largest weight."""
+    """Draw normals from the origin, and a square on the plane with the largest weight."""
     normals = np.cross(bases[:, :, 0], bases[:, :, 1])
     shades, order = _shades(weights), np.argsort(weights)
     ends = np.array([-HALF, HALF])
@@ -241,13 +242,13 @@ def _draw_normals(axes: Any, bases: Array, weights: Array) -> None:
 
 
 def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weights: Array) -> None:
-    """Draw contours on the image around them, the largest weight last, and their mean on top."""
+    """Draw contours on their part of the image by rising weight, and their mean on top."""
     height, width = image.shape[:2]
     draw_image(axes, image)
     order = np.argsort(weights)
     closed = np.concatenate([contours, contours[:, :1]], axis=1)
     shades = _shades(weights)[order]
-    # The many that weigh next to nothing hide neither the image nor the others.
+    # Contours with small weights are transparent and hide nothing.
     shades[:, 3] = np.maximum(weights[order] / weights.max(), _FAINTEST)
     axes.add_collection(LineCollection(list(closed[order]), colors=shades, linewidths=0.5))
     mean = np.einsum("n,npd->pd", weights, closed) / weights.sum()
@@ -260,6 +261,6 @@ def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weight
 
 
 def _shades(weights: Array) -> Array:
-    """Return a shade per weight, shape (n, 4): darker for larger weights."""
+    """Return a colour per weight, shape (n, 4): darker for larger weights."""
     share = weights / weights.max()
     return np.asarray(mpl.colormaps["Purples"](_LIGHTEST + (_DARKEST - _LIGHTEST) * share))

@@ -1,9 +1,9 @@
-"""Section 3: a point that changes its position and its colour in one dimension each.
+"""Section 3: a point with a one-dimensional position and a one-dimensional colour.
 
-Both are cues of the tracker's own framework (`trackers.contours.chain`), so that the example and
-the tracker share what makes features dependent. Dependent, every position is weighted with a colour
-drawn by the weights of the colour filter; independent, with one drawn evenly from all colours. The
-paper prints one parameter, λ = 1; the others of set B are ours, chosen before a filter ran.
+Both are cues in the framework of the tracker (`trackers.contours.chain`). With dependent cues each
+position is weighted together with a colour that is drawn by the weights of the colour filter; with
+independent cues the colour is drawn uniformly. The paper prints one parameter, λ = 1. The other
+parameters (`SET_B`) were chosen before a filter ran.
 """
 
 from collections.abc import Sequence
@@ -25,10 +25,10 @@ Filter: TypeAlias = Literal["independent", "dependent"]
 FILTERS: tuple[Filter, ...] = ("independent", "dependent")
 FRAMES = 100
 NUMBERS = tuple(range(50, 501, 50))
-"""Numbers of samples: the ticks of Fig. 2."""
+"""Numbers of samples at the ticks of Fig. 2."""
 
-POSITION, COLOUR = 0, 1  # in pairs: of a state, of an observation, of deviations
-DECAY = 0.95  # σ_pos and σ_col: what is left of a deviation from the middle per frame
+POSITION, COLOUR = 0, 1  # (position, colour): a state, an observation or deviations
+DECAY = 0.95  # σ_pos and σ_col: share of the deviation from the middle that remains after a frame
 POSITIONS, COLOURS = (-1.0, 1.0), (0.0, 1.0)
 _MIDDLES = np.array([0.0, 0.5])
 _STARTS = np.array([[-0.5, 0.25], [0.5, 0.75]])  # smallest and largest
@@ -36,14 +36,14 @@ _STARTS = np.array([[-0.5, 0.25], [0.5, 0.75]])  # smallest and largest
 
 @dataclass(frozen=True)
 class Setting:
-    """Parameters of the example; pairs are of position and colour.
+    """Parameters of the example; pairs are for position and colour.
 
     Attributes
     ----------
     scale : float
         λ, the distance over which a weight falls to 1/e.
     noise, observed, dynamics : pair of float
-        Deviations of the truth's steps, of the observation, and of the filters' random walk.
+        Standard deviations of the true steps, of the observation, and of the filters' random walk.
     """
 
     scale: float
@@ -53,11 +53,11 @@ class Setting:
 
 
 SET_B = Setting(1.0, (0.1, 0.05), (0.3, 0.3), (0.1, 0.05))
-"""The printed λ with observations of middling accuracy."""
+"""Printed λ, and observations of medium accuracy."""
 
 
 class Trajectory(NamedTuple):
-    """Trajectory of the point, position and colour: before the first frame, then (frames, 2)."""
+    """Position and colour of the point: before the first frame, then by frame (frames, 2)."""
 
     start: Array
     truth: Array
@@ -65,7 +65,7 @@ class Trajectory(NamedTuple):
 
 
 def trajectory(setting: Setting, frames: int, generator: np.random.Generator) -> Trajectory:
-    """Draw a trajectory: both features return to the middle and are moved at random, in bounds."""
+    """Draw a bounded random trajectory: both features return to the middle, with noise."""
     start = generator.uniform(*_STARTS)
     truth = np.empty((frames, 2))
     state = start
@@ -78,10 +78,10 @@ def trajectory(setting: Setting, frames: int, generator: np.random.Generator) ->
 
 
 class Feature(ParticleCue):
-    """A random walk of position or colour, weighted by exp(-d / λ).
+    """Cue with a random walk of position or colour, weighted by exp(-d / λ).
 
-    d is the distance to the observed value (PF1), plus, for a position with a colour attached, the
-    distance of this colour (PF2). An observation is a pair of position and colour.
+    d is the distance to the observed value (PF1). For a position with an attached colour, d also
+    includes the distance of this colour (PF2). An observation is a pair of position and colour.
     """
 
     def __init__(self, which: int, start: Array, samples: int, setting: Setting) -> None:
@@ -104,7 +104,7 @@ class Feature(ParticleCue):
 
 
 class AnyColour:
-    """No knowledge of the colour: all colours are equally likely."""
+    """Cue that gives all colours equal probability."""
 
     def __init__(self, samples: int) -> None:
         self._samples = samples
@@ -121,13 +121,13 @@ class AnyColour:
         return Weighed(np.ones(len(states)))
 
     def receive(self, states: Array, weights: Array) -> None:
-        """See `Cue.receive`: it learns nothing."""
+        """See `Cue.receive`. This cue has no state."""
 
 
 def chain(kind: Filter, setting: Setting, samples: int, start: Array) -> Chain[Array]:
-    """Return the cues at the known beginning of a trajectory: colour first, position last.
+    """Return the chain of cues at the known start of a trajectory: colour first, position last.
 
-    Independent cues have one between them that gives positions any colour.
+    Independent cues have a third cue between them that gives each position a uniform colour.
     """
     colour, position = (
         Feature(quantity, start, samples, setting) for quantity in (COLOUR, POSITION)
@@ -140,7 +140,7 @@ def chain(kind: Filter, setting: Setting, samples: int, start: Array) -> Chain[A
 def estimates(
     kind: Filter, setting: Setting, samples: int, seen: Trajectory, generator: np.random.Generator
 ) -> Array:
-    """Follow a trajectory; return weighted means of position and attached colour, (frames, 2)."""
+    """Return the weighted means of position and attached colour by frame, shape (frames, 2)."""
     cues = chain(kind, setting, samples, seen.start)
     rows = []
     for observation in seen.observed:
@@ -158,14 +158,14 @@ def errors(run: int, number: int) -> dict[str, float]:
     Parameters
     ----------
     run : int
-        Number of the trajectory; all filters have the same ground truth and observations.
+        Number of the trajectory. All filters have the same ground truth and observations.
     number : int
         Number of samples.
 
     Returns
     -------
     dict of str to float
-        Error of the `observation` and of the filters, by name.
+        Errors of the `observation` and of the filters, by name.
     """
     seen = trajectory(SET_B, FRAMES, np.random.default_rng([run]))
     series = {"observation": seen.observed}
@@ -181,7 +181,7 @@ def errors(run: int, number: int) -> dict[str, float]:
 def gain_of_dependence(run: str) -> float:
     """Return the error with independent cues minus that with dependent ones (Fig. 2).
 
-    Averaged over 50 to 500 samples, as a share of the observation's error.
+    The errors are averaged over 50 to 500 samples and divided by the observation's error.
     """
     errors_by_number = [errors(int(run), number) for number in NUMBERS]
     gains = [error["independent"] - error["dependent"] for error in errors_by_number]

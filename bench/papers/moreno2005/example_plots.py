@@ -1,4 +1,4 @@
-"""Plots of the example: densities in one iteration, and errors by number of samples."""
+"""Plots of the example: densities of one iteration, and errors by number of samples."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ _MARKER_GREYS = ("black", "0.45", "0.75")
 
 @dataclass(frozen=True)
 class Densities:
-    """Densities of two quantities at one time."""
+    """Densities of two quantities at one step."""
 
-    first: Array  # (n,): density of the first alone, on its grid
-    second: Array  # (m,): density of the second alone
-    both: Array  # (m, n): density of both, a row a value of the second
-    marks: Mapping[str, tuple[float, float]]  # pairs that are marked, by what they are
+    first: Array  # (n,): marginal density of the first quantity
+    second: Array  # (m,): marginal density of the second quantity
+    both: Array  # (m, n): joint density; rows are values of the second
+    marks: Mapping[str, tuple[float, float]]  # pairs that are marked in the plot, by label
 
 
 def density_plot(
@@ -34,10 +34,10 @@ def density_plot(
     names: tuple[str, str],
     markers: Sequence[str] = ("x", "o"),
 ) -> Figure:
-    """Draw a row a time: both quantities alone, and their plane.
+    """Draw one row per step: both marginal densities and the joint one.
 
-    `times` are by what a time is called; `grids` (n,) and (m,) are values of both quantities,
-    equally spaced, `names` what they are; `markers` are Matplotlib's, a time each.
+    `times`: by label. `grids`: equally spaced values of both quantities, shapes (n,) and (m,).
+    `names`: of the quantities. `markers`: Matplotlib markers, one per step.
     """
     figure = bare_figure(title, 2.4 * len(times) + 0.4)
     grid = figure.subplots(len(times), 3, squeeze=False)
@@ -78,9 +78,9 @@ def _mark(axes: Axes, marks: Mapping[str, tuple[float, float]], marker: str) -> 
 
 
 def error_plot(points: pd.DataFrame, title: str, labels: Sequence[str], heading: str) -> Figure:
-    """Draw an error with its interval against the number of samples, a line per label.
+    """Draw errors with intervals against the number of samples, one line per label.
 
-    `points`: `label`, `samples`, `value`, and the ends of its interval, `low` and `high`.
+    `points`: table with the columns `label`, `samples`, `value`, `low` and `high`.
     """
     figure, (axes,) = new_figure(title, 3.4)
     for position, label in enumerate(labels):

@@ -1,7 +1,7 @@
-"""The paper's figures on other sequences: densities, errors, steps of the tracker, film strips.
+"""Figures of the paper on our sequences: densities, errors, steps of the tracker, film strips.
 
-Stored runs keep no contours and no maps. Those of the film strips are made once more on the first
-scene of each sequence; frames are evenly spaced.
+Stored runs contain neither contours nor maps. For the film strips the trackers therefore run again
+on the first scene of each sequence. Frames are evenly spaced.
 """
 
 from collections.abc import Mapping
@@ -48,19 +48,19 @@ Strip: TypeAlias = NDArray[np.uint8]
 Array: TypeAlias = NDArray[np.float64]
 Frames: TypeAlias = Mapping[int, Mapping[str, Any]]
 
-SHOWN_SAMPLES, SHOWN_FRAME = 500, 40  # of Fig. 1, on the first trajectory
+SHOWN_SAMPLES, SHOWN_FRAME = 500, 40  # step of Fig. 1, on the first trajectory
 GRIDS = np.linspace(*COLOURS, 121), np.linspace(*POSITIONS, 161)
 """Colours and positions at which the densities of Fig. 1 are evaluated."""
 
 REPETITIONS = 40  # trajectories of Fig. 2
 STRIPS = {7: "ellipse", 8: "octopus", 9: "book", 10: "leaf"}
-COMPARED = ("book", "leaf")  # sequences that the paper shows with the baseline, too
-FRAMES, WIDTH = 6, 1940  # of a strip
-UNKNOWN = 0.35  # grey of a frame without a map
+COMPARED = ("book", "leaf")  # sequences that the paper also shows with the baseline
+FRAMES, WIDTH = 6, 1940  # frames of a strip
+UNKNOWN = 0.35  # grey level of a frame without a map
 
 
 def density_figure(context: Context) -> Figure:
-    """Draw Fig. 1: the densities that take part in one iteration of the example."""
+    """Draw Fig. 1: the densities of one iteration of the example."""
     before, after = iteration()
     return density_plot(
         "Fig. 1, another trajectory: densities of one iteration, p₁ of the colour, p₂ of the "
@@ -86,7 +86,7 @@ def iteration() -> list[Densities]:
 def _densities(
     when: str, hypotheses: tuple[Hypotheses, ...], truth: Array, observed: Array
 ) -> Densities:
-    """Return p₁, p₂ and P = p₁ p₂, of the pairs of a position and the colour attached to it."""
+    """Return p₁, p₂ and P = p₁ p₂ for pairs of a position and its attached colour."""
     colour, position = hypotheses
     attached = colour.states[position.attached]
     estimate = position.weights @ attached, position.weights @ position.states
@@ -104,7 +104,10 @@ def _densities(
 
 
 def _density(grid: Array, samples: Array, weights: Array) -> Array:
-    """Return each sample's share (samples, grid) of a kernel estimate with Silverman's width."""
+    """Return each sample's part of a kernel density estimate, shape (samples, grid).
+
+    The bandwidth follows Silverman's rule.
+    """
     mean = np.average(samples, weights=weights)
     deviation = np.sqrt(np.average((samples - mean) ** 2, weights=weights))
     width = 1.06 * deviation * len(samples) ** -0.2
@@ -113,7 +116,7 @@ def _density(grid: Array, samples: Array, weights: Array) -> Array:
 
 
 def error_figure(context: Context) -> Figure:
-    """Draw Fig. 2: the error of position and colour against the number of samples."""
+    """Draw Fig. 2: error of position and colour against the number of samples."""
     rows = []
     for number in NUMBERS:
         error_table = pd.DataFrame(errors(run, number) for run in range(REPETITIONS))
@@ -126,13 +129,13 @@ def error_figure(context: Context) -> Figure:
                 "high": high,
             }
             rows.append({"label": label, **point})
-    title = "Fig. 2, λ = 1 and other parameters of ours: error of position and colour"
+    title = "Fig. 2, λ = 1, other parameters chosen by us: error of position and colour"
     heading = f"means and 95 % intervals over {REPETITIONS} trajectories"
     return error_plot(pd.DataFrame(rows), title, ["observation", *FILTERS], heading)
 
 
 def step_figures(context: Context) -> dict[str, Figure]:
-    """Draw Fig. 3, and Fig. 5 and 6 in both settings, on a frame of the leaf."""
+    """Draw Fig. 3, 5 and 6 on a frame of the leaf; Fig. 5 and 6 in both settings."""
     ((scene,),) = scene_names(context.description, "leaf", 1)
     figures = {"figure-3": colour_model_figure(scene)}
     for setting in SETTINGS:
@@ -143,7 +146,7 @@ def step_figures(context: Context) -> dict[str, Figure]:
 
 
 def film_strips(context: Context) -> dict[str, Strip]:
-    """Draw Fig. 7 to 10: contours of the method and the baseline, and posterior maps."""
+    """Draw Fig. 7 to 10: contours of the method and of the baseline, and posterior maps."""
     jobs = {}
     for number, sequence in STRIPS.items():
         ((scene,),) = scene_names(context.description, sequence, 1)
@@ -160,7 +163,7 @@ def film_strips(context: Context) -> dict[str, Strip]:
 
 
 def _strip(figure: int, scene: str, texts: Mapping[str, str]) -> Strip:
-    """Draw frames of a scene: a row of contours per tracker, and one of maps per method."""
+    """Draw frames of a scene: one row of contours per tracker, one row of maps per setting."""
     sequence = datasets.load(scene)
     frames = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {frame: true_contour(sequence, frame) for frame in frames}
@@ -209,10 +212,10 @@ def _maps(
 
 
 def _array(arrays: Frames, frame: int, name: str, otherwise: Array) -> Array:
-    """Return an array of a frame; the first frame is given and has none."""
+    """Return an array that the tracker stored for a frame; None in the init frame."""
     return np.asarray(arrays[frame][name], np.float64) if frame in arrays else otherwise
 
 
 def _grey(values: Array) -> Strip:
-    """Return a map in [0, 1] as an image."""
+    """Convert a map in [0, 1] to a BGR image."""
     return np.repeat(np.round(255 * values).astype(np.uint8)[..., np.newaxis], 3, axis=2)

@@ -1,4 +1,4 @@
-"""Measures of runs on masks: region similarity J, and what becomes of it at a patch or a jump."""
+"""Measures on masks: region similarity J of a run, at similar patches and at jumps of the light."""
 
 from math import nan
 
@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from trackmark.bench.papers.measures import KEPT_SHARE, JudgedRun, Values, kept, measure
 
-TRACKED = 0.5  # region similarity from which on a frame is tracked
+TRACKED = 0.5  # minimum J of a tracked frame
 JUMP, PATCH = "light change", "similar patch"
-"""Attributes: frames in which the light jumps, or a patch of the target's colour touches it."""
+"""Attributes of frames: the light jumps; a patch of the target's colour touches the target."""
 
 AFTER = 10  # frames after a jump
 
 
 def similarity(judged: JudgedRun) -> Values:
-    """Return J by frame, shape (n,); NaN where the target is not seen and in the given frame."""
+    """Return J by frame, shape (n,); NaN if the target is invisible and in the init frame."""
     segmentation = judged.run.segmentation
     if judged.run.failure or segmentation is None:
         return np.where(judged.present, 0.0, nan)
@@ -28,30 +28,30 @@ def _tracked(judged: JudgedRun) -> Values:
 
 
 SERIES = {"similarity": similarity, "tracked": _tracked}
-"""J; and 1 where it is 0.5 or more, or is not known."""
+"""Series by frame: J, and `tracked`, which is 1 if J is 0.5 or more or undefined."""
 
 
 @measure("J")
 def mean_similarity(judged: JudgedRun) -> float:
-    """Return the mean of J over the frames in which it is known."""
+    """Return the mean of J over the frames in which J is defined."""
     return float(np.nanmean(similarity(judged)))
 
 
 @measure("share")
 def not_kept(judged: JudgedRun) -> float:
-    """Return 1 if the target is not kept."""
+    """Return 1 if the target is not kept, else 0."""
     return 1.0 - kept(judged)
 
 
 @measure("share")
 def tracked_at_patch(judged: JudgedRun) -> float:
-    """Return 1 if J is 0.5 or more in 90 % of the frames in which a similar patch touches it."""
+    """Return 1 if J is 0.5 or more in 90 % of the frames in which a patch touches the target."""
     return float(judged.on_target[_frames(judged, PATCH)].mean() >= KEPT_SHARE)
 
 
 @measure("share")
 def lost_after_jump(judged: JudgedRun) -> float:
-    """Return 1 if J is below 0.5 in the tenth frame from the first jump of the light on."""
+    """Return 1 if J is below 0.5 in the tenth frame after the first jump of the light, else 0."""
     jump = int(np.flatnonzero(_frames(judged, JUMP))[0])
     return float(not judged.on_target[jump + AFTER - 1])
 

@@ -1,6 +1,6 @@
-"""Measures of scenes without stored runs: the contour against the map, and edges for the snake.
+"""Measures of scenes without stored runs: gain of the contour over the map, and of refined edges.
 
-The one-dimensional example of section 3 stands in `example.py`.
+`example.py` contains the one-dimensional example of section 3.
 """
 
 from typing import TypeAlias
@@ -27,21 +27,21 @@ from trackmark.trackers.contours.snake import refine_by_snake
 
 Array: TypeAlias = NDArray[np.float64]
 
-COMPONENTS = 2, 5  # of the mixtures of target and background, as in the tracker
-COLOURS = 500, 1500  # pixels that are drawn of each, as in the tracker
-NEAR = 12  # pixels around a target that count as its surroundings
+COMPONENTS = 2, 5  # components of the mixtures of target and background, as in the tracker
+COLOURS = 500, 1500  # sampled pixels of target and background, as in the tracker
+NEAR = 12  # width of the target's surroundings [px]
 LOW_CONTRAST = 0.25  # share of the frames
 FRAMES = 5  # of a scene, evenly spaced, in which snakes are started
 STARTS = 8  # snakes per frame
-STRETCH, SHIFT = 0.04, 2.0  # deviations of a start: of an affine map, of a shift in pixels
+STRETCH, SHIFT = 0.04, 2.0  # standard deviations of a start: affine coefficients, shift [px]
 
 
 @measure("J")
 def contour_gain(scene: str, setting: str) -> float:
     """Return J of the contour minus J of the map > 1/2 in the quarter of least contrast (Fig. 8).
 
-    Both are of one run of the method. Contrast is the distance of the mean colours of the target
-    and of its surroundings.
+    Both masks are from one run of the method. Contrast is the distance between the mean colours of
+    the target and of its surroundings.
     """
     sequence = datasets.load(scene)
     text = tracker_text(read_description("moreno2005"), "full", setting)
@@ -62,10 +62,10 @@ def contour_gain(scene: str, setting: str) -> float:
 
 @measure("F")
 def edge_gain(scene: str) -> float:
-    """Return contour accuracy with edges that the posterior map supports minus that with all.
+    """Return the contour accuracy F with edges refined by the posterior map minus F with all edges.
 
-    Source: section 5.5, Fig. 6. Snakes start from the true contour, moved and stretched as the
-    tracker's dynamics would; the map's mixtures are fitted to the frame before.
+    Source: section 5.5, Fig. 6. Snakes start from the true contour, which is shifted and deformed
+    as by the tracker's dynamics. The mixtures of the map are fitted to the frame before.
     """
     sequence, gains = datasets.load(scene), []
     for frame in np.linspace(1, len(sequence) - 1, FRAMES).astype(int).tolist():
@@ -84,7 +84,7 @@ def edge_gain(scene: str) -> float:
 
 
 def contrast(image: Image, mask: Mask) -> float:
-    """Return the distance of the mean colours of target and surroundings, in [0, √3]."""
+    """Return the distance between the mean colours of target and surroundings, in [0, √3]."""
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * NEAR + 1, 2 * NEAR + 1))
     around = cv2.dilate(mask.astype(np.uint8), disc).astype(bool) & ~mask
     means = [image[where].mean(axis=0) / 255.0 for where in (mask, around)]
@@ -94,7 +94,7 @@ def contrast(image: Image, mask: Mask) -> float:
 def posterior_map(
     before: Image, mask: Mask, image: Image, generator: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Return the posterior of an image by the colours of the frame before, shape (h, w)."""
+    """Return the posterior map of an image by the colours of the frame before, shape (h, w)."""
     colours = before[..., ::-1] / 255.0
     inside, outside = (
         generator.permutation(colours[where])[:number]
@@ -110,7 +110,7 @@ def posterior_map(
 
 
 def started(contour: Array, generator: np.random.Generator) -> Array:
-    """Return a contour (n, 2), stretched about its middle and moved at random."""
+    """Return a contour, shape (n, 2), with a random affine deformation and shift."""
     middle = contour.mean(axis=0)
     stretch = np.eye(2) + generator.normal(0, STRETCH, (2, 2))
     moved = middle + generator.normal(0, SHIFT, 2)

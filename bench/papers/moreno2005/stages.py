@@ -1,6 +1,6 @@
-"""Steps of the tracker in a frame: the paper's Fig. 3, 5 and 6.
+"""Steps of the tracker in one frame: Fig. 3, 5 and 6 of the paper.
 
-The frame was chosen before any run: the tenth after the first of the first scene, repetition 0.
+Frame 10 of the first scene, repetition 0. The frame was chosen before any run.
 """
 
 from math import ceil, floor
@@ -33,17 +33,17 @@ from trackmark.trackers.contours.posterior import posterior
 from trackmark.trackers.contours.snake import MARGIN, edge_map
 from trackmark.trackers.moreno2005 import Moreno2005
 
-STEPS = 10  # frames of the run
+STEPS = 10  # number of updates
 
-CELLS = 160  # of the plane, along either axis
-AROUND = 0.08  # of the plane around the colours, as a share of their extent
-SPACING = 3.0  # pixels between the points of the true contour
+CELLS = 160  # grid points along each axis of the plane
+AROUND = 0.08  # margin around the colours on the plane, as a share of their extent
+SPACING = 3.0  # distance between points of the true contour [px]
 
 Array: TypeAlias = NDArray[np.float64]
 
 
 class KeepingChain(Chain[Observation]):
-    """Chain that keeps the hypotheses of the last frame, by cue."""
+    """Chain that stores the hypotheses of the last frame by cue."""
 
     hypotheses: tuple[Hypotheses, ...] = ()
 
@@ -56,12 +56,12 @@ class KeepingChain(Chain[Observation]):
 
 
 class Step(NamedTuple):
-    """Result of the tracker in a frame.
+    """State of the tracker after a frame.
 
     `mask`: visible part of the target. `planes`, `colours`, `contours`: hypotheses of the three
-    cues. `bases`: of the colour planes, shape (n, 3, 2). `n_target_components`: number of the first
-    components of a mixture pair, which model the target. `estimate`: of the tracker, with
-    `arrays`. `cells`: column index into `colours.evidence` for each pixel.
+    cues. `bases`: axes of the colour planes, shape (n, 3, 2). `n_target_components`: number of
+    components that model the target; they precede those of the background. `estimate`: estimate
+    with `arrays`. `cells`: column index into `colours.evidence` for each pixel.
     """
 
     image: Image
@@ -75,13 +75,13 @@ class Step(NamedTuple):
     cells: NDArray[np.int32]
 
     def posterior(self, number: int) -> Array:
-        """Return the posterior map, shape (height, width), of a pair of mixtures."""
+        """Return the posterior map of a pair of mixtures, shape (height, width)."""
         values: Array = self.colours.evidence[number][self.cells].astype(np.float64)
         return values
 
 
 def step_of(text: str, scene: str) -> Step:
-    """Run the tracker of a text form through the first frames of a scene."""
+    """Run a tracker (a specification) on the first frames of a scene."""
     sequence = datasets.load(scene)
     tracker = _started_tracker(text, sequence)
     chain = KeepingChain(tracker.chain.cues, tracker.chain.association, tracker.chain.feedback)
@@ -107,7 +107,7 @@ def step_of(text: str, scene: str) -> Step:
 
 
 def colour_model_figure(scene: str) -> Figure:
-    """Draw Fig. 3: the colour model of the first frame, whose mask is given."""
+    """Draw Fig. 3: the colour model of the first frame."""
     return colour_model_plot(
         model_of(datasets.load(scene)),
         f"Fig. 3, frame 0 of {scene}: colours that were drawn, their model on the Fisher plane "
@@ -116,7 +116,7 @@ def colour_model_figure(scene: str) -> Figure:
 
 
 def model_of(sequence: datasets.Sequence) -> ColourModel:
-    """Return the colour model that the tracker starts with, as written."""
+    """Return the initial colour model of the tracker in the setting `as-written`."""
     tracker = _started_tracker("moreno2005:preset=as-written", sequence)
     first = sequence.first_frame
     image = sequence[first]
@@ -156,9 +156,9 @@ def _started_tracker(text: str, sequence: datasets.Sequence) -> Moreno2005:
 
 
 def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
-    """Return outlines [px], shape (points, 2), of the visible parts, separated by rows of NaN.
+    """Return the outlines of the visible parts [px], shape (points, 2), separated by rows of NaN.
 
-    Without a mask, or if nothing is visible, there are no rows.
+    The result has no rows without a mask or if the target is invisible.
     """
     mask = sequence.mask(frame)
     pieces = [np.empty((0, 2))]
@@ -166,14 +166,14 @@ def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
         number, parts = cv2.connectedComponents(mask.astype(np.uint8))
         for part in range(1, number):
             pixels = parts == part
-            # A disc of n pixels has a rim of 2 √(π n); other shapes have a longer one.
+            # 2 √(π n) is the perimeter of a disc of n pixels, the shortest of all shapes.
             points = max(8, round(2 * np.sqrt(np.pi * np.count_nonzero(pixels)) / SPACING))
             pieces += [outline(pixels, points), np.full((1, 2), np.nan)]
     return np.concatenate(pieces)
 
 
 def hypotheses_figure(step: Step, label: str) -> Figure:
-    """Draw Fig. 5: planes, contours, and colours of the largest, median and least weight."""
+    """Draw Fig. 5: planes, contours, and colours of the largest, median and smallest weight."""
     return hypotheses_plot(
         step.image,
         (step.bases, step.planes.weights),
@@ -186,7 +186,7 @@ def hypotheses_figure(step: Step, label: str) -> Figure:
 
 
 def palettes_of(step: Step) -> dict[str, Palette]:
-    """Return colours of the greatest, the median and the least weight, by their labels."""
+    """Return the colours with the largest, median and smallest weight, by label."""
     weights = step.colours.weights
     order = np.argsort(-weights, kind="stable")
     places = {"greatest": 0, "median": len(order) // 2, "least": len(order) - 1}
@@ -204,17 +204,17 @@ def palettes_of(step: Step) -> dict[str, Palette]:
 
 
 def snake_figure(step: Step, label: str) -> Figure:
-    """Draw Fig. 6: effect of the posterior map on the snake; parameters as in Fig. 5."""
-    remark = "" if step.estimate.details["snake"] else " (not believed: the mean contour is kept)"
+    """Draw Fig. 6: the effect of the posterior map on the snake."""
+    remark = "" if step.estimate.details["snake"] else " (rejected: the mean contour is kept)"
     return map_plot(
         stages(step),
-        f"Fig. 6, {label}, frame {STEPS} of the leaf: what simplifies the snake's fit{remark}",
+        f"Fig. 6, {label}, frame {STEPS} of the leaf: steps of the snake's fit{remark}",
         5,
     )
 
 
 def stages(step: Step) -> list[Panel]:
-    """Return panels of posterior map, edges, supported edges, mean contour and snake."""
+    """Return panels: posterior map, edges, edges refined by the map, mean contour, snake."""
     arrays = step.estimate.arrays
     mean, snake = arrays["mean_contour"], arrays["contour"]
     left, top, width, height = bounding_box(mean).tolist()

@@ -1,1 +1,1 @@
-"""The adaptive single-/multi-part colour-histogram particle filter: Table 1, Fig. 3 and 4."""
+"""Particle filter with adaptive single- and multi-part colour histograms."""

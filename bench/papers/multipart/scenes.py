@@ -1,4 +1,4 @@
-"""The choice of Eq. 7 in the first frame of each scene; no tracker runs."""
+"""Measure of scenes without stored runs: the choice of Eq. 7 in the first frame."""
 
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import parse_tracker
@@ -18,7 +18,7 @@ from trackmark.trackers.histograms.bins import LuvBins
 def right_choice(scene: str, setting: str) -> float:
     """Return 1 if Eq. 7 selects the right representation for most jittered rectangles, else 0.
 
-    Right is two parts for a two-coloured target and one part for a plain one.
+    The right representation has two parts for a two-coloured target and one part for a plain one.
     """
     sequence = datasets.load(scene)
     number = parse_text(scene)[0].rpartition("/")[2]

@@ -1,4 +1,4 @@
-"""Time per frame of both representations (the paper's "10 milliseconds more")."""
+"""Time per frame of both representations ("10 milliseconds more" in the paper)."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -20,9 +20,9 @@ SEQUENCE, FRAMES = "1", 8
 
 
 class _Histograms:
-    """Colour histograms of the particles of a frame, one call per region of a particle.
+    """Colour histograms of the particles of a frame, with one call per region of a particle.
 
-    The particles lie as they do after a step of the paper's noise from the first box.
+    Particles are distributed as after one step with the paper's noise from the init box.
     """
 
     def __init__(self, parameters: MultipartParameters, parts: int) -> None:
@@ -46,7 +46,7 @@ class _Histograms:
 
 
 def histograms(texts: Mapping[str, str]) -> Methods:
-    """Return the histograms of a tracker in both representations."""
+    """Return the timed histograms of a tracker in both representations."""
     (text,) = texts.values()
     parameters = MultipartParameters(**parse_tracker(text).parameters)
     return {name: partial(_Histograms, parameters, n) for name, n in (("single", 1), ("multi", 2))}
@@ -55,7 +55,7 @@ def histograms(texts: Mapping[str, str]) -> Methods:
 @measure()
 def multi_over_single(context: Context, setting: str) -> Pairs:
     """Return times of two-part and single histograms."""
-    tracker = [*context.description.trackers][:1]  # all have the same bins
+    tracker = [*context.description.trackers][:1]  # all trackers have the same bins
     times = kept_times(context, histograms, setting, tracker, [SEQUENCE], FRAMES)[SEQUENCE]
     return [(times["multi"], times["single"])]
 

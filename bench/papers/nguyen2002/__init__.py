@@ -1,1 +1,1 @@
-"""A template of per-pixel Kalman filters on colour invariants: its Table 1, Fig. 1, and claims."""
+"""Nguyen and Smeulders 2002: template of per-pixel Kalman filters on colour invariants."""

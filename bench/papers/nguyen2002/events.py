@@ -1,4 +1,4 @@
-"""Occlusions: those that a run declared, and those in the ground truth."""
+"""Occlusions that a run declared, and complete occlusions in the ground truth."""
 
 from typing import NamedTuple
 
@@ -9,24 +9,24 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.trackers.templates.occlusion import FIRST_CANDIDATE, candidate_offsets
 
 CLEAR = 0.9
-"""Visible part from which on a frame counts as clear."""
+"""Minimum visible share of the target in a clear frame."""
 
 COMPLETE = 0.02
-"""Visible part up to which the target is hidden completely."""
+"""Largest visible share of a completely hidden target."""
 
-STRAIGHT = 1e-7  # pixels, by which steps of an interpolated box may differ
+STRAIGHT = 1e-7  # largest difference between steps of an interpolated box [px]
 EARLY = 2
-"""Frames before the target begins to be hidden from which on an occlusion may be declared."""
+"""Number of frames before an occlusion in which it may already be declared."""
 
 Boxes = NDArray[np.float64]
 
 
 class Declared(NamedTuple):
-    """An occlusion that a tracker declared, by frames.
+    """Occlusion that a tracker declared.
 
-    `beginning`: first frame that the tracker did not trust (t_o). `end`: frame in which it found
-    the target again (t_e); None if the sequence ended before. `back`: first frame whose online box
-    is tracked again; None if the sequence ended before.
+    `beginning`: first frame with a declared occlusion (t_o). `end`: frame of the re-detection
+    (t_e). `back`: first frame in which the online box is tracked again. `end` and `back` are None
+    if the sequence ends before.
     """
 
     beginning: int
@@ -35,13 +35,13 @@ class Declared(NamedTuple):
 
 
 class Hidden(NamedTuple):
-    """A complete occlusion: first and last frame in a row that are not clear."""
+    """Complete occlusion, from the first to the last of consecutive frames that are not clear."""
 
     first: int
     last: int
 
     def causes(self, event: Declared) -> bool:
-        """Return whether a declared occlusion is this one."""
+        """Return whether a declared occlusion corresponds to this one."""
         return self.first - EARLY <= event.beginning <= self.last
 
 
@@ -57,11 +57,10 @@ def hidden_in(visibility: NDArray[np.float64]) -> list[Hidden]:
 def declared_in(run: Run) -> list[Declared]:
     """Return the occlusions that a finished run of `nguyen2002` declared, in order of beginning.
 
-    The details of a run hold at most one `beginning` and one `end` per frame. They lag behind the
-    events, and `ended` is the number of occlusions that have ended. If an occlusion is open when
-    the sequence ends, `candidate` is its end. Occlusions that the details do not reach before the
-    sequence ends are read from the revised boxes, which move in equal steps until an occlusion
-    ends. If the target moves on in the same steps in the last frames, the end is read too late.
+    The details of a run contain at most one `beginning` and one `end` per frame, which lag behind
+    the events, and the number `ended` of occlusions so far. `candidate` is the end of an occlusion
+    that is open when the sequence ends. Later occlusions are found in the revised boxes, which move
+    in equal steps during an occlusion. The end is late if the target continues in equal steps.
     """
     details = run.details
     beginnings, ends = _finite_frames(details["beginning"]), _finite_frames(details["end"])
@@ -96,20 +95,20 @@ def _end(boxes: Boxes, beginning: int, offsets: list[int]) -> int | None:
 
 
 def _straight(boxes: Boxes, beginning: int) -> int:
-    """Return for how many frames the box keeps the step with which it came to a frame."""
+    """Return for how many frames the box repeats the step with which it arrived at a frame."""
     steps = np.diff(boxes[beginning - 1 :], axis=0)
     others = np.flatnonzero((np.abs(steps - steps[0]) > STRAIGHT).any(axis=1))
     return int(others[0] if len(others) else len(steps)) - 1
 
 
 def _next_beginning(boxes: Boxes, events: list[Declared]) -> int | None:
-    """Return the beginning of an occlusion after `events` that only the boxes show."""
+    """Return the beginning of an occlusion after `events` that is visible only in the boxes."""
     after = events[-1].end
     frames = range(len(boxes) if after is None else after + 1, len(boxes))
     return next((frame for frame in frames if _straight(boxes, frame) >= FIRST_CANDIDATE), None)
 
 
 def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first and last frame of all stretches of flagged frames."""
+    """Return the first and last frames of all runs of flagged frames."""
     changes = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return [(int(first), int(end) - 1) for first, end in changes.reshape(-1, 2)]

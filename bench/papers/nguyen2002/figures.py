@@ -1,4 +1,4 @@
-"""Fig. 1: the recording before, in and after an occlusion, and after a lamp goes off."""
+"""Fig. 1: frames before, during and after an occlusion, and after a lamp is switched off."""
 
 from functools import cache
 
@@ -15,12 +15,12 @@ from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.film_strip import film_strip
 from trackmark.reports.overlay import TRUTH
 
-BEFORE, AFTER = 3, 10  # frames from an occlusion, and from the switch of a lamp
+BEFORE, AFTER = 3, 10  # frames before and after an occlusion; frames after the switch of a lamp
 FEATURES = ("c1c2c3", "intensity", "RGB")
 
 
 def strips(context: Context) -> NDArray[np.uint8] | None:
-    """Draw the first scene: one row of frames for each kind of features and setting."""
+    """Draw frames of the first scene, one row per kind of features and setting."""
     ((scene,),) = scene_names(context.description, "lights", 1)
     image_of = cache(datasets.load(scene).__getitem__)  # all rows show the same frames
     rows = []
@@ -39,7 +39,7 @@ def strips(context: Context) -> NDArray[np.uint8] | None:
 
 
 def chosen_frames(truth: StoredTruth) -> dict[int, str]:
-    """Return the frames of Fig. 1 with their words: a to c an occlusion, d a lamp."""
+    """Return the frames of Fig. 1 with their labels: a to c an occlusion, d a lamp."""
     frames: dict[int, str] = {}
     last = len(truth.boxes) - 1
     for occlusion in hidden_in(truth.visibility)[:1]:

@@ -1,7 +1,7 @@
-"""Measures of runs of the template tracker: tracked clips, detected occlusions, lost at a switch.
+"""Measures of the template tracker: tracked clips, detected occlusions, losses at a lamp's switch.
 
-`trace=online` takes the boxes that the tracker gave at once; the paper's results are of the revised
-ones, as its tracker looks ahead for the end of an occlusion.
+The paper's tracker looks ahead for the end of an occlusion. Measures therefore use revised boxes;
+`trace=online` selects the online boxes instead.
 """
 
 import numpy as np
@@ -13,12 +13,12 @@ from trackmark.bench.papers.measures import JudgedRun, Values, measure
 from trackmark.bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 
 SUCCESS, LAST = 0.9, 5
-"""A clip is tracked with enough overlap in this share of its clear frames and in the last ones."""
+"""Minimum share of clear frames with sufficient overlap in a tracked clip."""
 
-IN_VIEW = 0.75  # visible share from which on a target can be found again
-SWITCH = "lamp off"  # attribute of frames in which one of the lamps is off
-MOMENT = 3  # frames before and after a switch
-AFTER = 20  # frames after a lamp goes off in which the box must stay
+IN_VIEW = 0.75  # minimum visible share of a target that can be re-detected
+SWITCH = "lamp off"  # attribute of frames with a lamp switched off
+MOMENT = 3  # frames before and after a switch in which a loss counts
+AFTER = 20  # frames after a lamp is switched off that are measured
 
 
 def _overlaps(judged: JudgedRun) -> Values:
@@ -38,7 +38,7 @@ def kept(judged: JudgedRun, trace: str = "") -> float:
 
 @measure("occlusions")
 def detected(judged: JudgedRun, trace: str = "") -> float:
-    """Return the number of complete occlusions that are declared and end on the target."""
+    """Return the number of complete occlusions that are declared and followed by a re-detection."""
     judged = judged.in_trace(trace)
     recovered = judged.on_target & (judged.truth.visibility >= IN_VIEW)
     events = _events(judged)
@@ -52,15 +52,15 @@ def detected(judged: JudgedRun, trace: str = "") -> float:
 
 @measure("share")
 def most_detected(judged: JudgedRun) -> float:
-    """Return 1 if more than half of the complete occlusions are detected."""
+    """Return 1 if more than half of the complete occlusions are detected, else 0."""
     return float(detected(judged) > len(hidden_in(judged.truth.visibility)) / 2)
 
 
 @measure("share")
 def lost_at_switch(judged: JudgedRun) -> float:
-    """Return 1 if the target is first lost within three frames of a switch of a lamp.
+    """Return 1 if the first loss of the target is within three frames of a lamp's switch.
 
-    A loss within a declared occlusion began with it, as the tracker follows nothing meanwhile.
+    A loss during a declared occlusion counts from its beginning: the tracker does not track in it.
     """
     inside = COMMON_SERIES["inside"](judged) > 0
     lost = float(first_loss(inside, judged.present, judged.truth.visibility))
@@ -83,7 +83,7 @@ def stays_at_switch(judged: JudgedRun) -> float:
 
 
 def _clear(judged: JudgedRun) -> NDArray[np.bool_]:
-    """Return frames that show the target clearly; the first is given."""
+    """Return the clear frames after the init frame."""
     clear = np.asarray(judged.truth.visibility >= CLEAR)
     clear[0] = False
     return clear
@@ -94,5 +94,5 @@ def _events(judged: JudgedRun) -> list[Declared]:
 
 
 def _end(event: Declared, judged: JudgedRun) -> int | None:
-    """Return the frame whose box shows whether the target was found again."""
+    """Return the frame in which a re-detection is tested."""
     return event.end if judged.description.trace == "revised" else event.back

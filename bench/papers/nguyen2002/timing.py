@@ -9,13 +9,13 @@ from trackmark.bench.papers.timing import Pairs, Values, kept_times, millisecond
 from trackmark.reports.tables import Table, text_table
 
 CLIPS = "clips"
-WHOLE = 1000  # frames; a clip has fewer
+WHOLE = 1000  # more frames than a clip has
 
 
 def _times(context: Context, setting: str) -> dict[str, Values]:
     """Return times by features [s].
 
-    The clip has an occlusion, and so a frame in which all those since are tracked again.
+    The clip has an occlusion, after which the tracker processes all hidden frames again.
     """
     names = [*context.description.trackers]
     times = kept_times(context, tracker_methods, setting, names, [CLIPS], WHOLE)[CLIPS]

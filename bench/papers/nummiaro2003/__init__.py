@@ -1,1 +1,1 @@
-"""The adaptive elliptic colour particle filter: Fig. 2 to 10, and what the text claims of it."""
+"""Nummiaro et al. 2003: adaptive colour-based particle filter with elliptic regions."""

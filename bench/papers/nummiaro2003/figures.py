@@ -1,4 +1,4 @@
-"""Fig. 2, 4 and 7: the surface of ρ, trajectories, and samples that look like the target."""
+"""Fig. 2, 4 and 7: surface of ρ, trajectories, and samples that meet the appearance condition."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,11 +17,11 @@ from trackmark.bench.papers.nummiaro2003.scenes import surfaces
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 
-EVERY = 25  # frames of Fig. 4
+EVERY = 25  # distance of the ellipses in Fig. 4 [frames]
 
 
 def surface(context: Context) -> dict[str, Figure]:
-    """Draw Fig. 2 in both settings: samples, their mean, and ρ around the target."""
+    """Draw Fig. 2 in both settings: samples, mean state, and ρ around the target."""
     ((scene,),) = scene_names(context.description, "person", 1)
     figures = {}
     for setting in SETTINGS:
@@ -52,8 +52,8 @@ def trajectories(context: Context) -> dict[str, Figure]:
                 image = datasets.load(scene)[last]
                 tracks.append(Track(image, scene, judged.boxes, judged.truth.boxes))
         title = (
-            f"Fig. 4, {setting}: the mean state's way, its ellipse every {EVERY} frames, and the "
-            "target's way (dashed)"
+            f"Fig. 4, {setting}: path of the mean state, its ellipse every {EVERY} frames, and "
+            "path of the target (dashed)"
         )
         if tracks:
             figures[f"figure-4-{setting}"] = trajectory_plot(tracks, title, EVERY)
@@ -61,7 +61,7 @@ def trajectories(context: Context) -> dict[str, Figure]:
 
 
 def appearances(context: Context) -> dict[str, Figure]:
-    """Draw Fig. 7 in both settings: positive samples by frame on the first scene."""
+    """Draw Fig. 7 in both settings: number of positive samples by frame on the first scene."""
     ((scene,),) = scene_names(context.description, "students", 1)
     figures = {}
     for setting in SETTINGS:

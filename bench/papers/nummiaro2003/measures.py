@@ -1,4 +1,4 @@
-"""Measures of runs of the adaptive colour particle filter: sizes, occlusions, initialisation."""
+"""Measures of the adaptive colour particle filter: size, occlusions, re-initialisation."""
 
 from math import nan
 from typing import NamedTuple
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 from trackmark.bench.papers.measures import JudgedRun, Values, measure
 
 HIDDEN = 0.5  # visible share below which the target is hidden
-GONE = 0.1  # visible share below which it is hidden completely
-CLEAR = 0.8  # visible share above which it is in view again
-RECOVERY = 30  # frames after the tree within which the tracker tracks again
-BRIDGE = 10  # frames after a short occlusion, and after the target has left the view
-END = 20  # visible frames at the end
+GONE = 0.1  # visible share below which the target is hidden completely
+CLEAR = 0.8  # visible share above which the target is in view again
+RECOVERY = 30  # largest number of frames from the tree to tracking
+BRIDGE = 10  # frames after a short occlusion, or after the target leaves the view
+END = 20  # number of last visible frames
 
 
 class Hiding(NamedTuple):
-    """A time in which the target is hidden: from `first` to before `stop`."""
+    """Frames from `first` to before `stop` in which the target is hidden."""
 
     first: int
     stop: int
@@ -33,12 +33,14 @@ SERIES = {
     "true_half_width": lambda judged: judged.truth.boxes[:, 2] / 2,
     "size_error": _size_error,
 }
-"""Hx of the estimate and of the truth in pixels, and |Hx - truth| / truth."""
+"""Series by frame: Hx of the estimate and of the ground truth [px], and the relative error of
+Hx.
+"""
 
 
 @measure("of Hx", lower_is_better=True)
 def size_error(judged: JudgedRun) -> float:
-    """Return the mean of |Hx - truth| / truth; 1 in frames without an estimate."""
+    """Return the mean relative error of Hx; the error is 1 in frames without an estimate."""
     return float(np.nan_to_num(_size_error(judged), nan=1.0)[judged.present].mean())
 
 
@@ -51,10 +53,10 @@ def on_target_at_end(judged: JudgedRun) -> float:
 
 @measure("share")
 def initialises_behind_tree(judged: JudgedRun) -> float:
-    """Return 1 if the tracker initialises behind the tree and tracks afterwards.
+    """Return 1 if the tracker re-initialises behind the tree and tracks afterwards, else 0.
 
-    In a frame of the first complete occlusion fewer than b N samples are positive. In a frame of
-    it the tracker initialises. It tracks 30 frames after the target is visible again.
+    During the first complete occlusion, fewer than b N samples are positive and the tracker starts
+    its initialisation. It tracks the target 30 frames after the target is visible again.
     """
     tree = next((hiding for hiding in hidings(judged) if hiding.complete), None)
     if tree is None or judged.run.failure:
@@ -70,10 +72,10 @@ def initialises_behind_tree(judged: JudgedRun) -> float:
 
 @measure("share")
 def bridges_short_occlusions(judged: JudgedRun) -> float:
-    """Return 1 if every short occlusion is bridged without initialisation.
+    """Return 1 if every short occlusion is bridged without initialisation, else 0.
 
-    Ten frames after each the target is tracked, and the mode is tracking until then. Occlusions
-    before which the target is not tracked do not count; NaN if there is no other.
+    The target is tracked ten frames after an occlusion, and the tracker does not initialise before.
+    Occlusions of a target that is already lost do not count. The result is NaN if none counts.
     """
     tracks = judged.detail("mode") > 0
     counted = [
@@ -95,20 +97,20 @@ def bridges_short_occlusions(judged: JudgedRun) -> float:
 
 @measure("share")
 def count_falls_at_exit(judged: JudgedRun) -> float:
-    """Return 1 if fewer than b N samples are positive within ten frames of the target's leaving."""
+    """Return 1 if fewer than b N samples are positive within ten frames after the target leaves."""
     left = int(np.flatnonzero(judged.present)[-1]) + 1
     return float(few_positive(judged)[left : left + BRIDGE + 1].any())
 
 
 def few_positive(judged: JudgedRun) -> NDArray[np.bool_]:
-    """Return frames in which fewer than b N samples fulfil the appearance condition, shape (n,)."""
+    """Return frames with fewer than b N samples that meet the appearance condition, shape (n,)."""
     parameters = judged.run.identity.parameters
     threshold = float(parameters["kick_off"]) * float(parameters["particles"])
     return np.asarray(judged.detail("positive_appearances") < threshold)
 
 
 def hidings(judged: JudgedRun) -> list[Hiding]:
-    """Return the times in which the target is hidden, in order; its leaving is none."""
+    """Return the occlusions of the target in order, without its exit from the view."""
     visible = np.where(judged.present, judged.truth.visibility, 0.0)
     frames = np.flatnonzero(judged.present)
     first, stop = int(frames[0]), int(frames[-1]) + 1

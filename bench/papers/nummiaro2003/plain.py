@@ -1,8 +1,8 @@
-"""The particle filter of the paper's Fig. 1 in plain NumPy, without any special optimisation.
+"""Particle filter of the paper's Fig. 1 in plain NumPy, without optimisation.
 
-It is written down equation by equation, from the text and not from the tracker's code, with
-which it shares nothing but the order of the random numbers and the whole weights of pixels: the
-two must give the same estimates. What happens while a target is lost is not here.
+This reference implementation follows the equations of the text, independently of the tracker's
+code. Only the order of the random numbers and the integer weights of pixels are shared, so that
+both give equal estimates. Re-initialisation of a lost target is not implemented.
 """
 
 from math import ceil, exp, floor, nan, pi, sqrt
@@ -13,21 +13,26 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 ALPHA = 0.1
-POSITION_NOISE, VELOCITY_NOISE, SIZE_NOISE, SCALE_NOISE = 0.12, 0.05, 0.01, 0.003  # of Hx
-BACKGROUND_POSITIONS = 1000  # about
+POSITION_NOISE, VELOCITY_NOISE, SIZE_NOISE, SCALE_NOISE = (
+    0.12,
+    0.05,
+    0.01,
+    0.003,
+)  # as a share of Hx
+BACKGROUND_POSITIONS = 1000  # approximate number
 LEAST_HALF_AXIS = 3.0  # pixels
-LEAST_SHARE = 0.25  # of an ellipse inside the image
-WHOLE = 65536  # weights of pixels are whole numbers of this part of the largest
+LEAST_SHARE = 0.25  # minimum share of an ellipse inside the image
+WHOLE = 65536  # integer weight of the heaviest pixel
 
 
 class PlainFilter:
-    """RGB histograms, constant velocity and scale change, and the density in equation 11.
+    """Filter with RGB histograms, constant velocity and constant change of scale.
 
-    `mean` is E[S], shape (7,): x, y, vx, vy, Hx, Hy, a' [pixels and frames]; `positive` the number
-    of samples that fulfil the appearance condition (equation 15), `threshold` its μ + 2σ with the
-    model as it is now. The model is updated if the likelihood of the mean state (`update_reading`
-    "density"), or its ρ ("coefficient"), is above `update_threshold`. a' keeps
-    `scale_persistence` of its value per frame.
+    `mean`: E[S], shape (7,): x, y, vx, vy, Hx, Hy, a' [pixels and frames]. `positive`: number of
+    samples that meet the appearance condition (equation 15). `threshold`: μ + 2σ of this condition
+    for the current target model. The model is updated if the likelihood of the mean state
+    (`update_reading` "density") or its ρ ("coefficient") is above `update_threshold`. In each frame
+    a' is multiplied by `scale_persistence`.
     """
 
     def __init__(
@@ -48,7 +53,7 @@ class PlainFilter:
         self.positive, self.threshold = 0, nan
 
     def init(self, image: NDArray[np.uint8], box: Array) -> None:
-        """Take the target model from the ellipse in a box of the first frame."""
+        """Initialise the target model with the ellipse in a box of the first frame."""
         x, y, width, height = box.tolist()
         self.mean = np.array([x + width / 2, y + height / 2, 0, 0, width / 2, height / 2, 0])
         self._states = np.tile(self.mean, (self._n, 1))
@@ -65,7 +70,7 @@ class PlainFilter:
         self._find_threshold()
 
     def update(self, image: NDArray[np.uint8]) -> None:
-        """One iteration of Fig. 1, the appearance condition and the model update."""
+        """Run one iteration of Fig. 1, the appearance condition and the model update."""
         cumulative = np.cumsum(self._weights)
         cumulative /= cumulative[-1]
         chosen = np.searchsorted(cumulative, self._random.random(self._n))
@@ -89,19 +94,19 @@ class PlainFilter:
             self._find_threshold()
 
     def weigh(self, codes: NDArray[np.uint16]) -> tuple[Array, Array]:
-        """Coefficients and weights of the samples, step 3 of Fig. 1."""
+        """Compute coefficients and weights of the samples (step 3 of Fig. 1)."""
         histograms = [self._histogram(codes, state) for state in self._states]
         coefficients = np.array([self._coefficient(histogram) for histogram in histograms])
         likelihoods = np.exp(-(1 - coefficients) / (2 * self._sigma**2))
         return coefficients, likelihoods / likelihoods.sum()
 
     def codes(self, image: NDArray[np.uint8]) -> NDArray[np.uint16]:
-        """Bin of each pixel."""
+        """Return the bin of each pixel."""
         blue, green, red = np.moveaxis(image.astype(np.uint16) * self._bins // 256, 2, 0)
         return np.asarray((red * self._bins + green) * self._bins + blue)
 
     def _histogram(self, codes: NDArray[np.uint16], state: Array) -> Array:
-        """Equations 2 to 4; zeros where too little of the ellipse is in the image."""
+        """Compute the histogram (equations 2 to 4); zeros if the ellipse is mostly outside."""
         x, y, _, _, half_x, half_y, _ = state.tolist()
         height, width = codes.shape
         left, right = max(ceil(x - half_x - 0.5), 0), min(floor(x + half_x + 0.5), width)
@@ -118,11 +123,11 @@ class PlainFilter:
         return np.asarray(counts / counts.sum())
 
     def _coefficient(self, histogram: Array) -> float:
-        """Equation 6."""
+        """Compute the Bhattacharyya coefficient (equation 6)."""
         return float(np.sqrt(histogram * self._model).sum())
 
     def _noise(self) -> Array:
-        """Noise of each state, in lengths of the last estimate's Hx."""
+        """Draw the noise of each state, scaled by Hx of the last estimate."""
         drawn = self._random.standard_normal((self._n, 10))
         size = SIZE_NOISE * drawn[:, 4]
         parts = [POSITION_NOISE * drawn[:, 0:2], VELOCITY_NOISE * drawn[:, 2:4]]
@@ -130,7 +135,7 @@ class PlainFilter:
         return float(self.mean[4]) * np.hstack(parts)
 
     def _places(self) -> list[Array]:
-        """States at rest all over the background: not where the target is."""
+        """Return states at rest on the background, outside the target."""
         x, y, _, _, half_x, half_y, _ = self.mean.tolist()
         width, height = self._image_size
         free = max(width - 2 * half_x, 1.0) * max(height - 2 * half_y, 1.0)
@@ -143,7 +148,7 @@ class PlainFilter:
         ]
 
     def _find_threshold(self) -> None:
-        """Set the threshold from background coefficients (equations 13 to 15)."""
+        """Compute the threshold from coefficients of the background (equations 13 to 15)."""
         coefficients = self._background_roots @ np.sqrt(self._model)
         self.threshold = coefficients.mean() + 2 * sqrt(
             ((coefficients - coefficients.mean()) ** 2).mean()

@@ -1,4 +1,4 @@
-"""Samples of a particle filter on their images, and how many of them look like the target.
+"""Plots of samples on images, and of the number of positive samples by frame.
 
 Ellipses are rows of centre x, y and half axes, in pixels (pixel column i spans [i, i + 1)).
 """
@@ -26,22 +26,22 @@ from trackmark.reports.series import QUARTILES, draw_median
 Array = NDArray[np.float64]
 
 _SAMPLE, _MEAN = "black", "white"
-_ROOM = 32, 14  # that a number takes in an image [pixels]
-_GREYS = (0.93, 0.82)  # of shaded frames, each kind darker than the last
-_SHOWN = 2.0  # how far the image beside a surface reaches, in the mean's longer half axis
+_ROOM = 32, 14  # width and height of a printed number [px]
+_GREYS = (0.93, 0.82)  # grey levels of shaded frames by kind
+_SHOWN = 2.0  # margin of the image next to a surface [longer half axes of the mean]
 
 
 @dataclass(frozen=True)
 class Surface:
     """Function of the position on a grid with a spacing of one pixel."""
 
-    left: float  # place of its first value [pixels]
+    left: float  # position of the first value [px]
     top: float
     values: Array  # (rows, columns)
-    quantity: str  # what the values are
+    quantity: str  # name of the values
 
     def values_at(self, places: Array) -> Array:
-        """Return the values nearest to places of shape (n, 2); NaN outside."""
+        """Return the values nearest to positions of shape (n, 2); NaN outside the grid."""
         columns, rows = np.round(places - [self.left, self.top]).astype(int).T
         height, width = self.values.shape
         inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
@@ -52,12 +52,12 @@ class Surface:
 
 @dataclass(frozen=True)
 class Track:
-    """Trajectory through an image of a fixed camera."""
+    """Trajectory in an image of a fixed camera."""
 
     image: NDArray[np.uint8]  # (height, width, 3), BGR
     title: str
-    boxes: Array  # (n, 4): those of the mean state, by frame; NaN rows are gaps
-    truth: Array  # (n, 4): those of the target
+    boxes: Array  # (n, 4): boxes of the mean state by frame; NaN rows are gaps
+    truth: Array  # (n, 4): ground-truth boxes
 
 
 def surface_plot(
@@ -76,7 +76,7 @@ def surface_plot(
     centre, half = mean[:2], _SHOWN * mean[2:].max()
     left.set(xlim=centre[0] + [-half, half], ylim=centre[1] + [half, -half])
 
-    # In the order in which things are drawn: the samples lie on the surface, not behind it.
+    # Samples are drawn on top of the surface.
     right: Any = figure.add_subplot(1, 2, 2, projection="3d", computed_zorder=False)
     rows, columns = surface.values.shape
     grid = np.meshgrid(surface.left + np.arange(columns), surface.top + np.arange(rows))
@@ -90,16 +90,16 @@ def surface_plot(
     right.view_init(elev=50, azim=-70)
     right.set(xlabel="x [px]", ylabel="y [px]")
     right.set_title(surface.quantity, fontsize=9)
-    right.set_box_aspect(None, zoom=0.9)  # room for the labels, which stand outside
+    right.set_box_aspect(None, zoom=0.9)  # room for the labels outside of the axes
     right.tick_params(labelsize=7)
     return figure
 
 
 def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
-    """Draw the trajectories of the mean state, with ellipses, and of the target, dashed.
+    """Draw trajectories of the mean state, with ellipses, and of the target, dashed.
 
-    An ellipse is drawn in each frame that `every` divides, with the frame's number where there is
-    room for it. Tracks stand side by side.
+    An ellipse is drawn in every `every`-th frame, with the frame's number if there is room. Each
+    track has a panel.
     """
     figure, all_axes = _panels([track.image for track in tracks], title)
     for axes, track in zip(all_axes, tracks, strict=True):
@@ -140,19 +140,19 @@ def _ellipses_in(boxes: Array) -> Array:
 
 
 def _panels(images: Sequence[NDArray[np.uint8]], title: str) -> tuple[Figure, list[Axes]]:
-    """Images side by side."""
+    """Add panels with images next to one another."""
     shape = images[0].shape
     figure = bare_figure(title, 0.6 + 8.0 / len(images) * shape[0] / shape[1])
     all_axes = list(figure.subplots(1, len(images), squeeze=False)[0])
     for axes, image in zip(all_axes, images, strict=True):
         draw_image(axes, image)
-        height, width = image.shape[:2]  # which is kept to, whatever is drawn later
+        height, width = image.shape[:2]  # fixed limits, independent of later plots
         axes.set(xlim=(0, width), ylim=(height, 0), autoscale_on=False)
     return figure, all_axes
 
 
 def _draw_ellipses(axes: Axes, ellipses: Array, shade: str, line_width: float) -> None:
-    """Outlines; white ones on a dark rim, so that they are seen on any ground."""
+    """Draw outlines of ellipses; white ones have a dark rim for contrast."""
     rims = [("black", line_width + 1.2)] if shade == _MEAN else []
     for edge, thickness in [*rims, (shade, line_width)]:
         collection = EllipseCollection(
@@ -176,11 +176,11 @@ def appearance_plot(
     threshold: float,
     shades: Mapping[str, NDArray[np.bool_]],
 ) -> Figure:
-    """Draw positive appearances per frame above, and the runs that were initialising below.
+    """Draw the number of positive samples by frame, and below it the share of initialising runs.
 
-    `counts`, `modes`: (runs, frames): samples that fulfil the appearance condition; 0 initialising,
-    1 tracking; NaN without estimate. The mode changes at `threshold` appearances, a dashed line.
-    `shades`: flags of shaded frames (n,) by kind.
+    `counts`: number of positive samples, shape (runs, frames). `modes`: 0 initialising, 1 tracking,
+    NaN without estimate, shape (runs, frames). `threshold`: number of positive samples at which the
+    mode changes, a dashed line. `shades`: flags of shaded frames by kind, shape (frames,).
     """
     figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
     estimated = np.flatnonzero(np.isfinite(counts).any(axis=0))

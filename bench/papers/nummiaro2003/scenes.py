@@ -1,4 +1,4 @@
-"""Fig. 2, measured on scenes: whether the mean state lies at the maximum of the surface of ρ."""
+"""Measure of scenes for Fig. 2: distance of the mean state from the maximum of ρ."""
 
 from dataclasses import dataclass
 
@@ -17,11 +17,11 @@ from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.ellipses import bhattacharyya_coefficients
 from trackmark.trackers.histograms.target_model import EllipseHistograms
 
-RUN = 100  # frames of the run
-CLEAR = 0.95  # visible share of the target in the frames that are looked at
+RUN = 100  # number of frames of the run
+CLEAR = 0.95  # minimum visible share of the target in measured frames
 FRAMES = 15
-REACH = 1.5  # of the surface to each side in half axes
-NEAR = 0.25  # distance from the maximum in Hx
+REACH = 1.5  # extent of the surface to each side [half axes]
+NEAR = 0.25  # distance from the maximum that counts as close [Hx]
 
 Array = NDArray[np.float64]
 
@@ -39,11 +39,11 @@ class Surface:
     places : ndarray of float64, shape (n, 2)
         Centres x and y in pixels, one pixel apart.
     coefficients : ndarray of float64, shape (n,)
-        Bhattacharyya coefficients at the places, at the mean state's size.
+        Bhattacharyya coefficients at the places, for ellipses of the mean state's size.
     mean : ndarray of float64, shape (4,)
         Mean state: x, y, Hx, Hy in pixels.
     samples : ndarray of float64, shape (N, 4)
-        Samples, likewise.
+        Samples: x, y, Hx, Hy in pixels.
     """
 
     frame: int
@@ -63,7 +63,7 @@ class Surface:
 def mean_state_at_maximum(scene: str, setting: str) -> float:
     """Return 1 if the median distance of the mean state from the maximum of ρ is at most Hx / 4.
 
-    Source: Fig. 2. Without model update, over frames that show all of the target.
+    Source: Fig. 2. The tracker has no model update; frames show all of the target.
     """
     frame_surfaces = surfaces(scene, setting, FRAMES)
     half_width = float(np.median([surface.mean[2] for surface in frame_surfaces]))
@@ -96,7 +96,7 @@ def surfaces(scene: str, setting: str, most: int) -> list[Surface]:
 
 
 def ellipse_in(box: Array) -> Array:
-    """Return the ellipse in a box: centre x and y, Hx and Hy, shape (4,)."""
+    """Return the ellipse in a box: x, y, Hx, Hy, shape (4,)."""
     return np.concatenate([box[:2] + box[2:] / 2, box[2:] / 2])
 
 
@@ -108,7 +108,7 @@ def _clear_frames(sequence: datasets.Sequence, most: int) -> list[int]:
 
 
 def _grid(target: Array, size: Array) -> Array:
-    """Return ellipses of a size around the target, one pixel apart, shape (n, 4)."""
+    """Return ellipses of equal size around the target, one pixel apart, shape (n, 4)."""
     reach = (REACH * target[2:]).astype(int)
     x, y = (
         np.arange(-most, most + 1) + np.floor(c) for most, c in zip(reach, target, strict=False)
@@ -118,7 +118,7 @@ def _grid(target: Array, size: Array) -> Array:
 
 
 def _states(ellipses: Array) -> Array:
-    """Return ellipses (n, 4) as states of the tracker that do not move, shape (n, 7)."""
+    """Convert ellipses, shape (n, 4), to states of the tracker without motion, shape (n, 7)."""
     states = np.zeros((len(ellipses), 7))
     states[:, [0, 1, 4, 5]] = ellipses
     return states

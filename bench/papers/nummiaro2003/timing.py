@@ -29,17 +29,17 @@ from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.target_model import EllipseHistograms, Likelihood, TargetModel
 
 SEQUENCES = ("person", "car")
-FRAMES, STRETCHES = 4, 4  # stretches over the whole sequence, as the target's size changes
+FRAMES, STRETCHES = 4, 4  # clips from the whole sequence, because the target's size changes
 PLAIN = ("particles", "bins", "sigma", "update_reading", "update_threshold", "scale_persistence")
 
 PAPERS_CLOCK = 800e6  # Hz
-STEPS = 250_000  # of the chain that the clock is read from
-CYCLES_PER_STEP = 6  # three shifts and three operations, each of which needs the one before
+STEPS = 250_000  # steps of the chain that measures the clock
+CYCLES_PER_STEP = 6  # three shifts and three operations, each dependent on the one before
 SHORTEST = 1e-9  # s
 
 
 class _Weighting:
-    """The tracker with its particles observed and weighted twice in every frame."""
+    """Tracker that weights its particles twice in every frame."""
 
     def __init__(self, text: str) -> None:
         self._tracker: Any = parse_tracker(text).make(np.random.SeedSequence(0))
@@ -62,7 +62,7 @@ class _Weighting:
 
 
 class _PlainWeighting(PlainFilter):
-    """The plain filter with its particles observed and weighted twice in every frame."""
+    """Plain filter that weights its particles twice in every frame."""
 
     def update(self, image: Image) -> None:
         super().update(image)
@@ -70,7 +70,7 @@ class _PlainWeighting(PlainFilter):
 
 
 class _Clock:
-    """Operations of one cycle each; their time gives the clock of the core."""
+    """Dependent operations of one cycle each, whose time gives the clock frequency of the core."""
 
     def init(self, *_: object) -> None:
         pass
@@ -81,7 +81,7 @@ class _Clock:
 
 @njit(cache=True)
 def _chain(state: Any, steps: int) -> Any:
-    """Run steps of xorshift (Marsaglia 2003)."""
+    """Run steps of the random generator xorshift (Marsaglia 2003)."""
     for _ in range(steps):
         state ^= state << np.uint64(13)
         state ^= state >> np.uint64(7)
@@ -90,7 +90,7 @@ def _chain(state: Any, steps: int) -> Any:
 
 
 def plain(texts: Mapping[str, str]) -> Methods:
-    """Return the plain filter with a tracker's values, once and twice, and the chain."""
+    """Return the plain filter with single and double weighting, and the chain."""
     (text,) = texts.values()
     options = {name: parse_tracker(text).parameters[name] for name in PLAIN}
     filters = {"once": PlainFilter, "twice": _PlainWeighting}
@@ -99,7 +99,7 @@ def plain(texts: Mapping[str, str]) -> Methods:
 
 
 def compiled(texts: Mapping[str, str]) -> Methods:
-    """Return the tracker, once as it is and once with its particles weighted twice."""
+    """Return the tracker with single and double weighting."""
     (text,) = texts.values()
     make = partial(parse_tracker(text).make, np.random.SeedSequence(0))
     return {"once": make, "twice": partial(_Weighting, text)}
@@ -110,22 +110,22 @@ def _times(context: Context, setting: str, methods: MethodMaker) -> Times:
 
 
 def _at_800_mhz(times: Mapping[str, Values]) -> Values:
-    """Return the time of as many cycles at the paper's clock [s].
+    """Return the time of equally many cycles at the paper's clock frequency [s].
 
-    A processor of 2003 needs more cycles for the same work, so that this is a lower limit.
+    This is a lower bound: a processor of 2003 needs more cycles for the same work.
     """
     return times["once"] * (STEPS * CYCLES_PER_STEP / times["clock"]) / PAPERS_CLOCK
 
 
 def _weighting(times: Mapping[str, Values]) -> tuple[Values, Values]:
-    """Return times of weighting, and of the rest of an update [s]."""
+    """Return the times of weighting and of the rest of an update [s]."""
     weighting = np.maximum(times["twice"] - times["once"], SHORTEST)
     return weighting, np.maximum(times["once"] - weighting, SHORTEST)
 
 
 @measure("ms")
 def frame_time_at_800_mhz(context: Context, setting: str) -> Pairs:
-    """Return the CPU time per frame at 800 MHz, in plain NumPy, of the slower sequence."""
+    """Return the CPU time per frame at 800 MHz of the plain filter, on the slower sequence."""
     times = _times(context, setting, plain).values()
     slower = 1e3 * max(map(_at_800_mhz, times), key=np.mean)
     return [(slower, slower)]
@@ -133,19 +133,19 @@ def frame_time_at_800_mhz(context: Context, setting: str) -> Pairs:
 
 @measure()
 def car_over_person(context: Context, setting: str) -> Pairs:
-    """Return times of the car and of the person."""
+    """Return the times of car and person."""
     times = _times(context, setting, compiled)
     return [(times["car"]["once"], times["person"]["once"])]
 
 
 @measure()
 def weighting_over_rest(context: Context, setting: str) -> Pairs:
-    """Return times of weighting and of the rest of an update, on the person."""
+    """Return the times of weighting and of the rest of an update, on the person."""
     return [_weighting(_times(context, setting, compiled)["person"])]
 
 
 def time_table(context: Context) -> Table:
-    """Return the times of both sequences in both settings."""
+    """Return the table of times: both sequences in both settings."""
     rows = []
     for setting in SETTINGS:
         slow, fast = (_times(context, setting, methods) for methods in (plain, compiled))

@@ -1,1 +1,1 @@
-"""CamShift improved by motion, inside a particle filter: its baselines, Table 1, Fig. 1 to 6."""
+"""Wang and Tang 2010: particle filter with improved CamShift."""

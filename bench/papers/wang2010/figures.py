@@ -8,11 +8,11 @@ from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.wang2010.plain import PlainImprovedCamShift
 from trackmark.reports.figures import Panel, map_plot
 
-FRAME = 12  # of the figure, which also shows the one before; counted from 1
+FRAME = 12  # second frame of the figure, counted from 1
 
 
 def maps(context: Context) -> Figure:
-    """Draw two frames and the maps of the second, with the true box."""
+    """Draw two frames, and the maps of the second frame with the ground-truth box."""
     ((scene,),) = scene_names(context.description, "table-tennis", 1)
     sequence = datasets.load(scene)
     tracker = PlainImprovedCamShift()

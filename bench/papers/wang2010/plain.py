@@ -1,9 +1,8 @@
-"""The paper's methods in plain NumPy, equation by equation, without any special optimisation.
+"""The paper's methods in plain NumPy, without optimisation.
 
-They are written down from the text and not from the trackers' code: boxes must be the same. Two
-things, on which the text is silent, are the same by agreement: the order of the random numbers, and
-that a window's edge which is on the border of two pixels but for the rounding of floats is on it
-(`plain_maps.ROUNDING`).
+These reference implementations follow the equations of the text, independently of the trackers'
+code; both must give equal boxes. Two conventions are shared because the text does not define them:
+the order of the random numbers, and the rounding of window edges (`plain_maps.ROUNDING`).
 """
 
 from math import sqrt
@@ -24,11 +23,11 @@ from trackmark.trackers.base.interface import Box, Image
 
 Array = NDArray[np.float64]
 
-SMALLEST_WINDOW = 3  # pixels a side, of a window that adapts
+SMALLEST_WINDOW = 3  # minimum side of an adaptive window [px]
 
 
 class _CamShift:
-    """Mean shift of one window on a map, then Bradski's rule for its size if that is asked for."""
+    """Mean shift of one window on a map, optionally with Bradski's adaptation of its size."""
 
     def __init__(self, window: str, stop_distance: float, max_iterations: int) -> None:
         self._adaptive = window == "adaptive"
@@ -60,7 +59,7 @@ class _CamShift:
 
 
 class PlainCamShift(_CamShift):
-    """Traditional CamShift, on the map of the hue; of the seed nothing is drawn."""
+    """Traditional CamShift on the map of the hue; the seed is not used."""
 
     def __init__(
         self,
@@ -88,7 +87,7 @@ class PlainCamShift(_CamShift):
 
 
 class PlainImprovedCamShift(_CamShift):
-    """Improved CamShift, on the joint map of colour and motion: `maps` of the last frame."""
+    """Improved CamShift on the joint map of colour and motion; `maps`: of the last frame."""
 
     def __init__(
         self,
@@ -113,7 +112,7 @@ class PlainImprovedCamShift(_CamShift):
 
 
 class PlainParticleFilter:
-    """The traditional particle filter, with the same transition and observation.
+    """Traditional particle filter, with transition and observation of the proposed one.
 
     `particles`: N. `radius`: r of the transition [px], "rule" for √N / 2. `sigma`: σ of the
     likelihood. `resampling`: "systematic" or "multinomial". `velocity`: "particle" (each particle
@@ -123,13 +122,13 @@ class PlainParticleFilter:
     Attributes
     ----------
     maps : JointMaps
-        Of the last frame.
+        Maps of the last frame.
     predicted, particles : ndarray of float64, shape (N, 2)
-        Where the transition and the drift put the particles [pixels].
+        Particles after the transition and after the drift [px].
     similarity, weights : ndarray of float64, shape (N,)
-        Of `particles`: M / M0 in [0, 1], and weights that sum to one.
+        M / M0 of `particles` in [0, 1], and their weights, which sum to 1.
     iterations : float
-        Mean shift steps, mean over the particles.
+        Number of mean-shift steps, mean over the particles.
     """
 
     def __init__(
@@ -149,7 +148,7 @@ class PlainParticleFilter:
         self.maps = JointMaps(**maps)
 
     def init(self, image: Image, box: Box) -> None:
-        """Take the template from a box of the first frame, and scatter particles around it."""
+        """Initialise the template with a box of the first frame, and draw particles around it."""
         self.maps.init(image, box)
         self._random = np.random.default_rng(self._seed)
         self._size = box[2:].copy()
@@ -162,13 +161,16 @@ class PlainParticleFilter:
         self.maps.update(image)
         self.predicted = self._predict(image.shape)
         self.particles, m, self.iterations = self._drift(self.predicted)
-        # Equations 9 to 11.
+        # equations 9 to 11
         self.similarity = m / np.prod(self._window)
         likelihoods = np.exp(-(1 - self.similarity) / (2 * self._sigma**2))
         self.weights = likelihoods / likelihoods.sum()
 
         chosen = self._resample()
-        self._s, self._s_before = self.particles[chosen], self._s[chosen]  # in pairs
+        self._s, self._s_before = (
+            self.particles[chosen],
+            self._s[chosen],
+        )  # pairs of particle and velocity
         if self._estimate == "best":
             centre = self.particles[self.weights.argmax()]
         elif self._estimate == "resampled":
@@ -178,7 +180,7 @@ class PlainParticleFilter:
         return np.concatenate([centre - self._size / 2, self._size])
 
     def _predict(self, shape: tuple[int, ...]) -> Array:
-        """Equation 8."""
+        """Draw particles from the transition (equation 8)."""
         steps = self._s - self._s_before
         if self._velocity == "mean":
             steps = steps.mean(axis=0)
@@ -187,7 +189,7 @@ class PlainParticleFilter:
         return np.clip(predicted, 0.5, [columns - 0.5, rows - 0.5])
 
     def _drift(self, predicted: Array) -> tuple[Array, Array, float]:
-        """Particles, M of each, and their mean number of steps: without any drift here."""
+        """Return particles, their M, and the mean number of mean-shift steps, which is 0 here."""
         sums = [window_sum(self.maps.joint, x, y, *self._window) for x, y in predicted.tolist()]
         return predicted, np.array(sums), 0.0
 
@@ -201,12 +203,12 @@ class PlainParticleFilter:
         return np.asarray(np.minimum(indices, self._n - 1))
 
     def _draw(self) -> Array:
-        """u: uniform on [-1, 1], independent for each coordinate of each particle."""
+        """Draw u, uniform on [-1, 1] for each coordinate of each particle."""
         return self._random.uniform(-1, 1, (self._n, 2))
 
 
 class PlainWang2010(PlainParticleFilter):
-    """The proposed filter: mean shift on the joint map moves every particle."""
+    """Proposed filter: mean shift on the joint map moves every particle."""
 
     def __init__(
         self,

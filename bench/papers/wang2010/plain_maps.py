@@ -1,7 +1,7 @@
-"""The paper's maps of colour and motion in plain NumPy, and mean shift of a window on them.
+"""Maps of colour and motion in plain NumPy, and mean shift of a window on a map.
 
-Images are BGR, shape (rows, columns, 3) of uint8; boxes `[x, y, width, height]` in pixels; maps
-float64, shape (rows, columns). See `plain` for what they are for.
+Images are BGR, uint8 of shape (rows, columns, 3). Boxes are `[x, y, width, height]` in pixels. Maps
+are float64 of shape (rows, columns). The methods in `plain` use these functions.
 """
 
 from math import floor, hypot
@@ -16,20 +16,20 @@ Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 Limits = tuple[float, float, float]
 
-NOTHING = 1e-9  # a window whose sum is no more than this stays where it is
-ROUNDING = 1e-9  # pixels that a centroid in floats may be off: what should be on an edge is on it
+NOTHING = 1e-9  # a window with a smaller sum does not move
+ROUNDING = 1e-9  # tolerance of window edges at pixel borders [px]
 EVERYTHING: Limits = (0.0, 0.0, 1.0)
 
 
 def whole_size(size: float) -> int:
-    """Pixels of a window that stands for this length, at least one."""
+    """Return the integer side of a window of this length, at least 1 [px]."""
     return max(1, floor(size + 0.5))
 
 
 def window_slices(
     shape: tuple[int, ...], x: float, y: float, width: int, height: int
 ) -> tuple[slice, slice]:
-    """Rows and columns of the window around a centre that lie in an image of this shape."""
+    """Return the rows and columns of a window that lie inside an image of this shape."""
     left = floor(x - width / 2 + 0.5 + ROUNDING)
     top = floor(y - height / 2 + 0.5 + ROUNDING)
     rows, columns = shape[:2]
@@ -40,14 +40,14 @@ def window_slices(
 
 
 def box_slices(shape: tuple[int, ...], box: Box) -> tuple[slice, slice]:
-    """Rows and columns of the window that stands for a box."""
+    """Return the rows and columns of the window of a box."""
     x, y, width, height = box.tolist()
     size = whole_size(width), whole_size(height)
     return window_slices(shape, x + width / 2, y + height / 2, *size)
 
 
 def window_sum(values: Array, x: float, y: float, width: int, height: int) -> float:
-    """M00 of the window around a centre (equation 6)."""
+    """Return M00 of the window around a centre (equation 6)."""
     return float(values[window_slices(values.shape, x, y, width, height)].sum())
 
 
@@ -60,29 +60,29 @@ def mean_shift(
     stop_distance: float = 2.0,
     max_iterations: int = 10,
 ) -> tuple[float, float, int, float]:
-    """Move a window to the centroid of a map until a step is short (equations 6 and 7).
+    """Move a window to the centroid of the map in it until a step is short (equations 6 and 7).
 
     Parameters
     ----------
     joint : ndarray of float64, shape (rows, columns)
         The map.
     x, y : float
-        Centre to start from [pixels, continuous coordinates].
+        Initial centre [px, continuous coordinates].
     width, height : int
         Size of the window [pixels].
     stop_distance : float
-        ε: a step shorter than this is the last one taken [pixels].
+        ε: iteration ends after a step shorter than this [px].
     max_iterations : int
-        n0, most steps taken.
+        n0: maximum number of steps.
 
     Returns
     -------
     x, y : float
-        Centre; that of a window without anything in it stays.
+        Final centre. An empty window does not move.
     iterations : int
-        Windows whose centroid was asked for.
+        Number of windows whose centroid was computed.
     total : float
-        M00 of the window around the centre that is returned.
+        M00 of the window around the final centre.
     """
     for iteration in range(1, max_iterations + 1):
         rows, columns = window_slices(joint.shape, x, y, width, height)
@@ -100,10 +100,10 @@ def mean_shift(
 
 
 class Template(NamedTuple):
-    """Target in the first frame: histograms divided by their largest bin.
+    """Histograms of the target in the first frame, divided by their largest bin.
 
-    Pixels below the least saturation or value, or above the greatest value, count for nothing
-    [fractions].
+    Pixels below the minimum saturation or value, or above the maximum value, are ignored; all
+    limits are in [0, 1].
     """
 
     hue: Array
@@ -112,9 +112,9 @@ class Template(NamedTuple):
 
 
 def colour_bins(image: Image, hue_bins: int = 32, saturation_bins: int = 32) -> tuple[Whole, Whole]:
-    """Bins of hue and saturation as MATLAB's `rgb2hsv` has them, in whole numbers.
+    """Return the bins of hue and saturation of MATLAB's `rgb2hsv`, by integer arithmetic.
 
-    Grey pixels have hue 0, black ones saturation 0.
+    Grey pixels have hue 0, black pixels saturation 0.
     """
     channels = _channels(image)
     return _hue_bins(channels, hue_bins), _saturation_bins(channels, saturation_bins)
@@ -127,17 +127,14 @@ def make_template(
     saturation_bins: int = 32,
     limits: Limits = EVERYTHING,
 ) -> Template:
-    """Histograms of all pixels of a rectangle, within the limits of `Template`.
+    """Return the histograms of the pixels of a rectangle within the limits of `Template`.
 
-    Raises
-    ------
-    ValueError
-        Where none of them counts.
+    Raises ------ ValueError If no pixel is within the limits.
     """
     patch = image[box_slices(image.shape, box)]
     counted = _counted(patch, *limits)
     if not counted.any():
-        raise ValueError(f"no pixel of the box {box.tolist()} counts; give another box.")
+        raise ValueError(f"box {box.tolist()}: no pixel within the limits. Give another box.")
     hue, saturation = colour_bins(patch, hue_bins, saturation_bins)
     hues = np.bincount(hue[counted], minlength=hue_bins)
     saturations = np.bincount(saturation[counted], minlength=saturation_bins)
@@ -145,13 +142,13 @@ def make_template(
 
 
 def hue_map(image: Image, template: Template) -> Array:
-    """I_h: how frequent each pixel's hue is in the template, in [0, 1]."""
+    """Return I_h: the relative frequency of each pixel's hue in the template, in [0, 1]."""
     weights = template.hue[_hue_bins(_channels(image), len(template.hue))]
     return _without_uncounted(weights, image, template)
 
 
 def colour_map(image: Image, template: Template, alpha: float = 0.7) -> Array:
-    """I_c = α I_h + (1 - α) I_s, in [0, 1] (equation 3)."""
+    """Return I_c = α I_h + (1 - α) I_s, in [0, 1] (equation 3)."""
     hue, saturation = colour_bins(image, len(template.hue), len(template.saturation))
     weights = alpha * template.hue[hue] + (1 - alpha) * template.saturation[saturation]
     return _without_uncounted(weights, image, template)
@@ -188,21 +185,21 @@ def _saturation_bins(channels: tuple[Whole, ...], bins: int) -> Whole:
 
 
 def _channels(image: Image) -> tuple[Whole, ...]:
-    """Blue, green and red, the largest of them, and how far they spread."""
+    """Return blue, green, red, their maximum, and their range."""
     blue, green, red = np.moveaxis(image.astype(np.int64), 2, 0)
     largest = np.maximum(np.maximum(blue, green), red)
     return blue, green, red, largest, largest - np.minimum(np.minimum(blue, green), red)
 
 
 def grey(image: Image) -> Whole:
-    """Sum of the three channels: a factor cancels in the threshold."""
+    """Return the sum of the three channels; a constant factor would cancel in the threshold."""
     return np.asarray(image.sum(axis=2, dtype=np.int64))
 
 
 def local_difference(image: Image, previous: Image, window: int = 5) -> Whole:
-    """D1: absolute differences of `grey`, summed over a window around each pixel.
+    """Return D1: absolute differences of `grey`, summed over a window around each pixel.
 
-    The window's side n is odd [pixels]; what of it lies outside counts for nothing.
+    The side of the window is odd [px]. Pixels outside of the image are ignored.
     """
     changed = np.pad(np.abs(grey(image) - grey(previous)), window // 2)
     rows, columns = image.shape[:2]
@@ -211,22 +208,22 @@ def local_difference(image: Image, previous: Image, window: int = 5) -> Whole:
 
 
 def threshold(difference: Whole | Array, factor: float = 2.0) -> float:
-    """T = mean + λ · standard deviation, over the whole image."""
+    """Return T = mean + λ · standard deviation over the whole image."""
     return float(difference.mean() + factor * difference.std())
 
 
 def moving(difference: Whole | Array, factor: float = 2.0) -> Mask:
-    """B: where the difference is above its threshold."""
+    """Return B: pixels whose difference is above the threshold."""
     return np.asarray(difference > threshold(difference, factor))
 
 
 def joint_map(colour: Array, moving: Mask, beta: float = 0.8) -> Array:
-    """P = (1 - β) I_c + β I_m with I_m = B · I_c (equation 5)."""
+    """Return P = (1 - β) I_c + β I_m with I_m = B · I_c (equation 5)."""
     return (1 - beta) * colour + beta * moving * colour
 
 
 class JointMaps:
-    """The maps of each frame, from the template and the frames before.
+    """Maps of the current frame, from the template and the frames before.
 
     `alpha`, `beta`: weights of the hue and of the motion. `difference_window`: side n of local
     differences [px]. `differences`: "two" averages the last two differences, "one" takes the last.
@@ -261,12 +258,12 @@ class JointMaps:
         self._before: Whole | None = None
 
     def init(self, image: Image, box: Box) -> None:
-        """Take the template from a box of the first frame."""
+        """Initialise the template with a box of the first frame."""
         self._template = make_template(image, box, *self._histograms)
         self._image, self._before = image, None
 
     def update(self, image: Image) -> None:
-        """See the next frame."""
+        """Compute the maps of the next frame."""
         self.colour = colour_map(image, self._template, self._alpha)
         latest = local_difference(image, self._image, self._window)
         self.difference: Array = latest.astype(float)

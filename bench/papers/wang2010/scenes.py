@@ -1,4 +1,4 @@
-"""Fig. 1, measured on scenes: how much of the colour map and of the motion map is on the target."""
+"""Measure of scenes for Fig. 1: shares of the colour map and of the motion map on the target."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,8 @@ from trackmark.bench.papers.wang2010.plain_maps import (
 )
 from trackmark.trackers.base.interface import Image
 
-FRAME = 12  # of Fig. 1, counted from 1
-WINDOW = 5  # side of the square of the differences in pixels
+FRAME = 12  # frame of Fig. 1, counted from 1
+WINDOW = 5  # side of the window of local differences [px]
 
 
 @measure("share")

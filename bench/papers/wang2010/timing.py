@@ -1,4 +1,4 @@
-"""Table 1 and the times of section 3.2, in plain NumPy and compiled."""
+"""Times of Table 1 and section 3.2, in plain NumPy and compiled."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -18,7 +18,7 @@ PUBLISHED = {
     "table-tennis": {CAMSHIFT: 0.063, PROPOSED: 0.120, FILTER: 0.214},
     "hand": {CAMSHIFT: 0.071, IMPROVED: 0.098},
 }
-"""Seconds per frame by sequence and tracker of `paper.toml`: Table 1 and section 3.2."""
+"""Seconds per frame in Table 1 and section 3.2, by sequence and tracker of `paper.toml`."""
 
 SIZES = {"table-tennis": "115 × 142", "hand": "120 × 160"}
 HEADS = ["image, method", "particles", "paper [s]", "paper, ratio to CamShift"]
@@ -26,7 +26,7 @@ HEADS += ["ours, NumPy [ms]", "ours, ratio", "ours, compiled [ms]"]
 
 
 def plain_methods(texts: Mapping[str, str]) -> Methods:
-    """Return the plain versions of trackers, with their parameters."""
+    """Return the plain versions of trackers with equal parameters."""
     kinds = {"camshift": plain.PlainCamShift, "camshift-improved": plain.PlainImprovedCamShift}
     kinds |= {"wang2010": plain.PlainWang2010, "particle-filter": plain.PlainParticleFilter}
     specs = {name: parse_tracker(text) for name, text in texts.items()}
@@ -38,7 +38,7 @@ def plain_methods(texts: Mapping[str, str]) -> Methods:
 
 @measure()
 def table_1_ratios(context: Context, setting: str) -> Pairs:
-    """Return times of the proposed filter and CamShift, and of both filters."""
+    """Return the times of proposed filter / CamShift, and of traditional / proposed filter."""
     sequence, names = "table-tennis", (CAMSHIFT, PROPOSED, FILTER)
     times = kept_times(context, plain_methods, setting, names, [sequence])[sequence]
     return [(times[PROPOSED], times[CAMSHIFT]), (times[FILTER], times[PROPOSED])]
@@ -46,13 +46,13 @@ def table_1_ratios(context: Context, setting: str) -> Pairs:
 
 @measure()
 def hand_ratio(context: Context, setting: str) -> Pairs:
-    """Return times of both CamShifts."""
+    """Return the times of improved / traditional CamShift."""
     times = kept_times(context, plain_methods, setting, (CAMSHIFT, IMPROVED), ["hand"])["hand"]
     return [(times[IMPROVED], times[CAMSHIFT])]
 
 
 def time_table(context: Context) -> Table:
-    """Return the paper's times, and ours as written."""
+    """Return the paper's times, and ours in the setting `as-written`."""
     rows = []
     for sequence, published in PUBLISHED.items():
         slow, fast = (
@@ -61,7 +61,9 @@ def time_table(context: Context) -> Table:
         )
         for tracker, seconds in published.items():
             name, _, particles = tracker.partition(", N = ")
-            ratio = float(np.exp(np.log(slow[tracker] / slow[CAMSHIFT]).mean()))  # as verdicts do
+            ratio = float(
+                np.exp(np.log(slow[tracker] / slow[CAMSHIFT]).mean())
+            )  # as in the verdicts
             rows.append(
                 [
                     *(f"{SIZES[sequence]}, {name}", particles or MISSING, f"{seconds:.3f}"),

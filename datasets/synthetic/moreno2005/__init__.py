@@ -1,13 +1,13 @@
-"""Sequences of a paper on fusing cues that depend on one another.
+"""Synthetic sequences after Moreno-Noguer et al. (2005), on the fusion of dependent cues.
 
-They imitate the paper's own recordings and its synthetic ellipse. They follow only its text: the
-videos differ from the originals and are new in every scene. All have exact masks of the visible
-part of the target.
+The sequences imitate the paper's own recordings and its synthetic ellipse. They follow the text of
+the paper and use none of its images. Every scene number gives a different video. All sequences have
+exact masks of the visible part of the target.
 """
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.knobs import seeded
+from trackmark.datasets.synthetic.parameters import seeded
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]

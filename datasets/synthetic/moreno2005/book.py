@@ -1,15 +1,15 @@
 """`moreno2005/book`: a book bends in front of desk and shelf while the light turns yellow.
 
 The paper describes the non-rigid boundary of a bending book. The light changes smoothly from
-natural to yellow; the smooth model fails by "the effect of self-shadowing produced during the
-movement of the book". All other properties are our choice: the hand, the room, and the lamp that
-lights the book from the side. The bends put most of the cover into its own shadow within a frame,
-and the shadowed cloth looks like the wall.
+natural to yellow. A model of smooth changes fails because of "the effect of self-shadowing produced
+during the movement of the book". All other properties are our choice: the hand, the room, and the
+lamp at the side of the book. When the book bends, most of its cover lies in its own shadow within
+one frame, and the shadowed cloth looks like the wall.
 
-The book is a sheet that bends without stretching. It is held at the middle of its lower edge, which
-is the origin: u to the right, v down (from minus its height to 0), w towards the camera. The sheet
-is part of a cylinder whose rulings are parallel and whose section is any curve, so it stays
-developable: as it bends away from the plane in which it is held, lengths on it stay the same.
+The book is a sheet that bends without stretching. The hand holds it at the middle of its lower
+edge, which is the origin of the coordinates u (right), v (down, from minus the height to 0) and w
+(towards the camera). The bent sheet is a part of a general cylinder: its rulings, which are the
+straight lines on the cylinder, are parallel, and its cross-section is any curve.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import (
     CLOTHES,
@@ -64,35 +64,36 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-STEPS = 48  # line segments of a section
+STEPS = 48  # number of line segments of a cross-section
 NEAR = 1.0  # minimum distance along a ray at which it meets another part of the sheet [pixels]
 
 
 @dataclass(frozen=True)
 class Bending:
-    """Bending of a sheet."""
+    """Bending of a sheet at one time."""
 
-    left: float  # angle by which its left end is turned away from the camera [radians]
-    right: float  # angle by which its right end is turned away from the camera [radians]
-    slant: float  # of the rulings, from upright to the left [radians]
+    left: float  # angle by which the left end is turned away from the camera [radians]
+    right: float  # angle by which the right end is turned away from the camera [radians]
+    slant: float  # angle of the rulings, from upright to the left [radians]
 
 
 @dataclass(frozen=True)
 class Section:
-    """Curve across the rulings of a sheet."""
+    """Cross-section of a sheet, perpendicular to the rulings, as n points."""
 
     along: Array  # (n,): arc length from the ruling through the origin
     across: Array  # (n,): positions perpendicular to the rulings
     near: Array  # (n,): positions towards the camera
-    turn: Array  # (n,): slope from the plane, positive if it recedes to the right [radians]
+    turn: Array  # (n,): slope, positive if the sheet recedes to the right [radians]
 
 
 def bend_sheet(
     bending: Bending, half_width: float, u: Array, v: Array
 ) -> tuple[Array, Array, Section]:
-    """Bend a sheet of a half width; u and v (k,) are places on the flat sheet [pixels].
+    """Bend a sheet with a half width; u and v (k,) are points on the flat sheet [pixels].
 
-    Returns their positions (k, 3), the unit normals of the sheet's front (k, 3), and the section.
+    Returns the positions of these points (k, 3), the unit normals of the front (k, 3), and the
+    cross-section.
     """
     cosine, sine = np.cos(bending.slant), np.sin(bending.slant)
     along, ruling = u * cosine + v * sine, v * cosine - u * sine
@@ -124,11 +125,11 @@ def _section(bending: Bending, half_width: float, low: float, high: float) -> Se
 def lit_share(
     section: Section, bending: Bending, size: tuple[float, float], u: Array, v: Array, lamp: Array
 ) -> Array:
-    """Return the share of a lamp, in [0, 1], that a bent sheet leaves visible from its places (k,).
+    """Return the fraction of a lamp that the sheet does not hide from its points (k,), in [0, 1].
 
-    It ignores whether a place faces the lamp. `size` is the sheet's half width and its height
-    [pixels]; `lamp` holds directions to points of the lamp, (m, 3) as u, v and w. For the other
-    parameters see `bend_sheet`.
+    The orientation of the sheet towards the lamp is ignored. `size` is the sheet's half width and
+    height [pixels]. `lamp`, shape (m, 3), contains the directions (u, v, w) to points of the lamp.
+    For the other parameters see `bend_sheet`.
     """
     cosine, sine = float(np.cos(bending.slant)), float(np.sin(bending.slant))
     along, ruling = u * cosine + v * sine, v * cosine - u * sine
@@ -157,10 +158,10 @@ def _blocked(
     half_width: float,
     height: float,
 ) -> NDArray[np.int64]:
-    """Count the rays from each place that meet the sheet again.
+    """Count the rays from each point that intersect the sheet again.
 
-    Across the rulings, a ray and a segment of the section are straight lines in a plane. At their
-    intersection the ray has moved along the ruling, possibly beyond the sheet's edge.
+    In the plane perpendicular to the rulings, a ray and a segment of the cross-section are straight
+    lines. The ray misses the sheet if their intersection lies beyond the end of the ruling.
     """
     counts = np.zeros(len(starts), np.int64)
     for i in range(len(starts)):
@@ -184,23 +185,23 @@ def _blocked(
 
 FRAMES = 100
 SIZE = 320, 240
-SETTLED = 15.0  # frame from which on the book rotates with its full amplitude
-DISTANCE = 800.0  # of the camera from the book [pixels]
-SWAY = (1.4, 4.0)  # periods of the slow movements [seconds]
-# duration of a bend [frames]; it falls between two frames, so the shadow appears suddenly
+SETTLED = 15.0  # first frame in which the book rotates with the full amplitude
+DISTANCE = 800.0  # distance of the camera from the book [pixels]
+SWAY = (1.4, 4.0)  # range of periods of the slow movements [seconds]
+# duration of a bend [frames]; it lies between two frames, so that the shadow appears suddenly
 QUICK = 1
-SLOW = 2, 4  # duration of a release [frames]
-HELD = 2, 4  # time until the next movement [frames]
+SLOW = 2, 4  # range of the duration of a release [frames]
+HELD = 2, 4  # range of the time until the next movement [frames]
 
 
 @dataclass(frozen=True)
 class BookPose:
-    """Position and orientation of the book at the point where it is held."""
+    """Position and orientation of the book at the point that the hand holds."""
 
     place: Array  # (2,): column and row [pixels]
-    # (3, 3): columns are the directions of u, v and w, to the right, down and towards the camera
+    # (3, 3): columns are the directions of u, v and w in the axes right, down, towards the camera
     axes: Array
-    tilt: float  # in the image, to the right [radians]
+    tilt: float  # rotation in the image plane, to the right [radians]
     scale: float
 
     def project(self, points: Array) -> Array:
@@ -219,14 +220,14 @@ class BookPlan:
 
 
 def sample_plan(random: np.random.Generator, height: float, side: float) -> BookPlan:
-    """Sample the motion of a book of a height [pixels].
+    """Sample the motion of a book with a height [pixels].
 
-    `side` is 1 if the light comes from the right, -1 if it comes from the left.
+    `side` is 1 if the light comes from the right, and -1 if it comes from the left.
     """
     middle = np.array([160.0, 106 + height / 2]) + random.uniform(-1, 1, 2) * [22, 8]
     x, y = (random_wander(random, FRAMES, SWAY, spread) for spread in (11.0, 5.0))
     turns = [random_wander(random, FRAMES, SWAY, spread) for spread in (0.07, 0.06, 0.06)]
-    for turn in turns[1:]:  # the book faces the camera at first
+    for turn in turns[1:]:  # At first, the book faces the camera.
         turn *= smooth_step(np.arange(float(FRAMES)), -2.0, SETTLED)
     scales = 1 + random_wander(random, FRAMES, SWAY, 0.025)
     away, bendings = _movements(random, side)
@@ -240,11 +241,11 @@ def sample_plan(random: np.random.Generator, height: float, side: float) -> Book
 
 
 def _movements(random: np.random.Generator, side: float) -> tuple[Array, tuple[Bending, ...]]:
-    """Return the rotation away from the light [radians] and the bending of the book by frame.
+    """Return the rotation away from the light [radians] and the bending of the book, by frame.
 
-    The book is bent and turned away repeatedly, and released more slowly. The side away from the
-    light is bent away from the camera, the other side towards it, or both: most of the book then
-    lies in its own shadow.
+    The book is repeatedly bent and turned away from the light, and released more slowly. The side
+    away from the light bends away from the camera, or the other side bends towards the camera, or
+    both. Most of the book then lies in its own shadow.
     """
     times, keys = [0, int(random.integers(5, 8))], [_sample_release(random)] * 2
     kinds = cycle(random.permutation(["far", "near", "both"]).tolist())
@@ -273,7 +274,7 @@ def _sample_bend(random: np.random.Generator, kind: str) -> tuple[float, float, 
 
 
 def _eased(moments: Array, times: Sequence[int], values: Array) -> Array:
-    """Return values at times between those of keys, with zero speed at every key."""
+    """Interpolate values between key frames, with zero speed at every key frame."""
     whole = np.interp(moments, times, np.arange(len(values)))
     first = np.minimum(whole.astype(np.int64), len(values) - 2)
     share = smooth_step(whole - first, 0.0, 1.0)[:, None]
@@ -281,7 +282,7 @@ def _eased(moments: Array, times: Sequence[int], values: Array) -> Array:
 
 
 FINE = 3  # texels per pixel and axis
-# rows of the texture below the cover: the pages' edges, then as many of the back's colour
+# rows of the texture below the cover for the edges of the pages, and for the back cover
 PAGES = 12
 
 INKS = ((208, 224, 232), (70, 186, 226), (190, 206, 170), (46, 42, 44), (150, 176, 224))
@@ -291,9 +292,10 @@ SIDE = 512
 def print_cover(
     random: np.random.Generator, half_width: float, height: float, cloth: Colour
 ) -> NDArray[np.float32]:
-    """Paint a book's surface, linear, BGR: cover, then `PAGES` rows twice.
+    """Return the texture of a book, linear BGR: the cover, then twice `PAGES` rows.
 
-    The size is in pixels, with `FINE` texels per pixel; the cloth is BGR in [0, 255].
+    The size is in pixels, with `FINE` texels per pixel. `cloth` is the colour of the cover, BGR in
+    [0, 255].
     """
     columns, rows = round(2 * half_width * FINE), round(height * FINE)
     picture = np.empty((rows + 2 * PAGES, columns, 3), np.uint8)
@@ -331,7 +333,6 @@ def _print_front(
 def _word(
     cover: Painting, random: np.random.Generator, top: float, tall: float, ink: Colour
 ) -> None:
-    """Paint random letters, at most as wide as the frame."""
     letters = "".join(random.choice(list("AEIORSTLNMDBKU"), int(random.integers(5, 8))))
     font, high = cv2.FONT_HERSHEY_DUPLEX, tall * cover.scale
     (wide, base), _ = cv2.getTextSize(letters, font, 1.0, 2)
@@ -345,7 +346,7 @@ def _device(
     cover: Painting, random: np.random.Generator, x: float, y: float, radius: float,
     second: Colour, ink: Colour,
 ) -> None:  # fmt: skip
-    """Paint a disc with a star, with rings, or with a ship's sail."""
+    """Paint a disc with a star, rings or a sailing ship."""
     cover.disc(x, y, radius, second)
     kind = int(random.integers(3))
     if kind == 0:
@@ -368,7 +369,6 @@ def _device(
 
 
 def _pages(random: np.random.Generator, columns: int) -> NDArray[np.uint8]:
-    """Return the edges of the paper sheets in slightly different tones."""
     tones = random.uniform(0.72, 1.0, (PAGES, 1)) * random.uniform(0.97, 1.0, (PAGES, columns))
     return np.asarray(tones[..., None] * [196, 218, 228], np.uint8)
 
@@ -382,12 +382,13 @@ BORDERS = (
     (_INDEX[0], _INDEX[1], -1),
     (_INDEX[-1], _INDEX[-2], 1),
 )
-"""Vertices of the front along each edge, their inner neighbours, and the vertex order in which
+"""Vertices along each edge of the front, their inner neighbours, and the orientation.
 
-triangles from the edge to the back are clockwise from outside.
+The orientation is the order of vertices for which triangles between front and back are clockwise
+when seen from outside.
 """
 
-SPINE = 0  # index of the edge that is made of cloth
+SPINE = 0  # index of the edge that is the spine, made of cloth
 THICKNESS = 5.0  # [pixels]
 # horizontal angles between points of the lamp and its centre [radians]
 SPREAD = np.array([-0.12, -0.06, 0.0, 0.06, 0.12])
@@ -395,15 +396,15 @@ SPREAD = np.array([-0.12, -0.06, 0.0, 0.06, 0.12])
 
 @dataclass(frozen=True)
 class BookSurface:
-    """Vertices of the book in a frame, those of the front first."""
+    """Vertices of the book in a frame; the front vertices come first."""
 
     points: Array  # (v, 3): column, row, nearness [pixels]
     normals: Array  # (v, 3): outward unit normals
-    straight: Array  # (v,): share of the lamp's light that reaches the vertex, in [0, 1]
+    straight: Array  # (v,): fraction of the lamp's light that reaches the vertex, in [0, 1]
 
 
 class Book:
-    """Book of a random size."""
+    """Book with a random size."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self.half_width = random.uniform(45, 51)
@@ -412,16 +413,16 @@ class Book:
         self._u, self._v = self.half_width * columns.ravel(), self.height * rows.ravel()
 
     def print_cover(self, random: np.random.Generator, cloth: Colour) -> NDArray[np.float32]:
-        """Return its texture with a random print on cloth of a colour, BGR in [0, 255]."""
+        """Return the texture with a random print on a cloth colour, BGR in [0, 255]."""
         return print_cover(random, self.half_width, self.height, cloth)
 
     def blank(self) -> NDArray[np.float32]:
-        """Return a black texture of the same shape."""
+        """Return a black texture with the shape of `print_cover`."""
         columns, rows = round(2 * self.half_width * FINE), round(self.height * FINE)
         return np.zeros((rows + 2 * PAGES, columns, 3), np.float32)
 
     def mesh(self, texture: NDArray[np.float32]) -> Mesh:
-        """Return its triangles with a texture of the shape that `blank` returns."""
+        """Return the triangles of the book with a texture; its shape is as in `blank`."""
         front = np.stack([self._u + self.half_width, self._v + self.height], axis=1) * FINE
         rows, columns = texture.shape[0] - 2 * PAGES, texture.shape[1]
         texels, triangles = (
@@ -440,7 +441,7 @@ class Book:
         return Mesh(np.concatenate(triangles), np.concatenate(texels), texture, closed=True)
 
     def surface(self, bending: Bending, pose: BookPose, lamp: Array) -> BookSurface:
-        """Return the bent book in a pose, lit by a lamp in a direction."""
+        """Return the vertices of the bent book in a pose, with a lamp in a direction."""
         places, normals, section = bend_sheet(bending, self.half_width, self._u, self._v)
         level = np.array([lamp[2], 0.0, -lamp[0]])
         rays = (lamp + SPREAD[:, None] * level) @ pose.axes
@@ -460,10 +461,10 @@ class Book:
 
 
 def self_shadow(surface: BookSurface, lamp: Array) -> float:
-    """Return the share of the camera-facing front that is in its own shadow.
+    """Return the fraction of the visible front that is in its own shadow.
 
     A vertex is in shadow if it receives less than half of the light that it would receive on a flat
-    book facing the camera.
+    book that faces the camera.
     """
     facing = np.maximum(surface.normals[:FRONT, 2], 0)
     shaded = surface.straight[:FRONT] < 0.5 * lamp[2]
@@ -472,24 +473,24 @@ def self_shadow(surface: BookSurface, lamp: Array) -> float:
 
 Floats = NDArray[np.float32]
 
-# light from all directions, and of the lamp on a surface of the book or room that faces it
+# ambient light, and light of the lamp on facing surfaces of the book and of the room
 AROUND, STRAIGHT, ROOM_STRAIGHT = 0.22, 1.7, 0.35
-# colours of the light, BGR: of a window to the north, and of a bulb
+# colours of the light, BGR: a window to the north, a light bulb
 NATURAL, YELLOW = np.array([1.12, 1.0, 0.90]), np.array([0.32, 0.84, 1.08])
 FAR = 620.0  # distance of the lamp from the centre of the image [pixels]
-SHADOWED = 1.1  # light on the cloth at which it looks like the wall [multiples of `AROUND`]
-HORIZON = 178  # row in which the wall meets the desk [pixels]
-ROOM_FINE = 2  # samples per pixel and axis of the static parts
-# window of hand and arm: left top corner from the held point, size [pixels]; samples per pixel
+SHADOWED = 1.1  # light on the cloth for which the cloth looks like the wall [multiples of `AROUND`]
+HORIZON = 178  # image row at which the wall meets the desk [pixels]
+ROOM_FINE = 2  # samples per pixel and axis of static objects
+# window of hand and arm: upper left corner relative to the held point, size, samples per pixel
 HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 2
-BLEND = 4.0  # distance over which the hand's parts merge [pixels]
+BLEND = 4.0  # distance over which the solids of the hand merge [pixels]
 
 
 class BookSetting:
-    """Random parts of a scene.
+    """Random objects and motion of the scene with number `seed`.
 
-    `lamp` is the direction to the light: to a side, slightly above, in front of the book; shape
-    (3,).
+    `lamp`, shape (3,), is the direction to the light, which is at one side, slightly above and in
+    front of the book.
     """
 
     def __init__(self, seed: int) -> None:
@@ -506,7 +507,7 @@ class BookSetting:
 
     @cached_property
     def illuminants(self) -> Array:
-        """BGR gains while the light turns from natural to yellow, shape (FRAMES, 3)."""
+        """Colour of the light in every frame, BGR, from natural to yellow, shape (FRAMES, 3)."""
         random = self._random("illuminant")
         start, end = random.uniform(0.02, 0.12), random.uniform(0.88, 0.98)
         share = smooth_step(np.arange(FRAMES) / (FRAMES - 1), start, end)[:, None]
@@ -525,7 +526,7 @@ class BookSetting:
 
     @cached_property
     def _hand(self) -> Floats:
-        """Hand and sleeve in white light, premultiplied by the last channel, coverage."""
+        """Hand and sleeve in white light, premultiplied by the coverage, the last channel."""
         random = self._random("hand")
         side = float(random.choice([-1, 1]))
         skin, cloth = sample_skin(random), sample_similar(random, CLOTHES, 0.06)
@@ -542,7 +543,7 @@ class BookSetting:
         return np.asarray(cv2.resize(sheet, HAND_SIZE, interpolation=cv2.INTER_AREA), np.float32)
 
     def hand(self, frame: int) -> Floats:
-        """Return the hand at its position in a frame, shape (height, width, 4)."""
+        """Return the hand at the position that it has in a frame, shape (height, width, 4)."""
         pose = self.plan.poses[frame]
         cosine, sine = np.cos(pose.tilt), np.sin(pose.tilt)
         turn = pose.scale * np.array([[cosine, -sine], [sine, cosine]])
@@ -551,7 +552,7 @@ class BookSetting:
         return np.asarray(cv2.warpAffine(self._hand, matrix, SIZE, flags=cv2.INTER_LINEAR))
 
     def surface(self, frame: int) -> BookSurface:
-        """Return the book's surface in a frame."""
+        """Return the vertices of the book in a frame."""
         return self.book.surface(self.plan.bendings[frame], self.plan.poses[frame], self.lamp)
 
     def render_book(self, frame: int) -> RenderedMesh:
@@ -565,8 +566,8 @@ class BookSetting:
 
     @cached_property
     def truth(self) -> tuple[Array, Array, Array]:
-        """Boxes, visibility, and share of the front in its own shadow, in every frame."""
-        # Coverage needs no colours. The room determines the cloth's colour and is rendered later.
+        """Boxes, visibility, and fraction of the front in its own shadow, for every frame."""
+        # The coverage does not depend on colours, which would require rendering the room.
         mesh = self.book.mesh(self.book.blank())
         boxes, visibility, shadow = np.empty((FRAMES, 4)), np.empty(FRAMES), np.empty(FRAMES)
         for frame in range(FRAMES):
@@ -581,7 +582,7 @@ class BookSetting:
 
     @cached_property
     def _mesh(self) -> Mesh:
-        """Triangles of the book; the shadowed cloth looks like the wall behind it."""
+        """Triangles of the book; the colour of its shadowed cloth is that of the wall."""
         wall = _most_frequent(self.room[20:HORIZON, 60:-60].reshape(-1, 3))
         light = np.clip(wall / (SHADOWED * AROUND), 0, 0.8)
         return self.book.mesh(
@@ -593,14 +594,14 @@ class BookSetting:
 
 
 def _most_frequent(colours: Floats) -> Array:
-    """Return the mean of the fullest of 12³ bins of linear colours, shape (k, 3)."""
+    """Return the mean of the colours, shape (k, 3), in the fullest of 12³ histogram bins."""
     bins = (12 * np.sqrt(np.clip(colours, 0, 0.999))).astype(int)
     _, inverse, counts = np.unique(bins, axis=0, return_inverse=True, return_counts=True)
     return np.asarray(colours[inverse.ravel() == counts.argmax()].mean(axis=0), np.float64)
 
 
 def _skin(random: np.random.Generator, side: float) -> list[Array]:
-    """Return thumb, its ball, palm edge, knuckles and wrist, with y upwards from the held point."""
+    """Return the solids of a hand; the origin is the held point of the book, and y is upwards."""
     lean = random.uniform(-3, 3)
     wrist = (side * 14, -46, -6)
     solids = [
@@ -618,19 +619,20 @@ def _sleeve(side: float) -> list[Array]:
     return cuff + chain([(side * 16, -54, -6), (side * 34, -160, -6)], (14, 22), BLEND)
 
 
-CONSIDERABLE = 0.25  # minimum share of the front in its own shadow for the attribute `self-shadow`
-BEHIND = 70.0  # distance from the book to the surface that its shadow falls on [pixels]
-SOFTNESS, DARKNESS = 9.0, 0.7  # of the shadow: see `remaining_light`
+# minimum fraction of the front in its own shadow for the attribute `self-shadow`
+CONSIDERABLE = 0.25
+BEHIND = 70.0  # distance from the book to the surface on which its shadow falls [pixels]
+SOFTNESS, DARKNESS = 9.0, 0.7  # softness and darkness of the shadow; see `remaining_light`
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
-def scene(knobs: SceneKnobs) -> "BookScene":
+def scene(parameters: SceneParameters) -> "BookScene":
     """Return the renderer with its ground truth, without rendering."""
-    return BookScene(knobs.scene)
+    return BookScene(parameters.scene)
 
 
 class BookScene(SyntheticScene):
-    """Book that bends in a hand."""
+    """Scene of a book that bends in a hand."""
 
     length, size = FRAMES, SIZE
 
@@ -639,11 +641,11 @@ class BookScene(SyntheticScene):
         self.setting = _setting(seed)
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        Boxes are those of the whole book, including the part behind the thumb. The attribute is
-        `self-shadow`: at least a quarter of the camera-facing front receives less than half of the
-        lamp's light that it would receive on a flat book facing the camera.
+        Boxes contain the whole book, including the part behind the thumb. The attribute
+        `self-shadow` means that at least a quarter of the visible front is in its own shadow (see
+        `Book.self_shadow`).
         """
         boxes, visibility, shadow = self.setting.truth
         return SceneTruth(boxes, visibility, {"self-shadow": shadow >= CONSIDERABLE})

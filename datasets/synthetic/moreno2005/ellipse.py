@@ -3,9 +3,9 @@
 The paper shows "a synthetically generated sequence of an ellipse that changes randomly its
 position, color and shape in a cluttered background". It is tracked "even when the background has a
 similar color to the target (observe the frame before last)". All other properties are our choice.
-Shape and colour take a new random step in every frame. The displacement stays within two standard
-deviations of the shift that was estimated for trackers. The ellipse meets a patch of its colour
-three times, and many background shapes have a colour that the ellipse has at another time.
+Shape and colour make a random step in every frame. The speed is limited to two standard deviations
+of the displacement that the paper's trackers assume. The ellipse touches a background patch of its
+colour three times. Many other background shapes have a colour that the ellipse has at another time.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
@@ -30,14 +30,13 @@ FRAMES = 100
 SIZE = 320, 240
 BORDER = 38.0  # minimum distance of the centre from the image border [pixels]
 HALF_AXES = 11.0, 34.0  # minimum and maximum [pixels]
-KEPT = 0.85  # autoregressive coefficient of the velocity
+KEPT = 0.85  # coefficient of the autoregressive process of the velocity
 NEW_SPEED = 1.8  # standard deviation of each component of the velocity noise [pixels/frame]
-# [pixels/frame]; two standard deviations of the shift that trackers have learnt (section 4)
+# maximum speed [pixels/frame]: two standard deviations of the shift that trackers assume
 FASTEST = 6.9
-# Standard deviation of independent steps of the logarithm of either half axis, and of the angle
-# [radians]. Trackers learn the standard deviations .03 for stretches and .05 for shears on other
-# data. With .03, trackers had been tried before on other scenes (J .86), so it was known that they
-# can follow.
+# Standard deviation of the independent steps of the logarithm of each half axis, and of the angle
+# [radians]. Trackers assume .03 for stretches and .05 for shears. Earlier tests on other scenes
+# showed that trackers can follow steps of .03 (mean overlap .86).
 NEW = 0.03
 STEP = 0.05  # mean step of the colour per frame, in RGB of [0, 1]
 TURN = 0.45  # change of the colour's direction per frame: noise that is added to a unit vector
@@ -46,7 +45,7 @@ COLOURS = 0.08, 0.92  # minimum and maximum of every channel
 
 @dataclass(frozen=True)
 class EllipsePlan:
-    """Ellipse in every frame."""
+    """Position, shape and colour of the ellipse in every frame."""
 
     centre: Array  # (FRAMES, 2): in the image, (x, y) [pixels]
     half_axes: Array  # (FRAMES, 2): [pixels]
@@ -63,13 +62,13 @@ class EllipsePlan:
         return np.hstack([self.centre - half, 2 * half])
 
     def inwards(self, frame: int, points: Array) -> Array:
-        """Return points in the ellipse's own frame, where it is the unit circle; shape (..., 2)."""
+        """Map image points (..., 2) to coordinates in which the ellipse is the unit circle."""
         cosine, sine = np.cos(self.angle[frame]), np.sin(self.angle[frame])
         turn = np.array([[cosine, -sine], [sine, cosine]])
         return np.asarray((points - self.centre[frame]) @ turn / self.half_axes[frame])
 
     def around(self, frame: int) -> tuple[tuple[slice, slice], Array]:
-        """Return the window that the ellipse may touch, and `inwards` of its pixel centres."""
+        """Return a window around the ellipse, and its pixel centres transformed by `inwards`."""
         x, y, width, height = self.boxes[frame]
         left, top = int(x) - 1, int(y) - 1
         right, bottom = int(x + width) + 2, int(y + height) + 2
@@ -105,7 +104,7 @@ def sample_plan(seed: int) -> EllipsePlan:
 
 
 def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
-    """Walk with a first-order autoregressive velocity, reflected at (2,) bounds; (FRAMES, 2)."""
+    """Sample a path, shape (FRAMES, 2), with an autoregressive velocity, reflected at bounds."""
     place = random.uniform(low, high)
     rate = random.normal(0, NEW_SPEED / np.sqrt(1 - KEPT * KEPT), low.shape)
     places = np.empty((FRAMES, *low.shape))
@@ -118,7 +117,7 @@ def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
 
 
 def _random_walk(random: np.random.Generator, low: Array, high: Array) -> Array:
-    """Sample a random walk of independent steps, reflected at bounds (k,); shape (FRAMES, k)."""
+    """Sample a random walk, shape (FRAMES, k), with independent steps, reflected at bounds (k,)."""
     places = [random.uniform(low, high)]
     for step in random.normal(0, NEW, (FRAMES - 1, *low.shape)):
         places.append(_reflect(places[-1] + step, step, low, high)[0])
@@ -126,7 +125,7 @@ def _random_walk(random: np.random.Generator, low: Array, high: Array) -> Array:
 
 
 def _colour_path(random: np.random.Generator) -> Array:
-    """Sample a curved path through colours at nearly constant speed; shape (FRAMES, 3)."""
+    """Sample a curved path through RGB space at nearly constant speed, shape (FRAMES, 3)."""
     low, high = (np.full(3, level) for level in COLOURS)
     place, heading = random.uniform(low, high), _unit(random.normal(size=3))
     places = np.empty((FRAMES, 3))
@@ -139,7 +138,7 @@ def _colour_path(random: np.random.Generator) -> Array:
 
 
 def _reflect(place: Array, rate: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Reflect a position beyond a bound at the bound and reverse its rate."""
+    """Reflect a position that lies beyond a bound, and reverse its velocity."""
     beyond = (place < low) | (place > high)
     bound = np.clip(place, low, high)
     return 2 * bound - place, np.where(beyond, -rate, rate)
@@ -152,33 +151,33 @@ def _unit(vector: Array) -> Array:
 # Samples of a painting per pixel and axis. The number is odd, so the middle sample is the pixel's
 # centre.
 FINE = 3
-SUBPIXEL = 4  # binary digits of OpenCV's sub-sample positions of outlines
+SUBPIXEL = 4  # fractional bits of the outline positions that OpenCV draws
 
-# first frame in which a patch can be met; before it, trackers learn the ellipse without patches
+# first frame in which the ellipse can touch a patch; before it, trackers learn the ellipse
 FIRST = 10
-MEETINGS = 3  # one in each third of the frames from `FIRST` on
-PATCH_RADIUS = 10.0, 18.0  # of patches [pixels]
-# distance of a met patch's centre beyond the ellipse's outline [radii of the patch]
+MEETINGS = 3  # number of touched patches: one in each third of the frames after `FIRST`
+PATCH_RADIUS = 10.0, 18.0  # range of the radii of patches [pixels]
+# distance of a touched patch's centre from the ellipse's outline [radii of the patch]
 SHOWN = 0.2, 0.7
-ASIDE = 8.0, 26.0  # distance of an unmet patch from the ellipse's outline [pixels]
+ASIDE = 8.0, 26.0  # distance of an untouched patch from the ellipse's outline [pixels]
 SIMILAR = 0.15  # maximum distance between similar colours, in RGB of [0, 1]
-ADJOINING = 8  # minimum number of pixels next to the ellipse for a patch that touches it
+ADJOINING = 8  # minimum number of common border pixels of the ellipse and a patch that touches it
 
 TONES = 7  # colours of the texture behind the shapes
 SHAPES, SIMILAR_SHARE = (
     400,
     0.8,
-)  # number of shapes; share with a colour that the ellipse has at some time
-SHAPE_RADIUS = 5.0, 18.0  # of shapes; small ones are more frequent [pixels]
+)  # number of shapes; fraction of shapes with a colour that the ellipse has at some time
+SHAPE_RADIUS = 5.0, 18.0  # range of the radii of shapes [pixels]; small shapes are more frequent
 MOTTLE = 0.06  # standard deviation of a shape's texture, relative to its colour
 SHAPE_SLANT = 0.14  # maximum difference of brightness between the ends of a shape
-SHADOW = 0.45  # maximum share of light that a shape removes around itself
-THICK = 2.2  # approximate reach of a shape's shadow [pixels]
+SHADOW = 0.45  # maximum fraction of light that the shadow of a shape removes
+THICK = 2.2  # approximate width of a shape's shadow [pixels]
 TILE = 1024  # side of the textures [samples]; larger than the image
 
 
 def covered_samples(outline: Array) -> NDArray[np.bool_]:
-    """Return the samples inside an outline (k, 2) [pixels], (height * FINE, width * FINE)."""
+    """Return the mask (height * FINE, width * FINE) of samples in an outline (k, 2) [pixels]."""
     canvas = np.zeros((SIZE[1] * FINE, SIZE[0] * FINE), np.uint8)
     points = np.round((outline * FINE - 0.5) * (1 << SUBPIXEL)).astype(np.int32)
     cv2.fillPoly(canvas, [points], 1, shift=SUBPIXEL)
@@ -186,7 +185,7 @@ def covered_samples(outline: Array) -> NDArray[np.bool_]:
 
 
 def sample_outline(random: np.random.Generator, centre: Array, radius: float) -> Array:
-    """Sample the outline of a random shape around a place (2,), as large as a circle [pixels]."""
+    """Sample the outline of a random shape with the area of a circle around a point [pixels]."""
     kinds = _box, _polygon, _oval, _blob
     points = kinds[random.integers(len(kinds))](random)
     stretch = np.exp(random.uniform(-0.4, 0.4))
@@ -225,16 +224,16 @@ def _directions(angles: Array) -> Array:
 
 @dataclass(frozen=True)
 class EllipsePatch:
-    """Patch with the colour that the ellipse has at one time."""
+    """Background patch with the colour that the ellipse has at one time."""
 
     outline: Array  # (k, 2) [pixels]
     colour: Array  # (3,): RGB in [0, 1]
 
 
 def sample_patches(seed: int, plan: EllipsePlan) -> list[EllipsePatch]:
-    """Sample pairs of patches with the ellipse's colour in a frame, near its position there.
+    """Sample pairs of patches that have colour and surroundings of the ellipse in one frame.
 
-    One patch of each pair touches the ellipse, the other lies next to it.
+    One patch of each pair touches the ellipse; the other patch lies next to the ellipse.
     """
     random = part_generator(seed, "moreno2005/ellipse patches")
     bounds = np.linspace(FIRST, FRAMES, MEETINGS + 1).astype(int).tolist()
@@ -251,9 +250,9 @@ def sample_patches(seed: int, plan: EllipsePlan) -> list[EllipsePatch]:
 
 
 def similar_patch_frames(patches: Sequence[EllipsePatch], plan: EllipsePlan) -> NDArray[np.bool_]:
-    """Return the frames in which the ellipse touches a patch of a similar colour.
+    """Return for every frame whether the ellipse touches a patch of a similar colour.
 
-    Parts of a patch that are hidden by the ellipse or by another patch do not count.
+    Parts of a patch that the ellipse or another patch occludes do not count.
     """
     topmost = np.full((SIZE[1], SIZE[0]), -1)
     for number, patch in enumerate(patches):
@@ -271,7 +270,7 @@ def similar_patch_frames(patches: Sequence[EllipsePatch], plan: EllipsePlan) -> 
 
 
 def paint_background(seed: int, plan: EllipsePlan, patches: Sequence[EllipsePatch]) -> Image:
-    """Paint the background, BGR, with the patches on top."""
+    """Return the background, BGR, with the patches on top."""
     random = part_generator(seed, "moreno2005/ellipse clutter")
     rows, columns = SIZE[1] * FINE, SIZE[0] * FINE
     smooth = fractal(random, TILE, 4, 256, 0.6)[:rows, :columns]
@@ -293,10 +292,10 @@ def paint_background(seed: int, plan: EllipsePlan, patches: Sequence[EllipsePatc
 def _paint_shape(
     random: np.random.Generator, canvas: Array, mottle: Array, outline: Array, colour: Array
 ) -> None:
-    """Paint a shape with its shadow over a canvas of samples in place."""
+    """Paint a shape with its shadow over a canvas in place; the canvas has `FINE` resolution."""
     rows, columns = _window(outline)
     window = canvas[rows, columns]
-    if not window.size:  # the shape lies outside the image
+    if not window.size:  # The shape lies outside the image.
         return
     corner = np.array([columns.start, rows.start])
     covered = np.zeros(window.shape[:2], np.uint8)
@@ -315,7 +314,7 @@ def _paint_shape(
 
 
 def _window(outline: Array) -> tuple[slice, slice]:
-    """Return rows and columns of samples that a shape's shadow may reach."""
+    """Return rows and columns of the samples that the shadow of a shape may cover."""
     margin = THICK + 2
     low = np.maximum(np.floor((outline.min(axis=0) - margin) * FINE), 0).astype(int)
     high = np.maximum(np.ceil((outline.max(axis=0) + margin) * FINE), 0).astype(int)
@@ -323,18 +322,18 @@ def _window(outline: Array) -> tuple[slice, slice]:
 
 
 CAMERA = Camera(SIZE, noise=5.0, fall=(0, 0))
-# brightness of the ellipse without direct light, and the increase by direct light
+# brightness of the ellipse in ambient light, and the increase by direct light
 SHADING = 0.78, 0.34
 LIGHT_SLANT = 0.9  # angle between the direct light and the line of sight [radians]
 
 
-def scene(knobs: SceneKnobs) -> "EllipseScene":
+def scene(parameters: SceneParameters) -> "EllipseScene":
     """Return the renderer with its ground truth, without rendering."""
-    return EllipseScene(knobs.scene)
+    return EllipseScene(parameters.scene)
 
 
 class EllipseScene(SyntheticScene):
-    """Ellipse in front of clutter."""
+    """Scene of an ellipse in front of clutter."""
 
     length, size = FRAMES, SIZE
 
@@ -344,10 +343,10 @@ class EllipseScene(SyntheticScene):
         self.patches = sample_patches(seed, self.plan)
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        The attribute is `similar patch`: a patch that touches the ellipse has a colour similar to
-        its present one.
+        The attribute `similar patch` means that the ellipse touches a patch whose colour is similar
+        to the current colour of the ellipse.
         """
         touching = similar_patch_frames(self.patches, self.plan)
         return SceneTruth(self.plan.boxes, np.ones(FRAMES), {"similar patch": touching})
@@ -361,10 +360,9 @@ class EllipseScene(SyntheticScene):
         return self.plan.covers(frame)
 
     def _lay_ellipse(self, canvas: Image, frame: int) -> None:
-        """Paint the ellipse over a canvas in place."""
         window, inwards = self.plan.around(frame)
         square = (inwards * inwards).sum(axis=2)
-        # Distance to the outline along the gradient: exact to first order.
+        # Distance to the outline along the gradient, a first-order approximation.
         slope = 2 * np.linalg.norm(inwards / self.plan.half_axes[frame], axis=2)
         coverage = np.clip(0.5 + (1 - square) / np.maximum(slope, 1e-9), 0, 1)[..., None]
         rise = np.sqrt(np.maximum(1 - square, 0))

@@ -1,14 +1,13 @@
-"""`moreno2005/leaf`: a leaf in the wind in front of similar leaves; a cloud hides the sun.
+"""`moreno2005/leaf`: a leaf in the wind in front of similar leaves; a cloud covers the sun.
 
 The paper describes a moving leaf in heavy clutter: "the illumination changes abruptly and the
-target moves unpredictably". The change occurs between the first and the second of the frames shown.
-All other properties are our choice: the change is a cloud that leaves dim and bluish light, and a
-gust moves the leaf in the same frame. Without that displacement, a contour whose colours are
-refitted in every frame would survive the change, because it adapts to the new light one frame
-later.
+target moves unpredictably". The change occurs between the first and the second of the frames that
+the paper shows. All other properties are our choice. A cloud leaves dim and bluish light, and a
+gust moves the leaf in the same frame. If the leaf did not move, a tracker that refits colours in
+every frame would survive the change, because it would adapt to the new light one frame later.
 
-A leaf has its base at the origin and its tip upwards. Its middle vein can bend, and its halves can
-be folded up along the vein.
+The base of a leaf is the origin, and its tip points upwards. The middle vein can bend, and the two
+halves can fold up along the vein.
 """
 
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.lamp import remaining_light
@@ -38,9 +37,10 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-COLUMNS, ROWS, STALK = 9, 34, 3  # vertices across; along the blade; along the stalk before it
+# number of vertices across the leaf, along the blade, and along the stalk
+COLUMNS, ROWS, STALK = 9, 34, 3
 TALL, WIDE = 128, 96  # texels along the leaf, and across it
-TEXTURE_SIDE = 128  # side of the noise textures from which the leaf's own is cut [texels]
+TEXTURE_SIDE = 128  # side of the noise textures from which the leaf's texture is cut [texels]
 STALK_LENGTH, STALK_WIDTH = 0.13, 0.016  # length and half width of the stalk [lengths of the blade]
 
 
@@ -49,27 +49,28 @@ class LeafShape:
     """Position, orientation and bending of a leaf."""
 
     place: Array  # (2,): column and row of the blade's centre [pixels]
-    angle: float  # from upright to the right [radians]
-    yaw: float  # rotation to the right, away from the camera [radians]
-    pitch: float  # rotation downwards, away from the camera [radians]
-    # angle between tip and base, positive if the tip points away from the camera [radians]
+    angle: float  # rotation in the image plane, from upright to the right [radians]
+    yaw: float  # rotation of the right side away from the camera [radians]
+    pitch: float  # rotation of the lower side away from the camera [radians]
+    # angle between the directions at tip and base, positive if the tip bends away [radians]
     bend: float
-    fold: float  # angle by which each half is folded up towards the camera [radians]
+    fold: float  # angle by which each half folds towards the camera [radians]
 
 
 @dataclass(frozen=True)
 class Blade:
-    """Undeformed leaf."""
+    """Flat leaf without deformation."""
 
-    length: float  # of the blade, without the stalk [pixels]
+    length: float  # length of the blade, without the stalk [pixels]
     mesh: Mesh
-    along: Array  # (rows, COLUMNS): vertices of the flat leaf, from the base to the tip [pixels]
-    # (rows, COLUMNS): vertices of the flat leaf, from the middle vein to the right [pixels]
+    # (rows, COLUMNS): vertex positions along the leaf, from the base to the tip [pixels]
+    along: Array
+    # (rows, COLUMNS): vertex positions from the middle vein to the right [pixels]
     across: Array
 
 
 def sample_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
-    """Sample a leaf with a blade of a length [pixels] and a mean colour, BGR in [0, 255]."""
+    """Sample a leaf with a length of the blade [pixels] and a mean colour, BGR in [0, 255]."""
     s = np.linspace(0, 1, ROWS)
     rise, fall = random.uniform(0.55, 0.75), random.uniform(0.8, 1.05)
     half = s**rise * (1 - s) ** fall
@@ -96,11 +97,11 @@ def sample_blade(random: np.random.Generator, length: float, colour: ArrayLike) 
 def place_blade(blade: Blade, shape: LeafShape) -> tuple[Array, Array]:
     """Return column, row and nearness of a leaf's vertices [pixels], and the unit normals.
 
-    Both have the shape (v, 3); the normals are those of the upper side.
+    Both arrays have the shape (v, 3). The normals are those of the upper side.
     """
     middle = blade.length / 2
     turn = shape.bend * (blade.along - middle) / blade.length
-    # A bent vein is nearly an arc: its height is the integral of its slope.
+    # A bent vein is nearly a circular arc. Its height is the integral of its slope.
     up = (blade.along - middle) * np.sinc(turn / (2 * np.pi)) * np.cos(turn / 2)
     near = -(blade.along - middle) * np.sinc(turn / (2 * np.pi)) * np.sin(turn / 2)
     lift = np.abs(blade.across) * np.sin(shape.fold)
@@ -118,7 +119,6 @@ def place_blade(blade: Blade, shape: LeafShape) -> tuple[Array, Array]:
 
 
 def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float32]:
-    """Return a linear texture with veins, patches of other tones, a rim and spots."""
     down, right = (np.arange(TALL) + 0.5) / TALL, (np.arange(WIDE) + 0.5) / WIDE * 2 - 1
     s, w = down[:, None], np.abs(right)[None]
     pairs, slope = random.uniform(6, 9), random.uniform(0.22, 0.34)
@@ -148,14 +148,14 @@ def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float
 FRAMES = 100
 SIZE = 320, 240
 JUMP = 1  # first frame in the changed light; a gust moves the leaf in the same frame
-FASTEST = 15.0  # speed in the strongest of the other gusts [pixels/frame]
+FASTEST = 15.0  # speed of the leaf in the strongest of the other gusts [pixels/frame]
 FIRST_GUST = 1.1, 1.3  # strength of the gust in the frame of the light change
-CALM = 6  # frames from the light change to the next gust
+CALM = 6  # minimum time from the light change to the next gust [frames]
 LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])  # bounds of the leaf's centre [pixels]
 
 
 def sample_shapes(random: np.random.Generator) -> tuple[LeafShape, ...]:
-    """Sample the leaf's shape in every frame."""
+    """Sample the pose and bending of the leaf in every frame."""
     gusts = _gusts(random)
     places = _places(random, gusts)
     angle = random.uniform(-np.pi, np.pi) + _shaken(random, gusts, 0.03, 0.26)
@@ -178,7 +178,7 @@ def sample_sway(random: np.random.Generator) -> Array:
 
 
 def _gusts(random: np.random.Generator) -> Array:
-    """Return the strength of a gust that starts in each frame, up to 1.3; 0 for most frames."""
+    """Return the strength of the gust that starts in each frame, up to 1.3, or 0."""
     gusts = np.zeros(FRAMES)
     gusts[JUMP] = random.uniform(*FIRST_GUST)
     frame = JUMP + CALM + int(random.integers(6))
@@ -189,7 +189,7 @@ def _gusts(random: np.random.Generator) -> Array:
 
 
 def _places(random: np.random.Generator, gusts: Array) -> Array:
-    """Return the centre of the leaf, shape (FRAMES, 2): pushed by gusts and pulled to its rest."""
+    """Return the path of the leaf, shape (FRAMES, 2): gusts push it, a spring pulls it back."""
     home = np.array([160.0, 120.0]) + random.uniform(-1, 1, 2) * [35, 20]
     place, speed = home + random.uniform(-8, 8, 2), random.normal(0, 0.8, 2)
     places = []
@@ -207,7 +207,7 @@ def _places(random: np.random.Generator, gusts: Array) -> Array:
 
 
 def _shaken(random: np.random.Generator, gusts: Array, restless: float, kick: float) -> Array:
-    """Return damped oscillations about 0 that noise excites slightly and gusts strongly."""
+    """Return damped oscillations about 0, excited slightly by noise and strongly by gusts."""
     value, speed, values = 0.0, 0.0, []
     for gust in gusts.tolist():
         speed = 0.8 * speed - 0.06 * value + random.normal(0, restless)
@@ -222,7 +222,7 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class LeafLight:
-    """Light of the sky from all directions, and of the sun on facing surfaces, BGR; shapes (3,)."""
+    """Ambient light of the sky, and light of the sun on facing surfaces, BGR; shapes (3,)."""
 
     sky: Array
     sun: Array
@@ -230,62 +230,62 @@ class LeafLight:
 
 SUNSHINE = LeafLight(np.array([0.56, 0.64, 0.66]), np.array([0.60, 1.40, 1.90]))
 CLOUD = LeafLight(np.array([0.40, 0.31, 0.22]), np.array([0.024, 0.056, 0.076]))
-THROUGH = 0.35  # share of the sun's light that passes through a leaf
+THROUGH = 0.35  # fraction of the sun's light that passes through a leaf
 SUNLIGHT_SIDE = 512  # side of the periodic pattern of sun and shade [pixels]
-# colours of the leaf, BGR: yellower than the foliage, or brownish
+# colours of the target leaf, BGR: yellower than the foliage, or brownish
 COLOURS = ((52, 156, 148), (56, 138, 164), (58, 168, 124))
 LONG = 76, 90  # minimum and maximum length of the leaf [pixels]
-OPEN = 0.45  # minimum share of the sun that the leaf receives, because little is above it
+OPEN = 0.45  # minimum fraction of the sun's light that reaches the target leaf
 
+# colours of the foliage, BGR
 GREENS = (
     (44, 104, 62), (40, 88, 48), (56, 128, 84), (46, 118, 96), (38, 78, 50), (66, 138, 108),
     (62, 110, 66), (34, 96, 74),
 )  # fmt: skip
-"""Colours of the foliage, BGR."""
 
 FAR, NEAR = 190, 60  # number of leaves in the static layer, and in the swaying layer in front of it
 MARGIN = 8  # margin of a foliage layer beyond the image on every side [pixels]
 LAYER = SIZE[0] + 2 * MARGIN, SIZE[1] + 2 * MARGIN  # size of a layer [pixels]
 
+# number of different leaves in a layer, and their fraction with nearly the target's colour
 KINDS, SIMILAR_SHARE = 50, 0.15
-"""Number of different leaves in a layer, and the share of them in nearly the target's colour."""
 
 GROUND = np.array([0.006, 0.010, 0.008])  # colour of the ground behind all leaves
 LEAF_OFF, LEAF_SOFT = 9.0, 3.5  # offset and softness of a leaf's shadow in the foliage [pixels]
-# share of the sky's light, and of the sun's, that a leaf removes from those below
+# fractions of the sky's and of the sun's light that a leaf removes from leaves below
 SHADED = 0.35, 0.8
 
 
 def incident_light(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
-    """Return the light on leaves from the sky and from the sun, relative to a `LeafLight`.
+    """Return the light on vertices from the sky and from the sun, relative to a `LeafLight`.
 
-    `normals`: of the vertices, shape (v, 3). `sun`: direction to the sun, shape (3,). `in_sun`:
-    share of the sun that is visible from each vertex, shape (v,).
+    `normals`, shape (v, 3), are vertex normals. `sun`, shape (3,), is the direction to the sun.
+    `in_sun`, shape (v,), is the fraction of the sun that is visible from each vertex.
     """
-    facing = normals @ sun * np.sign(normals[:, 2])  # of the visible side
+    facing = normals @ sun * np.sign(normals[:, 2])  # normal of the visible side
     lit = np.where(facing > 0, facing, -THROUGH * facing)
     return 0.75 + 0.25 * np.abs(normals[:, 2]), in_sun * lit
 
 
 @dataclass(frozen=True)
 class FoliageLayer:
-    """Leaves in sky light of 1 and in sunlight of 1.
+    """Layer of leaves, once in sky light of 1 and once in sunlight of 1.
 
-    Both sheets have the size `LAYER`: reflected light, premultiplied by the coverage, which is the
-    last of their four channels.
+    Both sheets have the size `LAYER` and four channels: reflected light (BGR), premultiplied by the
+    coverage, and the coverage.
     """
 
     around: Floats
     straight: Floats
 
     def lit(self, light: LeafLight) -> Floats:
-        """Return the layer in a light, premultiplied, shape (height, width, 4)."""
+        """Return the layer in a light, premultiplied by the coverage, shape (height, width, 4)."""
         sky, sun = np.append(light.sky, 1), np.append(light.sun, 0)
         return np.asarray(self.around * sky + self.straight * sun, np.float32)
 
 
 class LeafSetting:
-    """Random parts of a scene."""
+    """Random objects and motion of a scene."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
@@ -295,7 +295,7 @@ class LeafSetting:
 
     @cached_property
     def shapes(self) -> tuple[LeafShape, ...]:
-        """Shape of the leaf in every frame."""
+        """Pose and bending of the target leaf in every frame."""
         return sample_shapes(self._random("wind"))
 
     @cached_property
@@ -303,7 +303,7 @@ class LeafSetting:
         return sample_sway(self._random("sway"))
 
     def points(self, frame: int) -> tuple[Array, Array]:
-        """Return the leaf's vertices and normals in a frame; see `place_blade`."""
+        """Return vertices and normals of the target leaf in a frame; see `place_blade`."""
         return place_blade(self._blade, self.shapes[frame])
 
     def light(self, frame: int) -> LeafLight:
@@ -311,7 +311,7 @@ class LeafSetting:
         return self.lights[int(frame >= JUMP)]
 
     def render_leaf(self, frame: int) -> RenderedMesh:
-        """Render the leaf in a frame."""
+        """Render the target leaf in a frame."""
         points, normals = self.points(frame)
         in_sun = OPEN + (1 - OPEN) * self._visible_sun(points)
         around, straight = incident_light(normals, self.sun, in_sun)
@@ -321,11 +321,11 @@ class LeafSetting:
 
     @cached_property
     def layers(self) -> tuple[FoliageLayer, FoliageLayer]:
-        """Static foliage, and the swaying foliage in front of it."""
+        """Layers of static foliage, and of swaying foliage in front of the static layer."""
         return self._layer("still foliage", FAR, 1.0), self._layer("foliage that sways", NEAR, 0.4)
 
     def _layer(self, part: str, count: int, depth: float) -> FoliageLayer:
-        """Render `count` overlapping leaves, darker with depth; a depth of 1 leaves no gaps."""
+        """Render `count` overlapping leaves that are darker with depth; depth 1 leaves no gaps."""
         random = self._random(part)
         around, straight = (np.zeros((*LAYER[::-1], 4), np.float32) for _ in range(2))
         if depth == 1:
@@ -350,12 +350,12 @@ class LeafSetting:
         return FoliageLayer(around, straight)
 
     def _visible_sun(self, points: Array) -> Array:
-        """Return the share of the sun, in [0, 1], that leaves above the image let through."""
+        """Return the fraction of sunlight, in [0, 1], that passes the leaves above the image."""
         columns, rows = np.round(points[:, :2].T).astype(np.int64) % SUNLIGHT_SIDE
         return np.asarray(self._dapples[rows, columns])
 
     def _sample_sun(self) -> Array:
-        """Return the direction to the sun: above, to a side, on the camera's side; shape (3,)."""
+        """Sample the direction to the sun, shape (3,): above, sideways, towards the camera."""
         random = self._random("sun")
         sun = np.array([random.choice([-1, 1]) * random.uniform(0.3, 0.6), -0.6, 0.65])
         return np.asarray(sun / np.sqrt((sun * sun).sum()))
@@ -378,7 +378,7 @@ class LeafSetting:
 
 
 def _sample_foliage_leaf(random: np.random.Generator, target: Array) -> Blade:
-    """Sample a leaf of the foliage; some have nearly the colour of the `target`, BGR."""
+    """Sample a leaf of the foliage; some leaves have nearly the colour of the `target`, BGR."""
     colour = sample_colour(random, GREENS)
     if random.random() < SIMILAR_SHARE:
         share = random.uniform(0.5, 0.9)
@@ -403,13 +403,13 @@ OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)
 CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
-def scene(knobs: SceneKnobs) -> "LeafScene":
+def scene(parameters: SceneParameters) -> "LeafScene":
     """Return the renderer with its ground truth, without rendering."""
-    return LeafScene(knobs.scene)
+    return LeafScene(parameters.scene)
 
 
 class LeafScene(SyntheticScene):
-    """Leaf in front of other leaves."""
+    """Scene of a leaf in front of other leaves."""
 
     length, size = FRAMES, SIZE
 
@@ -418,10 +418,10 @@ class LeafScene(SyntheticScene):
         self.setting = _setting(seed)
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        Boxes are those of the whole leaf with its stalk; nothing occludes it. The attribute is
-        `light change`: the first frame in other light.
+        Boxes contain the whole leaf with its stalk, which is never occluded. The attribute `light
+        change` is True in the first frame under the cloud.
         """
         boxes = np.stack([bounding_box(self.setting.points(frame)[0]) for frame in range(FRAMES)])
         change = np.arange(FRAMES) == JUMP
@@ -446,7 +446,7 @@ class LeafScene(SyntheticScene):
 
     @cached_property
     def _foliage(self) -> tuple[tuple[Floats, Floats], ...]:
-        """Image of the static foliage and sheet of the swaying one: under cloud, in sunshine."""
+        """Static image and swaying sheet of the foliage, under the cloud and in sunshine."""
         still, swaying = self.setting.layers
         inner = (slice(MARGIN, -MARGIN),) * 2
         return tuple(

@@ -1,15 +1,14 @@
 """`moreno2005/octopus`: an octopus crawls over the sea floor and imitates it.
 
-The paper uses "a real video sequence of an octopus changing its appearance while camouflaging"; its
-"appearance [...] quite similar to the background" at times. All other properties are our choice:
-body and motion, zones of the floor, times of the changes, stones and algae, the water's moving
-light, the sensor's noise. The skin adopts only a part of the floor's look, so the colours of each
-frame still separate most of the body from the floor. The arms are short, webbed and move little,
-because the paper's contours change by affine maps from frame to frame.
+The paper uses "a real video sequence of an octopus changing its appearance while camouflaging".
+Sometimes its "appearance [is] quite similar to the background". All other properties are our
+choice: body and motion, zones of the floor, times of the changes, stones and algae, the moving
+light below the water, and sensor noise. The skin adopts the appearance of the floor only in part,
+so that colours still separate most of the body from the floor. The arms are short, webbed and move
+little, because the paper's contours change by affine maps from frame to frame.
 
 The body consists of overlapping balls: mantle, head, eyes and eight arms with skin between them.
-Stones lie and algae grow on the floor; the water above focuses and scatters the light, and tints
-the image.
+Stones and algae are on the floor. The water focuses and scatters the light, and tints the image.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
@@ -30,32 +29,31 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-SIDE = 512  # of textures [pixels]
-IMITATION = 0.5  # share of a floor's look that a skin adopts
+SIDE = 512  # width and height of textures [pixels]
+IMITATION = 0.5  # share of the floor's texture in the camouflaged skin
 
 
 @dataclass(frozen=True)
 class TextureKind:
-    """Look of a floor or skin."""
+    """Kind of texture of a floor or skin."""
 
-    colour: tuple[float, float, float]  # mean, RGB in [0, 1]
-    # returns a texture of shape (SIDE, SIDE, 3), BGR, of any mean
+    colour: tuple[float, float, float]  # mean colour, RGB in [0, 1]
+    # returns a texture of shape (SIDE, SIDE, 3), BGR, with an arbitrary mean
     paint: Callable[[np.random.Generator], Array]
 
 
 def paint_texture(random: np.random.Generator, kind: TextureKind, colour: Array) -> Array:
-    """Return a texture with a mean colour, RGB in [0, 1]; BGR, shape (SIDE, SIDE, 3)."""
+    """Return a BGR texture, shape (SIDE, SIDE, 3), with a mean colour (RGB in [0, 1])."""
     texture = kind.paint(random)
     return np.asarray(np.clip(texture * (colour[::-1] / texture.mean(axis=(0, 1))), 0, 1.2))
 
 
 def imitate_floor(texture: Array, skin_look: Array) -> Array:
-    """Return a skin's imitation of a floor's texture, mixed with the skin's own look."""
+    """Return a mixture of a floor's texture and a skin's texture."""
     return np.asarray(IMITATION * texture + (1 - IMITATION) * skin_look)
 
 
 def _sand(random: np.random.Generator) -> Array:
-    """Return ripples, grains, and pieces of shell."""
     rows, columns = np.indices((SIDE, SIDE)) * (2 * np.pi / SIDE)
     bend = 5 * fractal(random, SIDE, 4, 16)
     ripples = np.sin(random.choice([-1, 1]) * 13 * columns + 31 * rows + bend)
@@ -67,7 +65,6 @@ def _sand(random: np.random.Generator) -> Array:
 
 
 def _stones(random: np.random.Generator) -> Array:
-    """Return gravel, partly overgrown."""
     large = pebbles(random, SIDE) / 130
     halves = large.reshape(SIDE // 2, 2, SIDE // 2, 2, 3).mean(axis=(1, 3))
     stones = np.tile(halves, (2, 2, 1))
@@ -76,7 +73,6 @@ def _stones(random: np.random.Generator) -> Array:
 
 
 def _turf(random: np.random.Generator) -> Array:
-    """Return short algae of varying density."""
     blades = grass(random, SIDE) / 90
     dark = 1 + 0.35 * fractal(random, SIDE, 8, 64)
     return np.asarray(blades.mean(axis=2, keepdims=True) * np.clip(dark, 0.3, 2)[..., None]
@@ -84,7 +80,6 @@ def _turf(random: np.random.Generator) -> Array:
 
 
 def _reef(random: np.random.Generator) -> Array:
-    """Return rough rock with crusts of other colours."""
     height = fractal(random, SIDE, 16, 256, 0.7)
     tones = np.array([[0.35, 0.38, 0.45], [0.7, 0.75, 0.9], [1.0, 1.05, 1.25]])
     rock = ramp(height, tones) * relief(9 * height, 0.35)[..., None]
@@ -119,11 +114,11 @@ Floats = NDArray[np.float32]
 
 # direction to the light: to the right, down, towards the camera
 SUN = np.array([-0.42, -0.5, 0.757], np.float32)
-AMBIENT = 0.55  # ambient share of the light that falls on level ground
+AMBIENT = 0.55  # fraction of the light on level ground that is ambient
 
 
 def relief_light(height: Floats, soft: float) -> Floats:
-    """Return the light on a height map [samples]: 1 on level ground, shape (rows, columns).
+    """Return the light on a height map [samples], shape (rows, columns); it is 1 on level ground.
 
     `soft` is the standard deviation of the blur that rounds edges [samples].
     """
@@ -139,9 +134,9 @@ def cast_shadow(
 ) -> None:
     """Darken a canvas in place by the shadow of an object above it.
 
-    `cover` is the object's coverage. The shadow lies to the right and below by `shift`, which is
-    not 0; `soft` is the standard deviation of its edge [samples], `darkness` the share of light
-    that full shadow removes.
+    `cover` is the object's coverage. The shadow is displaced by `shift` > 0 to the right and down
+    [samples]. `soft` is the standard deviation of its edge [samples], `darkness` the fraction of
+    light that full shadow removes.
     """
     right, down = shift
     thrown = np.zeros_like(cover)
@@ -159,9 +154,9 @@ def mould_heights(
     shape: tuple[int, ...],
     ground: float = 0.0,
 ) -> tuple[Floats, NDArray[np.int32]]:
-    """Return the heights of balls on the ground, and the visible ball per sample (-1: none).
+    """Return heights of balls on the ground, and the index of the visible ball (or -1), by sample.
 
-    `corner` is the left top one of the samples, which are `step` apart; see `mould`.
+    `corner` is the upper left corner of the samples, and `step` their distance; see `mould`.
     """
     height, owner = np.full(shape, ground, np.float32), np.full(shape, -1, np.int32)
     mould(balls, *corner, step, height, owner)
@@ -177,12 +172,12 @@ def mould(
     height: NDArray[np.float32],
     owner: NDArray[np.int32],
 ) -> None:
-    """Find the highest surface at samples.
+    """Find the highest surface of balls at samples.
 
-    `balls`: centre (x, y), radius, height of the centre, half height relative to the radius; shape
-    (k, 5). `left, top, step`: sample (row i, column j) lies at ``(left + (j + 0.5) * step, top + (i
-    + 0.5) * step)``. `height`: existing height, raised in place; shape (rows, columns). `owner`:
-    set to the number of the ball that is highest; shape (rows, columns).
+    The columns of `balls`, shape (k, 5), are centre (x, y), radius, height of the centre, and half
+    height relative to the radius. The sample in row i and column j lies at ``(left + (j + 0.5) *
+    step, top + (i + 0.5) * step)``. `height`, shape (rows, columns), is raised in place. `owner`,
+    shape (rows, columns), is set to the index of the highest ball.
     """
     rows, columns = height.shape
     for k in range(len(balls)):
@@ -220,14 +215,15 @@ def colour_skin(
     light: NDArray[np.float32],
     out: NDArray[np.float32],
 ) -> None:
-    """Colour the samples of a skin during the change from one look to another.
+    """Colour the samples of a skin during the change from one texture to another.
 
-    `owner, left, top, step`: see `mould`. `to_rest`: map from the image to the texture position, by
-    ball; shape (k, 2, 3). `before, after`: the periodic looks, whose `side` is a power of two;
-    shape (side, side, 3). `order`: time at which a texel changes, in [0, 1]; shape (side, side).
-    `share`: progress of the whole change, in [0, 1]. `soft`: duration of a texel's change relative
-    to the whole change. `light`: light on the samples; shape (rows, columns). `out`: colour with
-    coverage, initially zeros; written where there is skin; shape (rows, columns, 4).
+    `owner`, `left`, `top` and `step` are as in `mould`. `to_rest`, shape (k, 2, 3), maps image to
+    texture positions for each ball. `before` and `after`, shape (side, side, 3), are periodic
+    textures whose side is a power of two. `order`, shape (side, side), is the time at which a texel
+    changes, in [0, 1]. `share` is the progress of the whole change, in [0, 1], and `soft` the
+    duration of a texel's change relative to the whole change. `light`, shape (rows, columns), is
+    the light on the samples. `out`, shape (rows, columns, 4), is the result: colour and coverage.
+    It must be 0 at first and changes only at samples of the skin.
     """
     rows, columns = owner.shape
     last = order.shape[0] - 1
@@ -258,23 +254,23 @@ def colour_skin(
 
 ARMS = 8
 JOINTS = 20  # balls per arm
-WEBBED = 14  # number of balls per arm, from the head on, that are joined to the next arm by skin
-WEB = np.array([0.25, 0.5, 0.75])  # positions of the skin's balls between two arms
-# position along the body and radius of the mantle's balls; the head is at 0 [pixels]
+WEBBED = 14  # number of balls per arm, counted from the head, that skin joins to the next arm
+WEB = np.array([0.25, 0.5, 0.75])  # positions of the balls of skin between two arms
+# position along the body and radius of the balls of the mantle; the head is at 0 [pixels]
 MANTLE = np.array([[-7, 9], [-13, 12.5], [-19, 15.5], [-25, 17], [-31, 17], [-36, 15], [-41, 11]])
 HEAD, EYE = 10.0, 3.6  # radii [pixels]
 EYES = np.array([[2.0, -7.5], [2.0, 7.5]])  # positions, forwards and to the right [pixels]
 FIRST_ARM = 1.9  # direction of the outermost arms, from straight ahead [radians]
 ARM_THICKNESS, TIP_THICKNESS = 6.8, 2.2  # radius of an arm at the head and at its tip [pixels]
 FINE = 2  # samples per pixel and axis
-ROUNDED = 2.2  # standard deviation of the blur that merges the parts [samples]
+ROUNDED = 2.2  # standard deviation of the blur that merges the balls [samples]
 SKIN_SOFTNESS = 0.35  # duration of a texel's change relative to the whole change
 IRIS, PUPIL = (0.20, 0.52, 0.62), (0.03, 0.03, 0.03)  # colours of the eyes, BGR in [0, 1]
 
 
 @dataclass(frozen=True)
 class OctopusPosture:
-    """Balls of the body as a camera above sees them."""
+    """Balls of the body in the image of a camera above."""
 
     # (k, 5): centre (x, y) and radius [pixels], height of the centre, half height relative to the
     # radius
@@ -283,7 +279,7 @@ class OctopusPosture:
 
     @property
     def box(self) -> Array:
-        """Extents of the silhouette: x, y, width, height [pixels]."""
+        """Bounding box of the silhouette: x, y, width, height [pixels]."""
         places, radii = self.balls[:, :2], self.balls[:, 2:3]
         low, high = (places - radii).min(axis=0), (places + radii).max(axis=0)
         return np.concatenate([low, high - low])
@@ -291,9 +287,9 @@ class OctopusPosture:
 
 @dataclass(frozen=True)
 class Body:
-    """Proportions and motion pattern of an animal."""
+    """Proportions and motion pattern of an octopus."""
 
-    scale: float  # size, about 1
+    scale: float  # relative size, about 1
     # (ARMS, 3): direction from straight ahead [radians], length [pixels], curl [radians]
     arms: Array
     waves: Array  # (ARMS, 3): waves along the arms: amplitude [radians], period [frames], phase
@@ -302,7 +298,7 @@ class Body:
     breath: Array  # (3,): oscillation of the mantle: amplitude, period [frames], phase
 
     def posture_at(self, time: float, place: Array, heading: float) -> OctopusPosture:
-        """Return the posture at a time [frames] with the head at a place [pixels] and a heading."""
+        """Return the posture at a time [frames], with the head at a position [pixels]."""
         size, period, phase = self.waves.T[..., None]
         along = (np.arange(JOINTS) + 0.5) / JOINTS
         reach = _wave(self.reaching, time)[:, None]
@@ -317,7 +313,7 @@ class Body:
         return OctopusPosture(balls, posture.turns + heading)
 
     def at_rest(self) -> OctopusPosture:
-        """Return the posture with straight arms, the head at the origin, turned along x."""
+        """Return the posture with straight arms, the head at the origin and the heading along x."""
         return self._posture(np.zeros((ARMS, JOINTS)), np.ones((ARMS, 1)), 1.0)
 
     def _posture(self, bends: Array, stretch: Array, breath: float) -> OctopusPosture:
@@ -362,9 +358,9 @@ def _wave(waves: Array, time: float) -> Array:
 
 
 def sample_body(random: np.random.Generator) -> Body:
-    """Sample an animal."""
+    """Sample a body."""
     directions = np.linspace(-FIRST_ARM, FIRST_ARM, ARMS) + random.uniform(-0.12, 0.12, ARMS)
-    # Most left arms curl to the left and most right ones to the right.
+    # Most left arms curl to the left, and most right arms curl to the right.
     curls = np.sign(directions) * random.uniform(0.5, 1.2, ARMS)
     curls *= random.choice([-1, 1], ARMS, p=[0.1, 0.9])
     turns = 2 * np.pi * random.random((3, ARMS))
@@ -382,16 +378,16 @@ def sample_body(random: np.random.Generator) -> Body:
 
 
 class Skin:
-    """Looks of a body, each of shape (SIDE, SIDE, 3), BGR in [0, 1].
+    """Textures of a body, each of shape (SIDE, SIDE, 3), BGR in [0, 1].
 
-    The order in which texels change from one look to another is random.
+    Texels change from one texture to another in a random order.
     """
 
     def __init__(self, random: np.random.Generator, body: Body, looks: Sequence[Array]) -> None:
         rest = body.at_rest().balls
         self._rest = rest[:, :2]
         worn = mould_heights(rest, (-SIDE / 2, -SIDE / 2), 1.0, (SIDE, SIDE))[1] >= 0
-        # Scaled so that the part of the texture on the body has the mean colour of the look.
+        # Scaled so that the part of the texture on the body has the given mean colour.
         fitted = (look * (look.mean(axis=(0, 1)) / look[worn].mean(axis=0)) for look in looks)
         eyes = body.scale * EYES, body.scale * EYE
         self._looks = np.stack([_with_eyes(look, *eyes) for look in fitted]).astype(np.float32)
@@ -408,11 +404,11 @@ class Skin:
         after: int,
         share: float,
     ) -> Floats:
-        """Render a window of the image with `FINE` samples per pixel: BGR in [0, 1] and coverage.
+        """Render a window with `FINE` samples per pixel and axis: BGR in [0, 1] and coverage.
 
-        `corner` and `size`: left top corner, and width and height of the window [pixels]. `before`,
-        `after` and `share`: indices of two looks, and progress of the change between them, in [0,
-        1].
+        `corner` is the upper left corner, `size` the width and height of the window [pixels].
+        `before` and `after` are indices of textures, `share` the progress of the change between
+        them in [0, 1].
         """
         shape = size[1] * FINE, size[0] * FINE
         left, top, step = float(corner[0]), float(corner[1]), 1 / FINE
@@ -427,7 +423,7 @@ class Skin:
         return colour
 
     def _to_rest(self, posture: OctopusPosture) -> Array:
-        """Return the map from the image to texture positions, by ball; shape (k, 2, 3)."""
+        """Return the maps from image to texture positions, one per ball, shape (k, 2, 3)."""
         cosine, sine = np.cos(posture.turns), np.sin(posture.turns)
         rows = np.stack([cosine, sine], axis=1), np.stack([-sine, cosine], axis=1)
         turn = np.stack(rows, axis=1)
@@ -437,7 +433,6 @@ class Skin:
 
 
 def _with_eyes(look: Array, places: Array, radius: float) -> Array:
-    """Return a look with irises and slit pupils painted on it."""
     result = look.copy()
     rows, columns = np.indices(look.shape[:2]) + 0.5 - SIDE / 2
     for x, y in places:
@@ -449,28 +444,29 @@ def _with_eyes(look: Array, places: Array, radius: float) -> Array:
 
 FRAMES = 100
 SIZE = 320, 240
-# columns between which the head starts and arrives, or vice versa [pixels]
+# columns of the first and last position of the head, or vice versa [pixels]
 ENDS = ((74.0, 92.0), (228.0, 246.0))
-LEVELS = 92.0, 148.0  # rows between which the head starts and arrives [pixels]
+LEVELS = 92.0, 148.0  # range of rows of the first and last position of the head [pixels]
 BULGE = 14.0  # maximum sideways deviation of the path [pixels]
-TINT = 0.08  # maximum relative deviation of a colour channel from its kind's
-FIRST_CHANGE = 8.0, 16.0  # time at which the change to the look of the first floor starts [frames]
-# time from the arrival on another floor to the start of the change to its look [frames]
+TINT = 0.08  # maximum relative deviation of a colour channel from the mean of its texture kind
+FIRST_CHANGE = 8.0, 16.0  # time at which the skin starts to imitate the first floor [frames]
+# time from the arrival on another floor until the skin starts to imitate it [frames]
 DELAY = 3.0, 8.0
 LASTING = 12.0, 20.0  # duration of a change [frames]
 AROUND = 2.0  # distance of the surrounding floor from the octopus's box [pixels]
-# maximum distance of a camouflaged octopus's mean colour from the floors', RGB of [0, 1]
+# maximum distance between the mean colours of a camouflaged octopus and the floors, RGB of [0, 1]
 CLOSE = 0.2
-CONTRAST = 0.25  # minimum distance of the initial skin colour from the first floor's, RGB of [0, 1]
+# minimum distance between the initial mean colour and the first floor's, RGB of [0, 1]
+CONTRAST = 0.25
 
 FLOORS = 3  # kinds of floor in a scene: start, destination, another
-OWN = FLOORS  # index of the initial look; the looks before it are those of the floors
+OWN = FLOORS  # index of the initial texture; the preceding textures imitate the floors
 BORDER_SOFTNESS = 4.0  # approximate width of the transition between floors [pixels]
-# waves of the borders in either direction: amplitude and length [pixels]
+# amplitude and length of the waves of the borders in both directions [pixels]
 WAVES = ((9.0, 75.0), (4.0, 31.0), (2.0, 14.0))
 # minimum distance of additional zones from the path, and from one another [pixels]
 ASIDE, APART = 105.0, 80.0
-TRIALS = 60  # number of positions that are tried for additional zones
+TRIALS = 60  # number of candidate positions for additional zones
 
 
 @dataclass(frozen=True)
@@ -482,7 +478,7 @@ class Zones:
     phases: Array  # (2, 3): of the waves
 
     def shares(self, places: Array) -> Array:
-        """Return the share of each floor at places of shape (..., 2); shape (..., FLOORS)."""
+        """Return the share of each floor, shape (..., FLOORS), at points (..., 2)."""
         bent = places.copy()
         for (size, length), phases in zip(WAVES, self.phases.T, strict=True):
             bent += size * np.sin(2 * np.pi * places[..., ::-1] / length + phases)
@@ -495,7 +491,7 @@ class Zones:
 
 
 def _sample_zones(random: np.random.Generator, path: Array) -> Zones:
-    """Sample two zones along a path, shape (n, 2), and others away from it."""
+    """Sample two zones along a path, shape (n, 2), and other zones away from the path."""
     points = [path[len(path) // 8], path[-len(path) // 8]]
     for place in random.uniform((-50, -50), np.array(SIZE) + 50, (TRIALS, 2)):
         far = np.linalg.norm(path - place, axis=1).min() > ASIDE
@@ -503,7 +499,7 @@ def _sample_zones(random: np.random.Generator, path: Array) -> Zones:
             points.append(place)
     further = random.permutation(np.arange(len(points) - 2) + 2) % FLOORS
     floors = np.concatenate([[0, 1], further])
-    # A floor without a zone gets one far outside the image.
+    # A floor without a zone gets a zone far outside the image.
     points.append(np.full(2, 1e4))
     phases = random.uniform(0, 2 * np.pi, (2, len(WAVES)))
     return Zones(np.array(points), np.append(floors, FLOORS - 1), phases)
@@ -511,15 +507,16 @@ def _sample_zones(random: np.random.Generator, path: Array) -> Zones:
 
 @dataclass(frozen=True)
 class OctopusPlan:
-    """Motion, floor and changes of look of a scene."""
+    """Motion, floor, and changes of the skin's texture."""
 
     body: Body
-    place: Array  # (FRAMES, 2): of the head [pixels]
-    heading: Array  # (FRAMES,): of the body, from x towards y [radians]
+    place: Array  # (FRAMES, 2): position of the head [pixels]
+    heading: Array  # (FRAMES,): heading of the body, from x towards y [radians]
     zones: Zones
-    kinds: tuple[str, ...]  # of the floors, and of the octopus's own skin
-    colours: Array  # (FLOORS + 1, 3): mean of each, RGB in [0, 1]
-    changes: Array  # (2, 2): start and end of the change to either floor's look [frames]
+    kinds: tuple[str, ...]  # kinds of the floors, and of the octopus's initial skin
+    colours: Array  # (FLOORS + 1, 3): mean colours of `kinds`, RGB in [0, 1]
+    # (2, 2): start and end of the change to the texture of the first and second floor [frames]
+    changes: Array
 
     def posture(self, frame: int) -> OctopusPosture:
         """Return the posture of the octopus in a frame."""
@@ -527,11 +524,11 @@ class OctopusPlan:
 
     @cached_property
     def boxes(self) -> Array:
-        """Extents of the whole octopus, shape (FRAMES, 4): x, y, width, height [pixels]."""
+        """Boxes of the whole octopus, shape (FRAMES, 4): x, y, width, height [pixels]."""
         return np.stack([self.posture(frame).box for frame in range(FRAMES)])
 
     def look(self, frame: int) -> tuple[int, int, float]:
-        """Return the looks before and after the current change, and its progress in [0, 1]."""
+        """Return the textures before and after the current change, and its progress in [0, 1]."""
         first, second = (
             float(smooth_step(np.array(float(frame)), *change)) for change in self.changes
         )
@@ -539,7 +536,7 @@ class OctopusPlan:
 
     @cached_property
     def camouflaged(self) -> NDArray[np.bool_]:
-        """Frames in which the skin's colour is close to those of the surrounding floors."""
+        """Return for every frame whether the skin's colour is close to the surrounding floors."""
         own_colour = self.colours[OWN]
         looks = np.vstack([imitate_floor(self.colours[:OWN], own_colour), own_colour])
         skin = np.empty((FRAMES, 3))
@@ -552,7 +549,7 @@ class OctopusPlan:
 
 
 def _surroundings(zones: Zones, boxes: Array) -> Array:
-    """Return the share of each floor around boxes of shape (n, 4); shape (n, FLOORS)."""
+    """Return the share of each floor, shape (n, FLOORS), around boxes of shape (n, 4)."""
     angles = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     middle, half = boxes[:, :2] + boxes[:, 2:] / 2, boxes[:, 2:] / 2 + AROUND
@@ -613,14 +610,14 @@ BLADE = 7.0, 17.0  # length of a blade [pixels]
 ALGAE = np.array([[0.30, 0.42, 0.14], [0.44, 0.30, 0.12], [0.50, 0.14, 0.20], [0.62, 0.58, 0.26]])
 REPEAT = 256  # period of the light pattern [pixels]
 DRIFT = 0.35, 0.75  # speed of the two layers of waves that form the light pattern [pixels/frame]
-DARKEST, BRIGHTER = 0.94, 0.8  # light between the bright lines, and the increase within them
+DARKEST, BRIGHTER = 0.94, 0.8  # light between the bright lines, and its increase on the lines
 THROUGH = np.array([0.93, 1.0, 0.80], np.float32)  # transmission of the water, BGR
 HAZE = np.array([0.34, 0.31, 0.16], np.float32)  # colour of the water alone, BGR
-HAZE_SHARE = 0.14  # share of the image that is the water's own colour
+HAZE_SHARE = 0.14  # share of the water's colour in the image
 
 
 def paint_floor(seed: int, zones: Zones, textures: Sequence[Array]) -> Floats:
-    """Return the floor in even light, BGR in [0, 1], from the textures of the floors."""
+    """Return the whole floor in even light, BGR in [0, 1], from the textures of its zones."""
     random = part_generator(seed, "moreno2005/octopus things")
     rows, columns = (np.indices(SIZE[::-1]) + 0.5).astype(np.float64)
     uneven = 9 * fractal(random, SIDE, 32, 128)[: SIZE[1], : SIZE[0], None]
@@ -642,7 +639,6 @@ def paint_floor(seed: int, zones: Zones, textures: Sequence[Array]) -> Floats:
 
 
 def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place: Array) -> None:
-    """Paint a stone of several flat rough balls over the canvas in place."""
     radius = STONE[0] + (STONE[1] - STONE[0]) * random.random() ** 2
     count = int(random.integers(3, 7))
     middles = place + random.uniform(-0.7, 0.7, (count, 2)) * radius
@@ -661,7 +657,6 @@ def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place:
 
 
 def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> None:
-    """Paint bent blades from one point over the canvas in place."""
     window, corner = _window(canvas, place, 1.5 * BLADE[1])
     colour = ALGAE[random.integers(len(ALGAE)), ::-1] * random.uniform(0.8, 1.15)
     lean = random.uniform(0, 2 * np.pi)
@@ -676,7 +671,7 @@ def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> No
     for blade in blades:
         cv2.polylines(shadow, [blade], False, 1.0, 3, cv2.LINE_8, 4)
     cast_shadow(window, shadow, (3, 4), 2.0, 0.4)
-    drawn = window.copy()  # OpenCV draws on contiguous arrays only
+    drawn = window.copy()  # OpenCV draws only on contiguous arrays.
     for blade in blades:
         tone = (colour * random.uniform(0.6, 1.35)).tolist()
         cv2.polylines(drawn, [blade], False, tone, int(random.integers(1, 4)), cv2.LINE_8, 4)
@@ -684,20 +679,20 @@ def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> No
 
 
 def _window(canvas: Floats, place: Array, reach: float) -> tuple[Floats, tuple[float, float]]:
-    """Return the window of a canvas around a place, and its left top corner [pixels]."""
+    """Return the window of a canvas around a point, and its upper left corner [pixels]."""
     left, top = np.maximum(np.floor((place - reach) * FINE), 0).astype(int).tolist()
     right, bottom = np.ceil((place + reach) * FINE).astype(int).tolist()
     return canvas[top:bottom, left:right], (left / FINE, top / FINE)
 
 
 class Water:
-    """Slow caustics and haze."""
+    """Water: slow caustics (bright lines of focused light) and haze."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
 
     def over(self, picture: Floats, frame: int) -> Image:
-        """Return an image in even light, BGR in [0, 1], as it appears through the water."""
+        """Return the appearance of an image (even light, BGR in [0, 1]) below the water."""
         canvas = np.empty(picture.shape, np.uint8)
         first, second = (self._layer(layer, frame) for layer in range(2))
         _look_through(picture, first, second, THROUGH * (1 - HAZE_SHARE), HAZE * HAZE_SHARE, canvas)
@@ -711,7 +706,7 @@ class Water:
 
     @cached_property
     def _layers(self) -> list[tuple[Floats, Array]]:
-        """Textures of lines with a margin, and the drift of each [pixels/frame]."""
+        """Two textures of bright lines with a margin, and their velocities [pixels/frame]."""
         layers = []
         turn = self._random.uniform(0, 2 * np.pi)
         for layer in range(2):
@@ -729,7 +724,7 @@ class Water:
 def _look_through(
     picture: Floats, first: Floats, second: Floats, through: Floats, haze: Floats, out: Image
 ) -> None:
-    """Light an image where both layers have a bright line, tint it, and convert to grey levels."""
+    """Lighten an image where both layers have a line, tint it, and convert it to grey levels."""
     rows, columns = first.shape
     for i in range(rows):
         for j in range(columns):
@@ -742,17 +737,17 @@ def _look_through(
 
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.06, 0.09))
 MARGIN = 14  # margin around the octopus for its shadow [pixels]
-# of the octopus: offset, softness [pixels], and share of light that it removes
+# shadow of the octopus: offset [pixels], softness [pixels], fraction of light that it removes
 SHADOW = (4, 5), 3.0, 0.45
 
 
-def scene(knobs: SceneKnobs) -> "OctopusScene":
+def scene(parameters: SceneParameters) -> "OctopusScene":
     """Return the renderer with its ground truth, without rendering."""
-    return OctopusScene(knobs.scene)
+    return OctopusScene(parameters.scene)
 
 
 class OctopusScene(SyntheticScene):
-    """Octopus on the sea floor."""
+    """Scene of an octopus on the sea floor."""
 
     length, size = FRAMES, SIZE
 
@@ -761,11 +756,11 @@ class OctopusScene(SyntheticScene):
         self.plan = _plan(seed)
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        The attribute is `camouflaged`: the mean colour of the octopus's present look is within 0.2
-        (in RGB of [0, 1], in even light) of those of the surrounding floors. Distances from several
-        floors are averaged, weighted by their share of the surroundings.
+        The attribute `camouflaged` means that the mean colour of the octopus is within 0.2 of the
+        mean colours of the surrounding floors (RGB of [0, 1], in even light). Distances to several
+        floors are averaged with their shares of the surroundings as weights.
         """
         plan = self.plan
         return SceneTruth(plan.boxes, np.ones(FRAMES), {"camouflaged": plan.camouflaged})
@@ -781,7 +776,6 @@ class OctopusScene(SyntheticScene):
         return np.asarray(mould_heights(balls, (0.0, 0.0), 1.0, SIZE[::-1], ground=-1.0)[1] >= 0)
 
     def _lay_octopus(self, picture: Floats, frame: int) -> None:
-        """Paint the octopus and its shadow over an image in place."""
         posture = self.plan.posture(frame)
         x, y, width, height = posture.box
         left, top = max(int(x) - MARGIN, 0), max(int(y) - MARGIN, 0)
@@ -799,7 +793,7 @@ class OctopusScene(SyntheticScene):
     def _skin(self) -> Skin:
         random, plan = self._random("skin"), self.plan
         own_look = paint_texture(random, SKINS[plan.kinds[OWN]], plan.colours[OWN])
-        # Rotated, so that the floor's pattern does not continue on the skin.
+        # The texture is rotated, so that the floor's pattern does not continue on the skin.
         looks = [imitate_floor(np.rot90(texture), own_look) for texture in self._textures]
         return Skin(random, plan.body, [*looks, own_look])
 

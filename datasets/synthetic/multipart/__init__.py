@@ -1,9 +1,9 @@
 """Pedestrians in a street: `multipart/1` to `multipart/8`, `stress/pillar` and `stress/twin`.
 
-`multipart/1` to `multipart/8` imitate the eight videos of a paper on single- and multi-part colour
-histograms; they follow only its text (`designs.py`). In `stress/pillar` the target of 5 or 7 passes
-behind a pillar that hides most of it. In `stress/twin` a second person comes near the target, in
-the same or in other clothes.
+`multipart/1` to `multipart/8` imitate the eight videos of a paper on single-part and multi-part
+colour histograms. They follow the text of the paper (see `designs.py`) and use none of its images.
+In `stress/pillar` the target of `multipart/5` or `multipart/7` passes behind a pillar that occludes
+most of it. In `stress/twin` a second person, in equal or in other clothes, approaches the target.
 """
 
 from pathlib import Path
@@ -11,9 +11,9 @@ from pathlib import Path
 from trackmark.datasets.synthetic.multipart.designs import (
     DESIGNS,
     TWIN_FRAMES,
-    PillarKnobs,
-    TwinKnobs,
-    WalkingKnobs,
+    PillarParameters,
+    TwinParameters,
+    WalkingParameters,
 )
 from trackmark.datasets.synthetic.render.views import SIZE
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
@@ -25,12 +25,14 @@ MODULE = "trackmark.datasets.synthetic.multipart"
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        SequenceEntry("stress/pillar", PillarKnobs, f"{MODULE}.scene", DESIGNS["5"].length, SIZE),
-        SequenceEntry("stress/twin", TwinKnobs, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
+        SequenceEntry(
+            "stress/pillar", PillarParameters, f"{MODULE}.scene", DESIGNS["5"].length, SIZE
+        ),
+        SequenceEntry("stress/twin", TwinParameters, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
         *(
             SequenceEntry(
                 f"multipart/{number}",
-                WalkingKnobs,
+                WalkingParameters,
                 f"{MODULE}.scene",
                 design.length,
                 SIZE,

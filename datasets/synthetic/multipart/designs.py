@@ -1,11 +1,12 @@
 """Designs of the eight sequences of `multipart`, from the paper's text.
 
-Section 3 states 640x480, outdoors, 788 to 229 frames (Table 1). "In Sequence 1-4, a walking person
-is captured by a moving camera", with "target appearance changes and background changes rapidly".
-"In Sequence 5-8 walking persons are captured by a fixed camera", with "background clutters and
-target's occlusion". In 1, 2, 5 and 6 shirt and trousers differ in colour; in 3, 4, 7 and 8 the
-target is plain. In Table 1 all methods lose sequence 7 at frame 337 of 377. The conclusion names "a
-similar looking object" nearby as the weakness of colours.
+Section 3 of the paper gives 640x480 pixels, outdoors, 229 to 788 frames (Table 1). "In Sequence
+1-4, a walking person is captured by a moving camera", with "target appearance changes and
+background changes rapidly". "In Sequence 5-8 walking persons are captured by a fixed camera", with
+"background clutters and target's occlusion". In sequences 1, 2, 5 and 6 shirt and trousers differ
+in colour; in 3, 4, 7 and 8 the target has one colour. In Table 1 all methods lose the target of
+sequence 7 at frame 337 of 377. The conclusion names "a similar looking object" nearby as the
+weakness of colours.
 """
 
 from dataclasses import dataclass
@@ -13,35 +14,37 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
+from trackmark.datasets.synthetic.parameters import Seed, SequenceParameters, seed
 
-TWIN_FRAMES = 150
-"""Number of frames of `stress/twin`."""
+TWIN_FRAMES = 150  # number of frames of `stress/twin`
 
 
 @dataclass(frozen=True)
 class Design:
-    """Properties that all scenes of a sequence share."""
+    """Properties that are equal in all scenes of a sequence."""
 
     length: int  # [frames]
-    follows: bool  # True: a hand-held camera follows the target; False: a fixed camera
+    follows: bool  # True for a hand-held camera that follows the target, False for a fixed camera
     two_coloured: bool  # True if the target's shirt and trousers differ clearly in colour
     # minimum and maximum distance of the target from the camera [metres]
     depths: tuple[float, float]
-    speed: float  # of the target [metres/second]
-    turns: int = 0  # number of times that a followed target reverses its direction
-    # True if the target wears an open jacket over a darker shirt, so its sides differ
+    speed: float  # speed of the target [metres/second]
+    turns: int = 0  # number of times that the target of a following camera reverses its direction
+    # True if the target wears an open jacket over a darker shirt: front and back differ
     jacket: bool = False
-    # True if the target carries a bag on the back, close to the body, so its sides differ
+    # True if the target carries a bag on the back: front and back differ
     bag: bool = False
-    behind: int = 0  # passers-by farther from the camera than the target
-    before: int = 0  # passers-by between the camera and the target, each occluding it once
-    posts: int = 0  # lamp posts that the target passes behind
-    mixed: int = 0  # people striped in the target's two colours that overtake it
+    behind: int = 0  # number of passers-by behind the target
+    before: int = 0  # number of passers-by in front of the target; each occludes the target once
+    posts: int = 0  # number of lamp posts that the target passes behind
+    # number of people in stripes of the target's two colours who overtake the target
+    mixed: int = 0
     pace: float = 0.9  # speed of these people relative to the target [metres/second]
-    crossing: bool = False  # True if a person in the target's clothes crosses in front of it
+    # True if a person in the target's clothes crosses in front of the target
+    crossing: bool = False
 
 
+# designs by the number that the paper uses
 DESIGNS = {
     "1": Design(788, True, True, (5.0, 8.0), 1.35, turns=1, jacket=True, behind=7, mixed=3),
     "2": Design(534, True, True, (5.2, 8.0), 1.35, turns=1, bag=True, behind=5, mixed=2),
@@ -54,34 +57,34 @@ DESIGNS = {
     "7": Design(377, False, False, (7.0, 7.8), 1.05, behind=8, before=2, posts=1, crossing=True),
     "8": Design(229, False, False, (7.0, 7.8), 1.05, behind=6, before=2),
 }
-"""Designs by the number that the paper uses."""
 
 
-class WalkingKnobs(Knobs):
-    """Parameters of every walking scene."""
+class WalkingParameters(SequenceParameters):
+    """Parameters of all walking scenes."""
 
-    scene: Seed = seed("all that is drawn at random: street, clothes, paths, camera")
+    scene: Seed = seed("all random properties: street, clothes, paths, camera")
     light: Literal["even", "dappled"] = Field(
         "even", description="even: an overcast sky; dappled: sun with the shade of trees"
     )
 
 
-class PillarKnobs(WalkingKnobs):
+class PillarParameters(WalkingParameters):
     """Parameters of `stress/pillar`."""
 
     number: Literal["5", "7"] = Field(
-        "5", description="sequence of `multipart` that has a pillar in place of the lamp post"
+        "5", description="sequence of `multipart` in which a pillar replaces the lamp post"
     )
 
 
-class TwinKnobs(WalkingKnobs):
+class TwinParameters(WalkingParameters):
     """Parameters of `stress/twin`."""
 
     distance: Annotated[float, Field(ge=0, le=3)] = Field(
         0.0,
-        description="between the axes of the target and the second person where they come "
-        "closest in the image, sideways [widths of the target's box]",
+        description="minimum sideways distance in the image between the axes of the target and "
+        "the second person [widths of the target's box]",
     )
     twin: Literal["same", "other"] = Field(
-        "same", description="clothes of the second person: the target's, or of other colours"
+        "same",
+        description="clothes of the second person: equal to the target's, or in other colours",
     )

@@ -1,9 +1,9 @@
 """Clothes and body textures of a walking person, wrapped around the parts of the body.
 
-A part is a band along a mostly upright centre line, round like a sleeve: in every image row it is a
-span. Sideways motion during the exposure turns the ends of the span into ramps, which is the exact
-average over the exposure. The texture around a part determines its appearance from every side. All
-arithmetic on pixels is on integers.
+A body part is round like a sleeve, along a mostly upright centre line. In every image row it covers
+one span of pixels. Sideways motion during the exposure turns the ends of the span into ramps, which
+is the exact average over the exposure. The texture around a part determines its appearance from
+every side. All pixel arithmetic uses integers.
 """
 
 from dataclasses import dataclass
@@ -17,14 +17,9 @@ from trackmark.datasets.synthetic.render.colours import BGR
 from trackmark.datasets.synthetic.render.texture import creases, fractal
 from trackmark.datasets.synthetic.scene import part_generator
 
-COLUMNS = 5
-"""Columns of a part's nodes, from the top: row, centre, half width, blur, row of the texture."""
-
-ROWS = 128
-"""Rows of a texture, from a part's upper end to its lower one."""
-
-AROUND = 256
-"""Columns of a texture, once around the part; column 0 is its front."""
+COLUMNS = 5  # columns of a node of a part: row, centre, half width, blur, row of the texture
+ROWS = 128  # number of texture rows, from the upper to the lower end of a part
+AROUND = 256  # number of texture columns around a part; column 0 is the front
 
 _ANGLES = np.round(np.arcsin(np.arange(-256, 257) / 256) / (2 * np.pi) * AROUND).astype(np.int64)
 _FACING = np.sqrt(1 - (np.arange(-256, 257) / 257) ** 2)
@@ -35,7 +30,7 @@ _SHADES = np.round(256 * (0.60 + 0.44 * _FACING - 0.10 * np.arange(-256, 257) / 
 
 @njit(cache=True)
 def _row_span(nodes: NDArray[np.int64], y: int) -> tuple[int, int, int, int, int]:
-    """Return centre, half width, blur [1/64 pixel], texture row and coverage [1/256] of a row."""
+    """Return centre, half width, blur [1/64 pixel], texture row, and coverage [1/256] of a row."""
     top, bottom = nodes[0, 0], nodes[-1, 0]
     inside = min((y + 1) << 6, bottom) - max(y << 6, top)
     if inside <= 0:
@@ -55,10 +50,10 @@ def _row_span(nodes: NDArray[np.int64], y: int) -> tuple[int, int, int, int, int
 
 @njit(cache=True)
 def _covered(x: int, centre: int, half: int, ramp: int) -> int:
-    """Return the share of a pixel column that a span covers [1/256]; its edges are `ramp` wide."""
+    """Return the coverage of a pixel by a span with edges of the width `ramp` [1/256]."""
     distance = half - abs((x << 6) + 32 - centre)
     value = ((2 * distance + ramp) << 7) // ramp
-    # A span narrower than its ramp never covers a whole pixel.
+    # A span that is narrower than its ramp never covers a whole pixel.
     return min(max(value, 0), 256, (half << 9) // ramp)
 
 
@@ -72,9 +67,9 @@ def paint_part(
 ) -> None:
     """Paint a part over a canvas in place.
 
-    `nodes`, shape (k, COLUMNS), are in 1/64 pixel, texture rows in 1/64 too; rows increase.
+    `nodes`, shape (k, COLUMNS), are sorted by row; the units are 1/64 pixel and 1/64 texture row.
     `texture`, shape (ROWS, AROUND, 3), is wrapped around the part; its column `front` faces the
-    camera. `gains` is the light of every row of the canvas, times 256.
+    camera. `gains` is the light in every row of the canvas, times 256.
     """
     height, width = canvas.shape[:2]
     for y in range(max(nodes[0, 0] >> 6, 0), min((nodes[-1, 0] >> 6) + 1, height)):
@@ -84,7 +79,7 @@ def paint_part(
         reach = half + (ramp >> 1)
         first, last = max((centre - reach) >> 6, 0), min(((centre + reach) >> 6) + 1, width)
         line = texture[min(max(row >> 6, 0), ROWS - 1)]
-        # Position across the part as quotient and remainder; only the quotient is used.
+        # The position across the part, as quotient and remainder; only the quotient is used.
         start = ((first << 6) + 32 - centre) << 8
         whole, rest = start // half, start % half
         more, more_rest = (64 << 8) // half, (64 << 8) % half
@@ -94,7 +89,7 @@ def paint_part(
             whole, rest = whole + more, rest + more_rest
             if rest >= half:
                 whole, rest = whole + 1, rest - half
-            if 2 * (half - abs((x << 6) + 32 - centre)) >= ramp:  # away from the ends
+            if 2 * (half - abs((x << 6) + 32 - centre)) >= ramp:  # inner pixels of the span
                 cover = most
             else:
                 cover = (_covered(x, centre, half, ramp) * inside) >> 8
@@ -109,7 +104,7 @@ def paint_part(
 
 @njit(cache=True)
 def silhouette(nodes: NDArray[np.int64]) -> tuple[int, int, NDArray[np.uint8]]:
-    """Return left, top and coverage of parts, with nodes (parts, k, COLUMNS), at mid-exposure."""
+    """Return left, top and coverage of parts with nodes (parts, k, COLUMNS), at mid-exposure."""
     left = ((nodes[:, :, 1] - nodes[:, :, 2]).min() >> 6) - 1
     right = ((nodes[:, :, 1] + nodes[:, :, 2]).max() >> 6) + 2
     top, bottom = nodes[:, :, 0].min() >> 6, (nodes[:, :, 0].max() >> 6) + 1
@@ -121,7 +116,7 @@ def silhouette(nodes: NDArray[np.int64]) -> tuple[int, int, NDArray[np.uint8]]:
 
 @njit(cache=True)
 def _cover_part(coverage: NDArray[np.uint8], nodes: NDArray[np.int64], left: int, top: int) -> None:
-    """Add a part's coverage at mid-exposure to a silhouette whose corner is (left, top)."""
+    """Add the coverage by a part at mid-exposure to a silhouette whose corner is (left, top)."""
     height, width = coverage.shape
     for row in range(max((nodes[0, 0] >> 6) - top, 0), min((nodes[-1, 0] >> 6) + 1 - top, height)):
         centre, half, _, _, inside = _row_span(nodes, row + top)
@@ -140,8 +135,8 @@ Array: TypeAlias = NDArray[np.float64]
 
 _QUARTER = AROUND // 4
 
+# number of stripes on each part of striped clothes, and fraction that they cover
 STRIPES, STRIPES_SHARE = 5, 0.8
-"""Broad stripes on each part of striped clothes, and the share that they cover."""
 
 
 @dataclass(frozen=True)
@@ -153,14 +148,17 @@ class WalkerLook:
     hair: BGR = (38, 46, 58)
     skin: BGR = (132, 160, 205)
     shoes: BGR = (44, 44, 50)
-    jacket: BGR | None = None  # worn open over the shirt, which is then visible only from the front
-    bag: BGR | None = None  # a backpack, visible from behind and from the side
-    weave: Literal["plain", "stripes", "knit"] = "plain"  # of the upper garment
-    striped: bool = False  # broad stripes: in the trousers' colour on the shirt, and vice versa
-    long_hair: bool = False  # down to the shoulders
+    # jacket, worn open over the shirt, which is then visible only from the front
+    jacket: BGR | None = None
+    bag: BGR | None = None  # backpack, visible from behind and from the side
+    # length of the sleeves of the upper garment
+    weave: Literal["plain", "stripes", "knit"] = "plain"
+    # True for broad stripes: in the trousers' colour on the shirt, and vice versa
+    striped: bool = False
+    long_hair: bool = False  # True for hair down to the shoulders
     hem: float = 0.475  # lower end of the upper garment, in standing heights above the ground
-    bulk: float = 1.0  # breadth of the body, 1 is usual
-    loose: float = 1.0  # breadth of the trousers, 1 is usual
+    bulk: float = 1.0  # relative breadth of the body
+    loose: float = 1.0  # relative breadth of the trousers
 
 
 def wrap_textures(look: WalkerLook, seed: int) -> NDArray[np.uint8]:
@@ -168,7 +166,7 @@ def wrap_textures(look: WalkerLook, seed: int) -> NDArray[np.uint8]:
     random = part_generator(seed, "clothes")
     rows = np.arange(ROWS)[:, None] / ROWS
     turn = np.arange(AROUND, dtype=np.float64)[None, :]
-    turn = np.minimum(turn, AROUND - turn)  # from the front, 0 to 128
+    turn = np.minimum(turn, AROUND - turn)  # distance from the front, 0 to 128
     upper = np.array(look.jacket or look.shirt, np.float64)
     folded = _ClothFolds(random)
     legs = [_leg(look, folded, rows, turn) for _ in range(2)]
@@ -180,9 +178,9 @@ def wrap_textures(look: WalkerLook, seed: int) -> NDArray[np.uint8]:
 
 
 class _ClothFolds:
-    """Folds of cloth: broad creases across a part, steep ones along it, and grain.
+    """Shading of cloth: broad folds across a part, steep folds along it, and grain.
 
-    A person has one pair of patterns; each part uses another section of it.
+    A person has one pair of patterns; each part uses another section of these patterns.
     """
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -243,7 +241,7 @@ def _torso(look: WalkerLook, upper: Array, folded: _ClothFolds, rows: Array, tur
         shirt = _plain(look.shirt) * folded(0.5)[..., None]
         edge = np.clip(1 - np.abs(turn - width - 2) / 3, 0, 1)
         cloth = (cloth * (1 - 0.3 * edge)[..., None]) * (1 - opened) + shirt * opened
-    if look.bag is not None:  # its straps
+    if look.bag is not None:  # straps of the bag
         strap = np.clip(2.5 - np.abs(turn - (34 - 14 * rows)), 0, 1) * (rows < 0.55)
         cloth = cloth + (np.array(look.bag) * 0.8 - cloth) * strap[..., None]
     hem = rows > 0.965
@@ -251,7 +249,7 @@ def _torso(look: WalkerLook, upper: Array, folded: _ClothFolds, rows: Array, tur
 
 
 def _striped(look: WalkerLook, colour: Array | BGR, other: BGR, rows: Array) -> Array:
-    """Return cloth, with broad horizontal stripes of another colour if the clothes are striped."""
+    """Return the colours of cloth, with broad horizontal stripes if the clothes are striped."""
     cloth = _plain(colour)
     if not look.striped:
         return cloth

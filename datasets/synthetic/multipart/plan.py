@@ -1,4 +1,4 @@
-"""Plan of a walking scene: people, camera, pillars and the target's measurements."""
+"""Plan of a walking scene: people, camera, pillars, and the visible part of the target."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,17 +20,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Person:
-    """Walking person."""
+    """Person who walks along a path."""
 
     look: WalkerLook  # clothes and build
-    seed: int  # of folds and proportions
+    seed: int  # seed of folds and proportions
     stature: float  # [metres]
     course: WalkingPath  # path on the ground
 
 
 @dataclass(frozen=True)
 class Post:
-    """Place and thickness of a pillar [metres]."""
+    """Position and thickness of a pillar [metres]."""
 
     x: float
     z: float
@@ -38,10 +38,10 @@ class Post:
 
 
 class WalkPlan:
-    """People, camera and pillars of a scene; the target is the first person.
+    """People, camera and pillars of a scene; the first person is the target.
 
-    `places`, shape (people, n, 3), are the image position of the ground below the axis of every
-    person (x, y), and the person's height, in every frame [pixels].
+    `places`, shape (people, n, 3), contains for every person and frame the image position (x, y) of
+    the ground point below the body's axis, and the body height [pixels].
     """
 
     def __init__(
@@ -59,11 +59,11 @@ class WalkPlan:
 
     @cached_property
     def walkers(self) -> list[Walker]:
-        """Renderers of the people."""
+        """Renderer of each person."""
         return [Walker(person.look, person.seed) for person in self.people]
 
     def street(self, light: Light) -> Street:
-        """Return the street in a light, as far as the camera sees it; it is painted once."""
+        """Return the visible part of the street in a kind of light; it is painted once."""
         if light in self._streets:
             return self._streets[light]
         views = self.views
@@ -73,7 +73,7 @@ class WalkPlan:
 
     @cached_property
     def posts(self) -> list[Prop]:
-        """Props of the pillars."""
+        """Pillars as drawable objects."""
         street = self.street("even")
         return [street.post(post.x, post.z, post.thickness) for post in self._posts]
 
@@ -83,7 +83,7 @@ class WalkPlan:
         return GaitPose(*(float(a[frame]) for a in (course.phase, course.stride, course.heading)))
 
     def depth(self, person: int, frame: int) -> float:
-        """Return the distance of a person from the camera's plane [metres]."""
+        """Return the depth of a person relative to the camera [metres]."""
         return float(self.people[person].course.z[frame])
 
     def motion(self, person: int, frame: int) -> Array:
@@ -110,7 +110,7 @@ class WalkPlan:
 
     @cached_property
     def measured(self) -> tuple[Array, Array]:
-        """Extents of the target's silhouette, shape (n, 4), and visible share, (n,)."""
+        """Boxes of the target's silhouette, shape (n, 4), and visible fraction, shape (n,)."""
         boxes, fractions = np.empty((len(self), 4)), np.empty(len(self))
         for frame in range(len(self)):
             whole = self.coverage(0, frame)
@@ -119,7 +119,7 @@ class WalkPlan:
         return boxes, fractions
 
     def _nearer(self, frame: int) -> Iterator[Coverage]:
-        """Yield silhouettes in front of the target that may hide a part of it."""
+        """Yield the silhouettes of objects in front of the target that may occlude it."""
         depth = self.people[0].course.z[frame]
         x, _, height = self.places[:, frame].T
         overlap = np.abs(x - x[0]) < 0.6 * (height + height[0])
@@ -141,15 +141,16 @@ def _places(views: Views, person: Person) -> Array:
 def body_boxes(x: Array, y: Array, height: Array) -> Array:
     """Return boxes from shoulders to ankles of standing persons, shape (n, 4).
 
-    The waist is in the centre. `x` and `y` are the ground points below the bodies' axes, `height`
-    is that of the persons, in the image [pixels].
+    The waist is in the centre of a box. (`x`, `y`) are the ground points below the bodies' axes and
+    `height` are the heights of the persons, all in the image [pixels].
     """
     return np.stack([x - 0.12 * height, y - 0.86 * height, 0.24 * height, 0.78 * height], axis=1)
 
 
 def full_boxes(x: Array, y: Array, height: Array) -> Array:
-    """Return boxes of whole persons from head to sole, shape (n, 4); parameters as `body_boxes`.
+    """Return boxes of whole persons from head to feet, shape (n, 4); parameters as in `body_boxes`.
 
-    They are as wide as the clothed body. The feet of a long step, seen from the side, lie outside.
+    The boxes are as wide as the clothed body. The feet of a long step, seen from the side, lie
+    outside.
     """
     return np.stack([x - 0.13 * height, y - height, 0.26 * height, height], axis=1)

@@ -1,4 +1,4 @@
-"""Walking paths: the target follows its design, the others hide it as designed."""
+"""Walking paths of the target and of the people around it, as the designs require."""
 
 from collections.abc import Callable, Iterator
 from typing import TypeVar
@@ -19,44 +19,30 @@ from trackmark.datasets.synthetic.render.views import (
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-DIAGONAL = 1.0, 1.0
-"""First step of a target's path, sideways and in depth: it first appears at an angle [metres]."""
+DIAGONAL = 1.0, 1.0  # first step of a target's path, sideways and in depth [metres]
+ELBOW_ROOM = 0.5  # minimum distance between two people [metres]
 
-ELBOW_ROOM = 0.5
-"""Minimum distance between two people [metres]."""
-
+# half width of a person in mid-step, which decides whether two people overlap [metres]
 HALF_WIDTH = 0.36
-"""Half width of a person in mid-step, for tests of occlusion [metres]."""
 
-HIDDEN = 22, 42
-"""Minimum and maximum duration of an overlap with the target [frames]."""
-
-KERBSIDE = 9.9
-"""Maximum depth of the near pavement that is free of objects at the kerb [metres]."""
-
-OPPOSITE = 15.8, 17.2
-"""Depths of the pavement on the other side [metres]."""
-
-BESIDE = 1.4
-"""Distance within which an overtaking person must be visible and undisturbed [metres]."""
-
-COMPANY = 2.2
-"""Distance within which an overtaking person follows the target's path [metres]."""
+HIDDEN = 22, 42  # minimum and maximum duration of an overlap with the target [frames]
+KERBSIDE = 9.9  # maximum depth of the part of the near pavement without objects [metres]
+OPPOSITE = 15.8, 17.2  # depth range of the pavement on the far side of the road [metres]
+BESIDE = 1.4  # an overtaking person within this distance of the target must be visible [metres]
+COMPANY = 2.2  # an overtaking person within this distance of the target follows its path [metres]
 
 CROSSING_REACH, CROSSING_TIME = 1.9, 30
-"""A crossing person is within this distance of the target [metres] only around the crossing,
-
-for this time before and after it [frames].
+"""A crossing person is within this distance of the target [metres] only for a time before and
+after the crossing [frames].
 """
 
-UNDISTURBED = 25
-"""Time at the start and the end in which no one overlaps the target [frames]."""
+UNDISTURBED = 25  # time at the start and at the end in which no person overlaps the target [frames]
 
 ATTEMPTS = 200
 
 
 def sample_followed_path(random: np.random.Generator, design: Design) -> WalkingPath:
-    """Sample the path of a followed target: along the street, in varying depth, and back."""
+    """Sample a target's path for a following camera: along the street and back."""
     legs = max(1, round(design.length / FRAMES_PER_SECOND * design.speed / 4.5))
     backs = {round(legs * (k + 1) / (design.turns + 1)) for k in range(design.turns)}
 
@@ -79,7 +65,7 @@ def sample_followed_path(random: np.random.Generator, design: Design) -> Walking
 
 
 def sample_path_in_view(random: np.random.Generator, design: Design, views: Views) -> WalkingPath:
-    """Sample a target's path in front of a fixed camera, from side to side in varying depth."""
+    """Sample a target's path for a fixed camera: from side to side, in varying depth."""
     still = views.still
 
     def points() -> Iterator[tuple[float, float]]:
@@ -132,7 +118,7 @@ def sample_path_before_target(
 def sample_post_place(
     random: np.random.Generator, views: Views, target: WalkingPath, others: list[WalkingPath]
 ) -> WalkingPath:
-    """Sample the place of a static object that the target passes behind."""
+    """Sample the position of a static object that occludes the target when it passes."""
     frames = len(target.x)
 
     def candidate() -> WalkingPath:
@@ -144,7 +130,7 @@ def sample_post_place(
 
     def cost(place: WalkingPath) -> int:
         overlaps = _overlap_frames(views, place, target)
-        # The target passes behind it, and never in front of it.
+        # The target passes behind the object and never in front of it.
         before = overlaps & (target.z < place.z + ELBOW_ROOM)
         crowded = _crowded_frames(place, [target, *others])
         return int(before.sum()) + _bad_occlusion_frames(overlaps) + crowded
@@ -159,7 +145,7 @@ def sample_path_behind_target(
     others: list[WalkingPath],
     nearest: float,
 ) -> WalkingPath:
-    """Sample the path of a visible person at a minimum depth `nearest` [metres]."""
+    """Sample the path of a visible person whose depth is at least `nearest` [metres]."""
     frames = len(target.x)
 
     def candidate() -> WalkingPath:
@@ -181,9 +167,10 @@ def sample_overtaking_path(
     when: float,
     pace: float,
 ) -> WalkingPath:
-    """Sample the path of a person who overtakes the target, or falls behind it, in greater depth.
+    """Sample the path of a person who passes the target behind it, faster or slower.
 
-    `pace` is the speed relative to the target [metres/second], `when` the frame of the meeting.
+    `pace` is the speed relative to the target [metres/second]. `when` is the frame in which both
+    are in one image column.
     """
     frames = len(target.x)
 
@@ -218,7 +205,7 @@ def sample_crossing_path(
     others: list[WalkingPath],
     parts: tuple[float, float],
 ) -> WalkingPath:
-    """Sample a path that crosses in front of the target between two relative times `parts`."""
+    """Sample a path that crosses in front of the target between two relative times."""
     frames = len(target.x)
 
     def candidate() -> tuple[int, WalkingPath]:
@@ -238,7 +225,7 @@ def sample_crossing_path(
 
 
 def _extrapolate(x: Array, frames: NDArray[np.int64]) -> Array:
-    """Extrapolate positions at constant velocity before and after some frames."""
+    """Extrapolate positions with constant velocity before and after the given frames."""
     first, last = int(frames[0]), int(frames[-1])
     since, until = np.arange(len(x)) - last, np.arange(len(x)) - first
     after = x[last] + since * (x[last] - x[last - 1])
@@ -247,7 +234,7 @@ def _extrapolate(x: Array, frames: NDArray[np.int64]) -> Array:
 
 
 def _hold_depth(z: Array, frames: NDArray[np.int64]) -> Array:
-    """Return depths that keep the first and the last value outside some frames."""
+    """Return depths that are constant before and after the given frames."""
     return np.asarray(z[np.clip(np.arange(len(z)), frames[0], frames[-1])])
 
 
@@ -263,20 +250,20 @@ def _sample_depth(random: np.random.Generator, depths: tuple[float, float], near
 
 
 def _aligned_x(views: Views, frame: int, target: WalkingPath, z: float) -> float:
-    """Return the lateral place [metres] at depth z that appears in the target's column."""
+    """Return the lateral position [metres] at depth z that is in the target's image column."""
     camera = views[frame]
     ratio = z / float(target.z[frame])
     return camera.x + (float(target.x[frame]) - camera.x) * ratio
 
 
 def _overlap_frames(views: Views, course: WalkingPath, target: WalkingPath) -> NDArray[np.bool_]:
-    """Return the frames in which the two bodies share image columns."""
+    """Return for every frame whether two bodies overlap in image columns."""
     x = (course.x - views.x) / course.z - (target.x - views.x) / target.z
     return np.asarray(np.abs(x) < HALF_WIDTH * (1 / course.z + 1 / target.z))
 
 
 def _bad_occlusion_frames(overlaps: NDArray[np.bool_]) -> int:
-    """Count frames by which occlusions are too long, too short, too early or too late."""
+    """Count the frames by which occlusions are too long, too short, too early or too late."""
     edges = np.flatnonzero(np.diff(overlaps, prepend=False, append=False))
     times = edges[1::2] - edges[::2]
     off = np.maximum(HIDDEN[0] - times, times - HIDDEN[1])
@@ -295,7 +282,7 @@ def _crowded_frames(course: WalkingPath, others: list[WalkingPath]) -> int:
 
 
 def _best_candidate(candidate: Callable[[], T], cost: Callable[[T], int]) -> T:
-    """Return the first candidate with a cost of 0, otherwise the one with the lowest cost."""
+    """Return the first candidate with the cost 0, or else the candidate with the lowest cost."""
     best = candidate()
     lowest_cost = cost(best)
     for _ in range(ATTEMPTS):
@@ -311,10 +298,10 @@ def _best_candidate(candidate: Callable[[], T], cost: Callable[[T], int]) -> T:
 def sample_path_beside_target(
     random: np.random.Generator, views: Views, target: WalkingPath, width: Array, distance: float
 ) -> WalkingPath:
-    """Sample the path of a person who approaches up to `distance` in mid-sequence and leaves.
+    """Sample the path of a person who approaches the target until mid-sequence, and leaves again.
 
-    `distance` is the minimum horizontal distance of the two bodies' axes, in widths of the target's
-    box, shape (n,) [pixels].
+    `distance` is the minimum horizontal distance in the image between the axes of the two bodies,
+    in widths of the target's box.
     """
     frames = len(target.x)
     since = np.arange(frames) - frames // 2

@@ -1,6 +1,6 @@
 """Renderer and ground truth of `multipart/1` to `multipart/8`, `stress/pillar`, `stress/twin`.
 
-Boxes are in closed form; silhouettes are rendered on demand.
+Boxes are computed without rendering; silhouettes are rendered when they are needed.
 """
 
 from functools import cached_property
@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
 from trackmark.datasets.synthetic.multipart.casting import twin_plan
-from trackmark.datasets.synthetic.multipart.designs import PillarKnobs, TwinKnobs, WalkingKnobs
+from trackmark.datasets.synthetic.multipart.designs import (
+    PillarParameters,
+    TwinParameters,
+    WalkingParameters,
+)
 from trackmark.datasets.synthetic.multipart.plan import WalkPlan, body_boxes, full_boxes
 from trackmark.datasets.synthetic.multipart.street_walk import PILLARS, multipart_plan
 from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
@@ -28,29 +32,32 @@ from trackmark.datasets.synthetic.scene import (
 
 Array = NDArray[np.float64]
 
-TURNING = 30.0
-"""Minimum rotation within a second for the attribute `turning` [degrees]."""
+TURNING = 30.0  # minimum rotation per second for the attribute `turning` [degrees]
 
 
-def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
-    """Return the renderer of a walking scene with its ground truth, without rendering."""
-    if isinstance(knobs, TwinKnobs):
-        plan = twin_plan(knobs.scene, knobs.distance, knobs.twin == "same")
-    elif isinstance(knobs, PillarKnobs):
-        plan = multipart_plan(knobs.number, knobs.scene, PILLARS)
+def scene(parameters: WalkingParameters, number: str = "") -> "WalkingScene":
+    """Return the renderer with its ground truth, without rendering."""
+    if isinstance(parameters, TwinParameters):
+        plan = twin_plan(parameters.scene, parameters.distance, parameters.twin == "same")
+    elif isinstance(parameters, PillarParameters):
+        plan = multipart_plan(parameters.number, parameters.scene, PILLARS)
     else:
-        plan = multipart_plan(number, knobs.scene)
-    return WalkingScene(plan, knobs.light)
+        plan = multipart_plan(number, parameters.scene)
+    return WalkingScene(plan, parameters.light)
 
 
 def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
-    """Return the ground truth; `shade`, shape (n,), marks frames with the target in tree shade.
+    """Return the ground truth; `shade`, shape (n,), is True if the target is in the shade of trees.
 
-    `boxes` are the body from shoulders to ankles, the region `full` is the whole person, and
-    `tight` the extents of the silhouette. Attributes are `occlusion` (less than 0.9 of the target
-    is visible) and `out_of_view` (a part of `full`). Further ones are `scale_change` (outside 0.8
-    to 1.25 of the first size), `turning` (by more than 30 degrees in a second), `clutter` (another
-    person's axis within two box widths of the target's) and `shade`.
+    `boxes` contain the body from shoulders to ankles. The region `full` contains the whole person,
+    `tight` the silhouette. The attributes are:
+
+    - `occlusion`: less than 0.9 of the target is visible.
+    - `out_of_view`: a part of the box `full` is outside the image.
+    - `scale_change`: the size is outside 0.8 to 1.25 times the first size.
+    - `turning`: the target turns by more than 30 degrees per second.
+    - `clutter`: the axis of another person is within two box widths of the target's axis.
+    - `shade`: see above.
     """
     x, y, height = plan.places[0].T
     full = full_boxes(x, y, height)
@@ -71,20 +78,18 @@ def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
     )
 
 
-EXPOSURE = 0.4
-"""Share of the frame time for which the shutter is open."""
+EXPOSURE = 0.4  # fraction of the frame time for which the shutter is open
 
 CAMERA = Camera(SIZE, noise=2.0)
 
+# heights, relative to the body height, at which the light on a person is evaluated
 LIT = np.linspace(1.0, 0.0, 16)
-"""Heights, relative to the stature, at which the light on a person is evaluated."""
 
-SHADE = 0.85
-"""Mean light below which the target counts as shaded."""
+SHADE = 0.85  # the target counts as shaded if the mean light on it is below this value
 
 
 class WalkingScene(SyntheticScene):
-    """People in a street, one of them the target, in a `kind` of light."""
+    """Scene of people in a street, in a `kind` of light."""
 
     size = SIZE
     fps = FRAMES_PER_SECOND
@@ -108,7 +113,7 @@ class WalkingScene(SyntheticScene):
         things: list[tuple[float, Prop | int]] = [(prop.z, prop) for prop in props]
         things += [(plan.depth(person, frame), person) for person in plan.in_picture(frame)]
         ordered = [thing for _, thing in sorted(things, key=lambda item: -item[0])]
-        # With a static camera, everything behind all people is the same in every frame.
+        # With a static camera, the image behind all people is equal in every frame.
         behind = next(
             (k for k, thing in enumerate(ordered) if isinstance(thing, int)), len(ordered)
         )

@@ -1,4 +1,4 @@
-"""Plans of the eight sequences: the target, the people around it, the camera and the posts."""
+"""Plans of the eight sequences: target, other people, camera and posts."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from trackmark.datasets.synthetic.multipart import casting, routes, wardrobe
+from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS, Design
 from trackmark.datasets.synthetic.multipart.plan import Person, Post, WalkPlan
 from trackmark.datasets.synthetic.render.views import (
@@ -17,27 +17,24 @@ from trackmark.datasets.synthetic.render.views import (
 )
 from trackmark.datasets.synthetic.scene import part_generator
 
+# relative times at which the first and the last person pass in front of the target
 FIRST, LAST = 0.16, 0.88
-"""Relative times of the first and the last passage in front of the target."""
 
+# relative time of the last person if a person in the target's clothes crosses later
 LAST_BEFORE_CROSSING = 0.74
-"""Relative time of the last passage if a person in the target's clothes crosses later."""
 
-CROSSING = 0.87, 0.9
-"""Bounds of the relative time at which that person crosses."""
+CROSSING = 0.87, 0.9  # range of the relative time at which a person in the target's clothes crosses
+CLEAR = 0.6  # minimum difference in depth between the target and people behind it [metres]
 
-CLEAR = 0.6
-"""Minimum depth distance of other people behind the target [metres]."""
-
+# thickness ranges of lamp posts, and of the pillar in `stress/pillar` [metres]
 POSTS, PILLARS = (0.10, 0.14), (0.35, 0.5)
-"""Thickness of a lamp post, and of the pillar that replaces it in `stress/pillar` [metres]."""
 
 Generators = Callable[[str], np.random.Generator]
 
 
 @lru_cache(maxsize=4)
 def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POSTS) -> WalkPlan:
-    """Return the plan of one of the eight sequences; `thickness` bounds that of the posts."""
+    """Return the plan of one of the eight sequences; `thickness` is the range for its posts."""
     design = DESIGNS[number]
 
     def generator(part: str) -> np.random.Generator:
@@ -65,22 +62,22 @@ def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POS
 def _target(generator: Generators, design: Design, course: WalkingPath) -> Person:
     random = generator("target clothes")
     if design.two_coloured:
-        worn = wardrobe.sample_two_coloured_clothes(random)
+        worn = casting.sample_two_coloured_clothes(random)
     else:
-        worn = wardrobe.sample_plain_clothes(random)
+        worn = casting.sample_plain_clothes(random)
     person = casting.sample_person(generator("target"), course, worn, weaves=("plain", "knit"))
     look = replace(person.look, bulk=random.uniform(1.05, 1.15), loose=random.uniform(1.25, 1.4))
     if design.jacket:
-        look = replace(look, jacket=worn[0], shirt=wardrobe.scale_brightness(worn[0], 0.6))
+        look = replace(look, jacket=worn[0], shirt=casting.scale_brightness(worn[0], 0.6))
     if design.bag:
-        look = replace(look, bag=wardrobe.scale_brightness(worn[0], 0.75))
+        look = replace(look, bag=casting.scale_brightness(worn[0], 0.75))
     return replace(person, look=look)
 
 
 def _resembling(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """Return people in the target's colours: striped ones overtake it, one crosses."""
+    """Return people in the target's colours: people in stripes overtake it, one person crosses."""
     people = []
     for i in range(design.mixed):
         random = generator(f"mixed {i}")
@@ -88,7 +85,7 @@ def _resembling(
         others.append(
             routes.sample_overtaking_path(random, views, target.course, others, when, design.pace)
         )
-        look = wardrobe.stripe_clothes(target.look)
+        look = casting.stripe_clothes(target.look)
         people.append(Person(look, casting.sample_seed(random), 1.06 * target.stature, others[-1]))
     if design.crossing:
         random = generator("crossing")
@@ -100,7 +97,7 @@ def _resembling(
 def _passers(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """Return people in other clothes around the target; their paths are added to `others`."""
+    """Return people in other clothes around the target, and append their paths to `others`."""
     start = len(others)
     last = LAST_BEFORE_CROSSING if design.crossing else LAST
     for i in range(design.before):
@@ -117,6 +114,6 @@ def _passers(
     people = []
     for i, course in enumerate(others[start:]):
         random = generator(f"person {i}")
-        worn = wardrobe.sample_passer_clothes(random, (target.look.shirt, target.look.trousers))
+        worn = casting.sample_passer_clothes(random, (target.look.shirt, target.look.trousers))
         people.append(casting.sample_person(random, course, worn))
     return people

@@ -1,7 +1,6 @@
 """Renderer of a clothed walking person in any gait phase, heading and size.
 
-Lengths of the body are fractions of the standing height. Forward is the direction that the body
-faces.
+Lengths of the body are fractions of the standing height. The body faces forward.
 """
 
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ PARTS = (
 
 NODES = 9
 _THIGH, _SHANK, _ANKLE = 0.245, 0.235, 0.045
-_EXPOSURE = 0.02  # gait cycles during the exposure at full stride
+_EXPOSURE = 0.02  # fraction of a gait cycle that passes during the exposure at full stride
 
 
 @njit(cache=True)
@@ -46,9 +45,9 @@ def _skeleton(
 ) -> NDArray[np.float64]:
     """Return nodes of all parts, shape (parts, nodes, 4).
 
-    The columns are height, sideways offset, half width and position along the part in [0, 1].
-    `forward` and `side` are the image motion to the right of a step forward, and of one to the
-    body's left: cosine and sine of the heading.
+    The columns are height, sideways offset, half width, and position along the part in [0, 1].
+    `forward` and `side` are the components to the right, in the image, of the body's forward and
+    left direction: cosine and sine of the heading.
     """
     parts = np.zeros((9, NODES, 4))
     bulk, sleeve, hem, loose = build[0], build[1], build[2], build[3]
@@ -69,7 +68,7 @@ def _skeleton(
         ankle_y = knee_y - _SHANK * np.cos(lower)
         for k in range(NODES):
             t = k / (NODES - 1)
-            # A quadratic spline through thigh and shank, because cloth has no hinge.
+            # A quadratic spline through thigh and shank, because cloth bends smoothly.
             if t < 0.5:
                 a = 2 * t
                 x = lateral * side * (1 - a) + knee_x * a
@@ -156,9 +155,10 @@ def place_parts(
 ) -> NDArray[np.int64]:
     """Return the nodes of all parts in the image, shape (parts, nodes, 5); see `look.COLUMNS`.
 
-    `x` and `y` are the ground point below the body's axis, `height` that of the standing person,
-    `motion_x` the horizontal motion during the exposure [pixels]. Phase, stride and heading are as
-    in `GaitPose`. `build` is bulk, sleeves' width, hem of the upper garment, trousers' width.
+    (`x`, `y`) is the ground point below the body's axis, `height` the height of the standing
+    person, and `motion_x` the horizontal motion during the exposure [pixels]. Phase, stride and
+    heading are as in `GaitPose`. `build` is breadth, width of the sleeves, hem of the upper
+    garment, and width of the trousers.
     """
     forward, side = np.cos(heading), np.sin(heading)
     now = _skeleton(phase, stride, forward, side, build)
@@ -174,7 +174,7 @@ def place_parts(
             nodes[p, k, 2] = round(now[p, k, 2] * height * 64)
             nodes[p, k, 3] = 64 + round(abs(moved) * 64)
             nodes[p, k, 4] = round(now[p, k, 3] * 128 * 64)
-        for k in range(1, NODES):  # rows increase
+        for k in range(1, NODES):  # Rows must increase.
             nodes[p, k, 0] = max(nodes[p, k, 0], nodes[p, k - 1, 0] + 1)
     return nodes
 
@@ -187,7 +187,7 @@ class GaitPose:
     """Gait phase, stride and heading of a body."""
 
     phase: float  # gait cycles; one cycle is two steps
-    stride: float  # in [0, 1]; 0 is standing
+    stride: float  # relative step length in [0, 1]; 0 is standing
     heading: float  # 0 is to the right, π/2 towards the camera, -π/2 away from it [radians]
 
 
@@ -215,11 +215,11 @@ class Walker:
     ) -> None:
         """Draw the person with a soft contact shadow over a canvas in place.
 
-        `x` and `y` are the ground point below the body's axis, `height` that of the standing person
-        [pixels]. The pose is that of mid-exposure; the motion of the limbs blurs them. `gains` is
-        the light from the top of the head down to the ground, evenly spaced. `motion` is that of
-        the whole person during the exposure, right and down [pixels]. The vertical part is too
-        small in a walk to be visible, so it is not drawn.
+        (`x`, `y`) is the ground point below the body's axis, and `height` the height of the
+        standing person [pixels]. The pose is that at the middle of the exposure; the limbs are
+        blurred by their motion. `gains` is the light at evenly spaced heights from head to ground.
+        `motion` is the motion of the whole person during the exposure, right and down [pixels]; its
+        vertical part is too small to be visible and is ignored.
         """
         light = np.asarray(gains, np.float64)
         self._draw_shadow(canvas, x, y, height)
@@ -232,7 +232,7 @@ class Walker:
             paint_part(canvas, nodes[part], self._textures[part], front, row_gains.astype(np.int64))
 
     def coverage(self, x: float, y: float, height: float, pose: GaitPose) -> Coverage:
-        """Return the silhouette at mid-exposure; its window can lie outside the image."""
+        """Return the silhouette at mid-exposure; its window may lie outside the image."""
         nodes = self._nodes(x, y, height, pose, 0.0)[self._order(pose)]
         covered: Coverage = silhouette(nodes)
         return covered
@@ -243,7 +243,7 @@ class Walker:
 
     @cached_property
     def _textures(self) -> NDArray[np.uint8]:
-        """Textures of the parts; silhouettes do not need them."""
+        """Textures of the parts, which are not painted for silhouettes."""
         return wrap_textures(self.look, self._seed)
 
     def _nodes(

@@ -1,13 +1,13 @@
-"""Sequences of a paper on template tracking by colour-invariant pixel features.
+"""Synthetic sequences after Nguyen et al. (2002), on template tracking by colour invariants.
 
-They imitate the paper's own recording and the clips that it took from an action film. They follow
-only its text: the videos differ from the originals and are new in every scene. A scene of the film
-is a set of twenty clips.
+The sequences imitate the paper's own recording and the clips that it takes from an action film.
+They follow the text of the paper and use none of its images. Every scene number gives a different
+video; for the film, it gives a different set of twenty clips.
 """
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs, LightsKnobs
+from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters, LightsParameters
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
@@ -15,19 +15,19 @@ __all__ = ["SUITE"]
 MODULE, NAME = "trackmark.datasets.synthetic.nguyen2002", "nguyen2002/clip"
 SIZE = 320, 240
 
+# numbers of frames of the twenty clips in scene 0; every scene has other numbers
 LENGTHS = (
     115, 119, 143, 134, 124, 155, 180, 146, 156, 164,
     157, 166, 126, 178, 140, 148, 168, 183, 115, 183,
 )  # fmt: skip
-"""Number of frames of the twenty clips in the first scene, where they are random."""
 
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        SequenceEntry("nguyen2002/lights", LightsKnobs, f"{MODULE}.lights.scene", 300, SIZE),
+        SequenceEntry("nguyen2002/lights", LightsParameters, f"{MODULE}.lights.scene", 300, SIZE),
         *(
             SequenceEntry(
-                f"{NAME}-{clip:02}", FilmKnobs, f"{MODULE}.film.scene", length, SIZE, (clip,)
+                f"{NAME}-{clip:02}", FilmParameters, f"{MODULE}.film.scene", length, SIZE, (clip,)
             )
             for clip, length in enumerate(LENGTHS, 1)
         ),

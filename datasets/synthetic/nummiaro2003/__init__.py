@@ -1,21 +1,21 @@
-"""Sequences of a paper on an adaptive colour-based particle filter.
+"""Synthetic sequences after Nummiaro et al. (2003), "An adaptive color-based particle filter".
 
-They imitate the five videos that the paper shows. They follow only its text: the videos differ from
-the originals and are new in every scene.
+The sequences imitate the five videos of the paper. They follow the text of the paper and use none
+of its images. Every scene number gives a different video.
 """
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.knobs import seeded
+from trackmark.datasets.synthetic.parameters import seeded
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
 MODULE = "trackmark.datasets.synthetic.nummiaro2003"
 
-WALKING = seeded("all that is drawn at random: place, clothes, paths, camera")
+WALKING = seeded("all random properties: surroundings, clothes, paths, camera")
 
-DRIVING = seeded("all that is drawn at random: place, cars, paths, camera")
+DRIVING = seeded("all random properties: surroundings, cars, paths, camera")
 
 SUITE = SyntheticSuite(
     Path(__file__).parent,
@@ -30,7 +30,7 @@ SUITE = SyntheticSuite(
         ),
         SequenceEntry(
             "nummiaro2003/head",
-            seeded("all that is drawn at random: worker, routine, machines"),
+            seeded("all random properties: worker, movements, machines"),
             f"{MODULE}.head",
             450,
             (640, 480),

@@ -1,16 +1,17 @@
-"""`nummiaro2003/head`: a worker's head, seen by a fixed camera, in front of colourful machines.
+"""`nummiaro2003/head`: a worker's head in front of machines, recorded by a fixed camera.
 
 The paper uses 450 frames from a Siemens factory. "The tracked person carries out several operations
 on different machines", with "large out-of-plane rotations of the head and unpredictable locations
 in front of a highly textured background". All other properties are our choice, including the static
-camera: the text mentions only the person's motion.
+camera: the paper mentions only the person's motion.
 
-The paper does not describe the worker as fast, unlike the car in traffic ("rapid movements of the
-target and the camera"). The use is "training, on-line documentation and planning". The worker
+The paper describes the car in traffic as fast ("rapid movements of the target and the camera"), but
+not the worker, who is filmed for "training, on-line documentation and planning". The worker
 therefore moves at everyday speeds (see `render.figure.routine`).
 
-The wall consists of machines, switchboards, shelves, tool boards and notices, with pipes and cables
-above them. Each is painted on a piece of wall of a given width and height [metres].
+The background is a wall of machines, switchboards, shelves, tool boards and notices, with pipes and
+cables above them. Functions with the parameters `width` and `height` paint one such object on a
+piece of wall of this size [metres].
 """
 
 from dataclasses import replace
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.attributes import occluded
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.colours import (
@@ -65,7 +66,7 @@ BLACK = (30, 30, 32)
 def _row_of_instruments(
     wall: Painting, random: np.random.Generator, x: float, y: float, width: float, height: float
 ) -> None:
-    """Paint as many gauges, buttons, signs, displays or switches as fit [metres]."""
+    """Fill a rectangle [metres] with gauges, buttons, signs, displays or switches of one kind."""
     kind = random.integers(5)
     if random.random() < 0.5:
         wall.hole(x, y, width, height, sample_colour(random, MACHINES) * 0.8)
@@ -115,7 +116,6 @@ def _gauge(wall: Painting, random: np.random.Generator, x: float, y: float, radi
 
 
 def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, size: float) -> None:
-    """Paint a warning sign or a written sign."""
     if random.random() < 0.6:
         middle, low = x + size / 2, y + 0.93 * size
         wall.area([(x, y + size), (middle, y), (x + size, y + size)], BLACK)
@@ -127,7 +127,6 @@ def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, si
 
 
 def _controls(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a screen, keys and an emergency stop button."""
     wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.02)
     wall.plate(0.03, 0.03, width - 0.06, 0.2, DARK, 0.006)
     back, ink = sample_colour(random, SCREENS), sample_colour(random, WRITING)
@@ -141,7 +140,6 @@ def _controls(wall: Painting, random: np.random.Generator, width: float, height:
 
 
 def _stripes(wall: Painting, x: float, y: float, width: float, height: float) -> None:
-    """Paint a band of yellow and black."""
     wall.patch(x, y, width, height, (40, 186, 220))
     for left in np.arange(x, x + width - height, 2 * height):
         right = left + height
@@ -171,7 +169,7 @@ def cabinet(wall: Painting, random: np.random.Generator, width: float, height: f
 
 
 def machine_tool(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a machine tool: a window with the tool, a panel with a screen, hand wheels."""
+    """Paint a machine tool with a window, a control panel with a screen, and hand wheels."""
     paint, other = sample_colour(random, MACHINES), sample_colour(random, MACHINES)
     wall.plate(0, 0.05, width, height - 0.05, paint, 0.03)
     wall.plate(0, 0, width, 0.22, other, 0.02)
@@ -214,7 +212,7 @@ def machine_tool(wall: Painting, random: np.random.Generator, width: float, heig
 
 
 def wiring(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint an open switch cabinet: rows of breakers, ducts, bundles of coloured wires."""
+    """Paint an open switch cabinet with rows of breakers, cable ducts and coloured wires."""
     wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.03)
     wall.hole(0.03, 0.03, width - 0.06, height - 0.06, sample_colour(random, BACKS))
     rows = np.arange(0.12, height - 0.2, random.uniform(0.2, 0.27))
@@ -256,7 +254,6 @@ PAPERS = ((222, 226, 226), (222, 226, 226), (150, 214, 228), *SIGNALS)
 
 
 def _shelf(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a shelf with boxes, cans, parts and papers."""
     wall.hole(0, 0, width, height, sample_colour(random, MACHINES) * 0.45)
     frame = sample_colour(random, MACHINES)
     y = random.uniform(0.22, 0.32)
@@ -315,7 +312,6 @@ def _stored(
 
 
 def _tools(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a board with rows of hanging tools, and drawers below it."""
     board = sample_colour(random, BOARDS)
     deep = 0.62 * height
     wall.plate(0, 0, width, deep, board, 0.012)
@@ -367,7 +363,6 @@ def _tool(wall: Painting, random: np.random.Generator, x: float, y: float, lengt
 
 
 def _notices(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
-    """Paint a piece of wall with papers, signs, pipes with valves and a fire extinguisher."""
     for _ in range(int(14 * width)):
         x, y = random.uniform(0, width - 0.16), random.uniform(0, 0.75 * height)
         wide, high = random.uniform(0.08, 0.22), random.uniform(0.08, 0.28)
@@ -394,18 +389,18 @@ def _notices(wall: Painting, random: np.random.Generator, width: float, height: 
     wall.plate(x - 0.03, y - 0.12, 0.06, 0.06, DARK, 0.008)
 
 
-FINE = 2  # painted pixels per pixel and axis
+FINE = 2  # supersampling per axis
 WALLS = ((176, 184, 186), (150, 178, 190), (168, 182, 160), (120, 140, 170), (150, 150, 148))
 
-FADED = 0.22  # reduction of the colours' saturation
+FADED = 0.22  # fraction by which the saturation of colours is reduced
 CABLES = (DARK,) * 6 + (STEEL,) * 4
 
-# Objects along the wall; all appear once before one is repeated.
+# Objects along the wall. All kinds appear once before a kind is repeated.
 UNITS = (cabinet, machine_tool, _shelf, _tools, wiring, _notices)
 
 
 def hall(random: np.random.Generator, width: int, height: int, scale: float) -> NDArray[np.uint8]:
-    """Paint a wall with machines, shape (height, width, 3), at a scale [pixels/metre]."""
+    """Return an image of a wall with machines, shape (height, width, 3); scale in pixels/metre."""
     wall = sample_colour(random, WALLS)
     picture = np.empty((FINE * height, FINE * width, 3), np.uint8)
     picture[:] = np.round(wall).astype(np.uint8)
@@ -427,7 +422,6 @@ def hall(random: np.random.Generator, width: int, height: int, scale: float) -> 
 
 
 def _overhead(painting: Painting, random: np.random.Generator, width: float) -> None:
-    """Paint pipes, a cable tray with hanging cables, lamps."""
     painting.darken(0, 0, width, 0.10, 0.7)
     y = 0.02
     while y < 0.26:
@@ -445,7 +439,7 @@ def _overhead(painting: Painting, random: np.random.Generator, width: float) -> 
 
 
 def _used(random: np.random.Generator, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Add dirt, oil and uneven paint."""
+    """Return the picture with dirt, oil and uneven paint."""
     height, width = picture.shape[:2]
     broad, fine = fractal(random, 1024, 8, 64, 0.7), fractal(random, 1024, 128, 512, 0.8)
     gain = 1 + 0.09 * broad[:height, :width] + 0.06 * fine[:height, :width]
@@ -462,21 +456,21 @@ Array = NDArray[np.float64]
 
 WALL = 3.2  # distance of the machines from the camera [metres]
 AXIS = 235.0  # row of the camera's horizon [pixels]
-EXPOSURE = 0.4  # share of the frame time for which the shutter is open
+EXPOSURE = 0.4  # fraction of the frame time for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.5)
 
-# angle between the head's direction and the camera from which on the face is invisible
+# minimum angle between the head's direction and the camera at which the face is invisible
 TURNED_AWAY = np.radians(120)
-FAST = 0.1  # minimum motion of a fast head per frame [its width]
+FAST = 0.1  # minimum motion per frame for the attribute `fast` [head widths]
 
 
-def scene(knobs: SceneKnobs) -> "HeadScene":
+def scene(parameters: SceneParameters) -> "HeadScene":
     """Return the renderer with its ground truth, without rendering."""
-    return HeadScene(knobs.scene)
+    return HeadScene(parameters.scene)
 
 
 class HeadScene(SyntheticScene):
-    """Worker in front of machines in a bright hall."""
+    """Scene of a worker in front of machines in a bright factory hall."""
 
     length, size = FRAMES, SIZE
     fps = FRAMES_PER_SECOND
@@ -486,11 +480,11 @@ class HeadScene(SyntheticScene):
         self.worker = _worker(seed)
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        Boxes are those of the head, from the chin to the crown, with hair and ears. Attributes are
-        `turned_away` (the face is invisible), `fast` (motion of a tenth of its width in a frame)
-        and `occlusion` (less than 0.9 of it is visible, because of hands or shoulders).
+        A box contains the head from the chin to the crown, with hair and ears. Attributes are
+        `turned_away` (the face is invisible), `fast` (the head moves by more than a tenth of its
+        width in a frame) and `occlusion` (hands or shoulders hide more than a tenth of the head).
         """
         return _truth(self._seed)
 

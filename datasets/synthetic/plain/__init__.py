@@ -1,12 +1,12 @@
-"""Plain scenes: one difficulty at a time.
+"""Plain scenes, each with one difficulty.
 
-`plain/target` is a two-coloured target that moves over a textured ground. It is easy by default;
-each parameter adds one difficulty.
+`plain/target` shows a two-coloured target that moves over a textured ground. With default
+parameters it is easy; each parameter adds one difficulty.
 """
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.plain.parameters import TargetParameters
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
@@ -15,7 +15,11 @@ SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
         SequenceEntry(
-            "plain/target", TargetKnobs, "trackmark.datasets.synthetic.plain.scene", 120, (320, 240)
+            "plain/target",
+            TargetParameters,
+            "trackmark.datasets.synthetic.plain.scene",
+            120,
+            (320, 240),
         )
     ],
 )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.plain.parameters import TargetParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite, cut_window, superellipse
@@ -16,40 +16,40 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 
 Array = NDArray[np.float64]
 
-COLUMNS = 256  # columns that sample the silhouette's area
+COLUMNS = 256  # number of columns that sample the area of the silhouette
 
 
 class TargetMotion:
-    """Motion, size and light of a target's scene.
+    """Motion and size of the target, motion of all other objects, and light.
 
-    `power`: exponent of the superellipse that is the silhouette. `half_size`: half width and half
-    height of the target in the first frame [pixels]; shape (2,). `occlusion_frame`: frame of the
-    maximum occlusion by the board. `board_width`: [pixels]; 0 without occlusion. `pan`: velocity of
-    the window over the ground [pixels/frame]; shape (2,). `distractors`: paths of the distractors'
-    centres.
+    The silhouette of the target is a superellipse with the exponent `power`. `half_size`, shape
+    (2,), is half the width and height of the target in the first frame [pixels]. The board occludes
+    most in `occlusion_frame`; its width is `board_width` [pixels], or 0 without occlusion. `pan`,
+    shape (2,), is the velocity of the image over the ground [pixels/frame]. `distractors` are the
+    paths of the distractors' centres.
     """
 
-    def __init__(self, knobs: TargetKnobs) -> None:
-        self.knobs = knobs
-        self.size = np.array([knobs.width, knobs.height], np.float64)
-        random = part_generator(knobs.scene, "target shape")
+    def __init__(self, parameters: TargetParameters) -> None:
+        self.parameters = parameters
+        self.size = np.array([parameters.width, parameters.height], np.float64)
+        random = part_generator(parameters.scene, "target shape")
         self.power = int(random.choice([2, 4]))
         aspect = random.uniform(1.0, 1.45)
-        half_height = min(knobs.height, knobs.width / 1.45) * random.uniform(0.085, 0.105)
+        half_height = min(parameters.height, parameters.width / 1.45) * random.uniform(0.085, 0.105)
         self.half_size = quantised(np.array([aspect, 1.0]) * half_height)
 
-        random = part_generator(knobs.scene, "target path")
-        margin = self.half_size * max(1.0, knobs.scale) + 3
-        self._loop = random_loop(random, margin, self.size - margin, knobs.speed)
+        random = part_generator(parameters.scene, "target path")
+        margin = self.half_size * max(1.0, parameters.scale) + 3
+        self._loop = random_loop(random, margin, self.size - margin, parameters.speed)
 
-        random = part_generator(knobs.scene, "camera")
+        random = part_generator(parameters.scene, "camera")
         across = random.uniform(0.8, 1.0)
         direction = np.array([across, np.sqrt(1 - across * across)]) * random.choice([-1, 1], 2)
-        self.pan = knobs.pan * direction
+        self.pan = parameters.pan * direction
         self._cloud_side = float(random.choice([-1, 1]))
         self.distractors = [
-            self._distractor_path(part_generator(knobs.scene, f"distractor path {i}"))
-            for i in range(knobs.clutter)
+            self._distractor_path(part_generator(parameters.scene, f"distractor path {i}"))
+            for i in range(parameters.clutter)
         ]
         self._set_exit()
         self._set_board()
@@ -57,11 +57,11 @@ class TargetMotion:
     def _distractor_path(self, random: np.random.Generator) -> Loop:
         middle = self.size * random.uniform(0.25, 0.75, 2)
         half = self.size * random.uniform(0.15, 0.45, 2)
-        return random_loop(random, middle - half, middle + half, self.knobs.speed)
+        return random_loop(random, middle - half, middle + half, self.parameters.speed)
 
     def _set_exit(self) -> None:
-        """Select the edge where the target leaves: the nearest one."""
-        n, absence = self.knobs.length, self.knobs.absence
+        """Select the image border where the target leaves: the nearest border."""
+        n, absence = self.parameters.length, self.parameters.absence
         self._leaves = round(2 * n / 3 - absence / 2)
         self._returns = self._leaves + absence - 1
         self._exit_time = max(2, min(30, n // 8))
@@ -71,33 +71,33 @@ class TargetMotion:
         self._exit_axis, self._exit_high = edge % 2, edge >= 2
 
     def _set_board(self) -> None:
-        """Set width and speed of the board: it hides `occlusion` when centred on the target."""
-        self.occlusion_frame = round(self.knobs.length / 3)
+        """Set width and speed of the board, which hides `occlusion` when it is over the centre."""
+        self.occlusion_frame = round(self.parameters.length / 3)
         self.board_width = self._board_middle = self._board_velocity = 0.0
-        if self.knobs.occlusion == 0:
+        if self.parameters.occlusion == 0:
             return
         half_width = self.half_size[0] * self.scale(self.occlusion_frame)
         _, chord = silhouette_columns(self.power)
         inner = np.concatenate([[0.0], np.cumsum(chord[COLUMNS // 2 :])]) / chord.sum() * 2
         edges = np.linspace(0, 1, len(inner))
-        reach = float(np.interp(self.knobs.occlusion, inner, edges))
-        self.board_width = 2 * half_width * reach + (4 if self.knobs.occlusion == 1 else 0)
-        room = self.half_size[0] * max(1.0, self.knobs.scale) + self.board_width / 2 + 2
-        pace = max(0.01 * self.knobs.height, room / self.occlusion_frame)
-        side = part_generator(self.knobs.scene, "board path").choice([-1, 1])
-        self._board_velocity = float(side) * (pace + 1.5 * self.knobs.speed)
+        reach = float(np.interp(self.parameters.occlusion, inner, edges))
+        self.board_width = 2 * half_width * reach + (4 if self.parameters.occlusion == 1 else 0)
+        room = self.half_size[0] * max(1.0, self.parameters.scale) + self.board_width / 2 + 2
+        pace = max(0.01 * self.parameters.height, room / self.occlusion_frame)
+        side = part_generator(self.parameters.scene, "board path").choice([-1, 1])
+        self._board_velocity = float(side) * (pace + 1.5 * self.parameters.speed)
         self._board_middle = float(self.centre(self.occlusion_frame)[0])
 
     def scale(self, times: ArrayLike) -> Array:
         """Return the size relative to the first frame."""
-        progress = np.asarray(times, np.float64) / (self.knobs.length - 1)
-        return np.round(np.power(self.knobs.scale, progress) * 1024) / 1024
+        progress = np.asarray(times, np.float64) / (self.parameters.length - 1)
+        return np.round(np.power(self.parameters.scale, progress) * 1024) / 1024
 
     def centre(self, times: ArrayLike) -> Array:
         """Return the target's centre (x, y) [pixels], shape `times.shape + (2,)`."""
         times = np.asarray(times, np.float64)
         place = self._loop.positions(times)
-        if self.knobs.absence > 0:
+        if self.parameters.absence > 0:
             early = np.maximum(self._leaves - times, times - self._returns)
             out = np.clip(1 - np.maximum(early, 0) / self._exit_time, 0, 1)
             beyond = self.half_size[self._exit_axis] * self.scale(times) + 1
@@ -116,40 +116,44 @@ class TargetMotion:
 
     def light(self, times: ArrayLike, across: ArrayLike) -> Array:
         """Return the light gain at times and horizontal image positions in [-1, 1]."""
-        progress = np.asarray(times, np.float64) / (self.knobs.length - 1)
+        progress = np.asarray(times, np.float64) / (self.parameters.length - 1)
         cloud = _passing_cloud(progress, self._cloud_side * np.asarray(across, np.float64))
-        return 1 - self.knobs.light * cloud
+        return 1 - self.parameters.light * cloud
 
 
 def silhouette_columns(power: int) -> tuple[Array, Array]:
-    """Return centres x and half chords of a unit superellipse's columns, shape (COLUMNS,) each."""
+    """Return centres x and half heights of the columns of a unit superellipse, (COLUMNS,) each."""
     x = (np.arange(COLUMNS) + 0.5) / COLUMNS * 2 - 1
     chord = np.sqrt(1 - x * x) if power == 2 else np.sqrt(np.sqrt(1 - x * x * x * x))
     return x, chord
 
 
 def _passing_cloud(progress: Array, across: Array) -> Array:
-    """Return the share of sunlight that a cloud removes, in [0, 1], by progress of the sequence.
+    """Return the fraction of the cloud's effect, in [0, 1], at a progress of the sequence.
 
-    The shade crosses the image from one side; `across` is the horizontal position in [-1, 1]. There
-    is none at the start and at the end, and it covers everything in the middle.
+    The shade crosses the image from one side; `across` is the horizontal position in [-1, 1]. At
+    the start and the end there is no shade; in the middle of the sequence it covers the whole
+    image.
     """
     phase = progress - 0.08 * across
     return smooth_step(phase, 0.15, 0.4) - smooth_step(phase, 0.6, 0.85)
 
 
-CHUNK = 1024  # frames that are measured together, so that memory use does not grow with the length
+CHUNK = 1024  # number of frames that are measured together, which limits the memory use
 
 
 def target_truth(motion: TargetMotion) -> SceneTruth:
     """Return the ground truth of all frames.
 
-    Attributes are `occlusion` (the board hides a part of the target), `out_of_view` (a part or all
-    of it) and `scale_change` (outside 0.8 to 1.25 of the first size). Further ones are
-    `light_change` (at least a tenth of the light is missing in the image centre) and `clutter` (the
-    centre of a distractor within twice the target's larger side of its centre).
+    The attributes are:
+
+    - `occlusion`: the board hides a part of the target.
+    - `out_of_view`: a part of the target or all of it is outside the image.
+    - `scale_change`: the size is outside 0.8 to 1.25 times the first size.
+    - `light_change`: at least a tenth of the light is missing in the image centre.
+    - `clutter`: the centre of a distractor is within twice the target's larger side.
     """
-    times = np.arange(motion.knobs.length)
+    times = np.arange(motion.parameters.length)
     scale = motion.scale(times)
     half = motion.half_size * scale[:, None]
     centre = motion.centre(times)
@@ -189,7 +193,7 @@ def target_truth(motion: TargetMotion) -> SceneTruth:
 def _visible_fractions(
     motion: TargetMotion, frames: NDArray[np.int64], centre: Array, half: Array
 ) -> tuple[Array, Array]:
-    """Return the shares of the silhouette that are in view, and of it not behind the board."""
+    """Return the fractions of the silhouette that are in the image, and visible there."""
     x, chord = silhouette_columns(motion.power)
     left = centre[:, :1] + half[:, :1] * (x - 1 / COLUMNS)
     right = centre[:, :1] + half[:, :1] * (x + 1 / COLUMNS)
@@ -208,9 +212,9 @@ def _visible_fractions(
 
 
 GROUNDS = (grass, paving, pebbles)
-# colour pairs, BGR: a body and its markings
+# colours of bodies and of their markings, BGR
 COLOURS = np.array(
-    [  # BGR pairs: a body and its markings
+    [  # colours of body and markings, BGR
         [[38, 44, 186], [196, 222, 232]],
         [[170, 92, 34], [206, 224, 230]],
         [[28, 150, 226], [120, 52, 26]],
@@ -220,13 +224,13 @@ COLOURS = np.array(
     ],
     np.float64,
 )
-SKIN = 256  # side of the textures that are wrapped around objects of any size [pixels]
+SKIN = 256  # side of the textures of objects [pixels]
 SUN = np.array([-0.45, -0.55, 0.7])  # direction to the sun (x, y, up), nearly of unit length
 
 
 @dataclass(frozen=True)
 class ShadedSprite:
-    """Sprite with its shadow, and its painted size relative to that in frame 0."""
+    """Sprite with its shadow, and its painted size relative to the size in frame 0."""
 
     sprite: Sprite
     shadow: Sprite
@@ -234,17 +238,17 @@ class ShadedSprite:
 
 
 def paint_ground(motion: TargetMotion) -> NDArray[np.uint8]:
-    """Return a texture from which any window of the image size can be cut, blurred by the pan.
+    """Return the ground, blurred by the pan; any window of the image size can be cut from it.
 
-    The shape is (side + height + 1, side + width + 1, 3) for a pattern with the period `side`.
+    The shape is (side + height + 1, side + width + 1, 3); the pattern has the period `side`.
     """
-    knobs = motion.knobs
-    random = part_generator(knobs.scene, "ground")
-    side = max(256, 1 << (3 * max(knobs.width, knobs.height) // 2 - 1).bit_length())
+    parameters = motion.parameters
+    random = part_generator(parameters.scene, "ground")
+    side = max(256, 1 << (3 * max(parameters.width, parameters.height) // 2 - 1).bit_length())
     pattern = GROUNDS[random.integers(len(GROUNDS))](random, side)
     pattern *= (1 + 0.13 * fractal(random, side, 4, 16))[..., None]
     tile = np.clip(np.round(pattern), 0, 255).astype(np.uint8)
-    blur = motion.pan * knobs.blur
+    blur = motion.pan * parameters.blur
     if np.abs(blur).max() >= 0.5:
         count = int(np.ceil(np.abs(blur).max())) + 1
         instants = np.round((np.arange(count) / (count - 1) - 0.5)[:, None] * blur * 64)
@@ -254,21 +258,23 @@ def paint_ground(motion: TargetMotion) -> NDArray[np.uint8]:
         for x, y in corners:
             sums += cut_window(around, x, y, side, side)
         tile = ((sums + count // 2) // count).astype(np.uint8)
-    return np.pad(tile, [(0, knobs.height + 1), (0, knobs.width + 1), (0, 0)], mode="wrap")
+    return np.pad(
+        tile, [(0, parameters.height + 1), (0, parameters.width + 1), (0, 0)], mode="wrap"
+    )
 
 
 def paint_target(motion: TargetMotion) -> ShadedSprite:
-    """Return the target, painted at its largest size."""
-    random = part_generator(motion.knobs.scene, "target look")
-    oversize = max(1.0, motion.knobs.scale)
+    """Return the target, painted at its maximum size."""
+    random = part_generator(motion.parameters.scene, "target look")
+    oversize = max(1.0, motion.parameters.scale)
     return _pebble(random, _colours(motion), motion.half_size, motion.power, oversize)
 
 
 def paint_distractors(motion: TargetMotion) -> list[ShadedSprite]:
-    """Return objects in the target's colours, with other shapes and markings."""
+    """Return objects that have the target's colours, but other shapes and markings."""
     things = []
-    for i in range(motion.knobs.clutter):
-        random = part_generator(motion.knobs.scene, f"distractor look {i}")
+    for i in range(motion.parameters.clutter):
+        random = part_generator(motion.parameters.scene, f"distractor look {i}")
         half = motion.half_size * random.uniform(0.7, 1.05, 2)
         things.append(_pebble(random, _colours(motion), half, int(random.choice([2, 4])), 1.0))
     return things
@@ -276,8 +282,8 @@ def paint_distractors(motion: TargetMotion) -> list[ShadedSprite]:
 
 def paint_board(motion: TargetMotion) -> ShadedSprite:
     """Return an upright planed wooden board of the image's height."""
-    random = part_generator(motion.knobs.scene, "board look")
-    height = motion.knobs.height + 64
+    random = part_generator(motion.parameters.scene, "board look")
+    height = motion.parameters.height + 64
     width = int(np.ceil(motion.board_width)) + 2
     columns = np.abs(np.arange(width) + 0.5 - width / 2)
     profile = np.clip(motion.board_width / 2 - columns + 0.5, 0, 1)
@@ -298,14 +304,13 @@ def paint_board(motion: TargetMotion) -> ShadedSprite:
 
 
 def _colours(motion: TargetMotion) -> Array:
-    random = part_generator(motion.knobs.scene, "colours")
+    random = part_generator(motion.parameters.scene, "colours")
     return np.asarray(COLOURS[random.integers(len(COLOURS))])
 
 
 def _pebble(
     random: np.random.Generator, colours: Array, half: Array, power: int, oversize: float
 ) -> ShadedSprite:
-    """Return a smooth, slightly glossy pebble painted in two colours."""
     half_width, half_height = half * oversize
     height, width = (2 * int(np.ceil(size)) + 2 for size in (half_height, half_width))
     x, y, coverage = superellipse(height, width, half_height, half_width, power)
@@ -332,65 +337,64 @@ def _pebble(
     return ShadedSprite(sprite, sprite.shadow(0.62, max(3, round(0.16 * half_height))), oversize)
 
 
-MAX_INSTANTS = 32  # maximum number of instants of an exposure
+MAX_INSTANTS = 32  # maximum number of times within an exposure
 
 
-def scene(knobs: TargetKnobs) -> "TargetScene":
+def scene(parameters: TargetParameters) -> "TargetScene":
     """Return the renderer with its ground truth, without rendering."""
-    return TargetScene(knobs)
+    return TargetScene(parameters)
 
 
 class TargetScene(SyntheticScene):
-    """Target with its background, distractors and occluding board."""
+    """Scene of a target with background, distractors and an occluding board."""
 
-    def __init__(self, knobs: TargetKnobs) -> None:
-        self.knobs = knobs
-        self.motion = TargetMotion(knobs)
-        self.length, self.size = knobs.length, (knobs.width, knobs.height)
+    def __init__(self, parameters: TargetParameters) -> None:
+        self.parameters = parameters
+        self.motion = TargetMotion(parameters)
+        self.length, self.size = parameters.length, (parameters.width, parameters.height)
 
     def truth(self) -> SceneTruth:
         return target_truth(self.motion)
 
     def render(self, frame: int) -> Image:
-        knobs, motion = self.knobs, self.motion
-        side = len(self._ground) - knobs.height - 1
+        parameters, motion = self.parameters, self.motion
+        side = len(self._ground) - parameters.height - 1
         x, y = (np.round(motion.window_corner(frame) * 64).astype(np.int64) % (side * 64)).tolist()
-        canvas: Image = cut_window(self._ground, x, y, knobs.height, knobs.width)
+        canvas: Image = cut_window(self._ground, x, y, parameters.height, parameters.width)
         for thing, path in zip(self._distractors, motion.distractors, strict=True):
             self._draw_object(
-                canvas, thing, path.positions(self._instants(frame, knobs.speed)), 1.0
+                canvas, thing, path.positions(self._instants(frame, parameters.speed)), 1.0
             )
         scale = float(motion.scale(frame))
         self._draw_object(canvas, self._target, motion.centre(self._target_instants(frame)), scale)
         if motion.board_width > 0:
             self._draw_object(canvas, self._board, self._board_centres(frame), 1.0)
-        across = (np.arange(knobs.width) + 0.5) / knobs.width * 2 - 1
+        across = (np.arange(parameters.width) + 0.5) / parameters.width * 2 - 1
         sun = motion.light(frame, across)
-        return self._camera.exposed(canvas, knobs.scene, frame, sun)
+        return self._camera.exposed(canvas, parameters.scene, frame, sun)
 
     def mask(self, frame: int) -> Mask:
         motion = self.motion
-        canvas = np.zeros((self.knobs.height, self.knobs.width, 3), np.uint8)
+        canvas = np.zeros((self.parameters.height, self.parameters.width, 3), np.uint8)
         scale = float(motion.scale(frame)) / self._target.oversize
         self._target_silhouette.draw(canvas, motion.centre(frame)[None], scale)
         if motion.board_width > 0:
-            place = np.array([[float(motion.board(frame)), self.knobs.height / 2]])
+            place = np.array([[float(motion.board(frame)), self.parameters.height / 2]])
             self._board_silhouette.draw(canvas, place, 1.0)
         return np.asarray(canvas[:, :, 0] >= 128)
 
     def _draw_object(
         self, canvas: Image, thing: ShadedSprite, centres: Array, scale: float
     ) -> None:
-        """Draw an object after its shadow."""
         drop = self.motion.half_size[1] * np.array([0.16, 0.24]) * scale
         thing.shadow.draw(canvas, centres + drop, scale / thing.oversize)
         thing.sprite.draw(canvas, centres, scale / thing.oversize)
 
     def _instants(self, frame: int, travelled: float) -> Array:
-        """Return a power of two of instants of the exposure [frames], about a pixel apart."""
-        way = max(1.0, travelled * self.knobs.blur)
+        """Return times within the exposure [frames]: a power of two, about a pixel apart."""
+        way = max(1.0, travelled * self.parameters.blur)
         count = min(MAX_INSTANTS, 1 << int(np.ceil(way) - 1).bit_length())
-        return frame + self.knobs.blur * ((np.arange(count) + 0.5) / count - 0.5)
+        return frame + self.parameters.blur * ((np.arange(count) + 0.5) / count - 0.5)
 
     def _target_instants(self, frame: int) -> Array:
         way = np.abs(np.diff(self.motion.centre(np.array([frame - 0.5, frame + 0.5])), axis=0))
@@ -399,7 +403,7 @@ class TargetScene(SyntheticScene):
     def _board_centres(self, frame: int) -> Array:
         way = abs(float(np.diff(self.motion.board(np.array([frame, frame + 1])))[0]))
         middles = self.motion.board(self._instants(frame, way))
-        return np.stack([middles, np.full(len(middles), self.knobs.height / 2)], axis=1)
+        return np.stack([middles, np.full(len(middles), self.parameters.height / 2)], axis=1)
 
     @cached_property
     def _ground(self) -> NDArray[np.uint8]:
@@ -427,4 +431,4 @@ class TargetScene(SyntheticScene):
 
     @cached_property
     def _camera(self) -> Camera:
-        return Camera(self.size, self.knobs.noise, fall=(0.1, 0.14))
+        return Camera(self.size, self.parameters.noise, fall=(0.1, 0.14))

@@ -1,8 +1,7 @@
-"""Components of the scenes, independent of any suite.
+"""Components that scenes of all suites use.
 
-Flat pictures are `sprite`s, solids are ray-traced (`solids`), surfaces are `triangles`. A close
-person is in `figure`, a street in `street`. `painting` paints in metres with the `colours` of the
-palette, on `texture`s, `prints` and `finish`es. `lamp` provides light, `camera` converts it to
-images. `path` and `views` provide motion of objects and street cameras, `attributes` the attributes
-of a target.
+Renderers: `sprite` for flat images, `solids` for ray-traced solids, `triangles` for meshes.
+Objects: `figure` for a person at close range, `street`, `desk`. Surfaces: `painting`, `texture`,
+`prints`, `finish` and the palette `colours`. Light and camera: `lamp`, `camera`. Motion: `path`,
+`views`. Ground truth: `attributes`.
 """

@@ -10,22 +10,17 @@ from numpy.typing import NDArray
 from trackmark.datasets.interface import Image
 from trackmark.datasets.synthetic.render.views import random_wander
 
-GAIN_STEPS = 1024
-"""Steps in a gain of 1."""
-
-LEVEL_STEPS = 16
-"""Steps of the noise table in one grey level."""
-
-LENS = 0.5
-"""Standard deviation of the lens's blur [pixels]."""
+GAIN_STEPS = 1024  # number of fixed-point steps in a gain of 1
+LEVEL_STEPS = 16  # number of fixed-point steps of the noise table in one grey level
+LENS = 0.5  # standard deviation of the blur of the lens [pixels]
 
 
 class Camera:
-    """Image-independent properties of a camera.
+    """Camera with vignette and sensor noise.
 
-    `size`: width and height of its images [pixels]. `noise`: standard deviation of the sensor noise
-    [grey levels]. `fall`: share of light that is lost at the centre of the upper and lower border,
-    and of the left and right.
+    `size` is the width and height of the images [pixels]. `noise` is the standard deviation of the
+    sensor noise [grey levels]. `fall` is the fraction of light that the vignette removes at the
+    centres of the horizontal and of the vertical image borders.
     """
 
     def __init__(
@@ -37,9 +32,9 @@ class Camera:
     def exposed(
         self, canvas: Image, seed: int, frame: int, gain: float | NDArray[np.float64] = 1.0
     ) -> Image:
-        """Apply exposure, vignette and noise to an image in place and return it.
+        """Apply exposure, vignette and noise to an image in place and return the image.
 
-        The noise depends only on seed and frame; `gain` is that of all columns, or of each.
+        The noise depends only on seed and frame. `gain` is a scalar or has one value per column.
         """
         _develop(
             canvas,
@@ -52,7 +47,7 @@ class Camera:
 
 
 def develop_light(seen: NDArray[np.float32]) -> Image:
-    """Convert linear light (BGR, 1 is white) behind a lens to grey levels: its square root."""
+    """Convert linear light (BGR, 1 is white) to grey levels by lens blur and a square root."""
     blurred = np.asarray(cv2.GaussianBlur(seen, (0, 0), LENS))
     levels = 255 * np.sqrt(np.clip(blurred, 0, 1)) + np.float32(0.5)
     image: Image = levels.astype(np.uint8)
@@ -65,16 +60,16 @@ def slow_exposure(
     periods: tuple[float, float] = (6.0, 20.0),
     depth: float = 0.03,
 ) -> NDArray[np.float64]:
-    """Return the gain by frame of a camera with slow automatic exposure.
+    """Return the gain in every frame of a camera with slow automatic exposure.
 
-    Its standard deviation is `depth`; `periods` are the shortest and the longest period of its
-    oscillation [seconds].
+    The gain has the standard deviation `depth`. It oscillates with periods in the range `periods`
+    [seconds].
     """
     return np.asarray(1 + random_wander(random, frames, periods, depth))
 
 
 def fixed_point(gains: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return gains in units of 1 / `GAIN_STEPS`, rounded."""
+    """Return gains as rounded integers in units of 1 / `GAIN_STEPS`."""
     return np.round(gains * GAIN_STEPS).astype(np.int32)
 
 
@@ -85,9 +80,9 @@ def _vignette(size: int, fall: float) -> NDArray[np.float64]:
 
 
 def random_bytes(seed: int, frame: int, count: int, first: int = 0) -> NDArray[np.uint8]:
-    """Return independent random bytes of a frame, from the `first` on.
+    """Return `count` random bytes of a frame, starting at the byte `first`.
 
-    Philox is counter-based: seed and frame are its key, so no frame depends on another.
+    Philox is a counter-based generator whose key is seed and frame, so frames are independent.
     """
     generator = np.random.Philox(key=np.array([seed, frame], np.uint64))
     blocks, skipped = divmod(first, 32)
@@ -96,9 +91,9 @@ def random_bytes(seed: int, frame: int, count: int, first: int = 0) -> NDArray[n
 
 
 def noise_table(deviation: float) -> NDArray[np.int32]:
-    """Return the Gaussian quantile of each byte in units of 1 / `LEVEL_STEPS`, shape (256,).
+    """Return a table that converts random bytes to Gaussian noise, shape (256,).
 
-    `deviation` is the standard deviation of a random byte's entry [grey levels].
+    The unit is 1 / `LEVEL_STEPS` grey level; `deviation` is the standard deviation [grey levels].
     """
     normal = NormalDist()
     quantiles = np.array([normal.inv_cdf((byte + 0.5) / 256) for byte in range(256)])
@@ -114,12 +109,13 @@ def _develop(
     table: NDArray[np.int32],
     random: NDArray[np.uint8],
 ) -> None:
-    """Apply light and sensor noise to a canvas in place.
+    """Apply gain and sensor noise to a canvas in place.
 
-    `row_gain` and `column_gain` are gains times 1024, whose product applies. `table` is the noise
-    of each random byte in 1/16 grey level; `random` has one byte per value of the canvas.
+    The gain of a pixel is the product of `row_gain` and `column_gain`, which are gains times 1024.
+    `table` is the noise of each random byte in 1/16 grey level. `random` has one byte per value of
+    the canvas.
     """
-    # Unsigned 32-bit numbers, and a separate loop for the table, let the compiler vectorise the
+    # With unsigned 32-bit numbers and a separate loop for the table, the compiler vectorises the
     # other loop.
     values = canvas.shape[1] * 3
     gains, noise = np.repeat(column_gain, 3), np.empty(values, np.int32)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 BGR: TypeAlias = tuple[int, int, int]
 Array = NDArray[np.float64]
 
+# Colours of cups. No cup has the hue of skin, wood or a cream wall.
 CUPS: tuple[BGR, ...] = (
     (168, 88, 36),  # blue
     (140, 62, 44),  # dark blue
@@ -19,7 +20,6 @@ CUPS: tuple[BGR, ...] = (
     (62, 30, 164),  # crimson
     (104, 46, 150),  # magenta
 )
-"""Colours of cups; none has the hue of skin, of wood or of a cream wall."""
 
 NEUTRALS: tuple[BGR, ...] = (
     (192, 208, 216),  # cream
@@ -68,6 +68,7 @@ MACHINES: tuple[BGR, ...] = (
     (110, 150, 182),  # beige
     (58, 56, 130),  # red
 )
+# colours of buttons, lamps, signs and wires
 SIGNALS: tuple[BGR, ...] = (
     (40, 36, 190),  # red
     (40, 190, 220),  # yellow
@@ -79,7 +80,6 @@ SIGNALS: tuple[BGR, ...] = (
     (150, 60, 130),  # violet
     (160, 160, 40),  # cyan
 )
-"""Colours of buttons, lamps, signs and wires."""
 
 STORED: tuple[BGR, ...] = (
     (92, 134, 170), (110, 152, 186),  # cardboard
@@ -89,12 +89,11 @@ STORED: tuple[BGR, ...] = (
 )  # fmt: skip
 STEEL, DARK = (150, 150, 146), (44, 44, 46)
 
-APART = 0.1
-"""Minimum hue distance of other objects, also white ones, from the cup, on a circle of length 1."""
+APART = 0.1  # minimum hue difference between the cup and other objects; all hues span a length of 1
 
 
 def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
-    """Sample a slightly varied colour whose hue differs from the cup's."""
+    """Sample a slightly varied colour whose hue differs from the hue of the cup."""
     fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
     return sample_similar(random, fit, 0.05)
 
@@ -102,7 +101,7 @@ def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: A
 def sample_colour(
     random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10
 ) -> Array:
-    """Sample one of some colours and vary it by `vary_colour`."""
+    """Sample one of several colours and apply `vary_colour`."""
     return vary_colour(random, colours[int(random.integers(len(colours)))], spread)
 
 
@@ -113,7 +112,7 @@ def vary_colour(random: np.random.Generator, colour: ArrayLike, spread: float = 
 
 
 def sample_similar(random: np.random.Generator, colours: Sequence[BGR], spread: float) -> Array:
-    """Sample one of some colours and vary it by `vary_slightly`."""
+    """Sample one of several colours and apply `vary_slightly`."""
     return vary_slightly(random, colours[int(random.integers(len(colours)))], spread)
 
 

@@ -1,7 +1,7 @@
-"""Static room: a wall with a shelf and a picture, a desk with objects.
+"""Static room: a wall with a shelf and a picture, and a desk with objects.
 
-x is relative to the image centre, y to the desk's top, z to the plane in which the target moves;
-the wall is at `WALL`.
+The origin is the image centre in x, the top of the desk in y, and the plane in which the target
+moves in z. The wall is at the depth `WALL`.
 """
 
 import itertools
@@ -34,8 +34,8 @@ from trackmark.datasets.synthetic.render.solids import bowl, box, half_space, li
 
 Array = NDArray[np.float64]
 
+# depth of the wall relative to the plane of the target; positive towards the camera [pixels]
 WALL = -140.0
-"""Depth of the wall relative to the plane in which the target moves [pixels towards the camera]."""
 
 WALLS = (
     (176, 186, 190), (150, 176, 190), (186, 180, 160), (150, 172, 156), (168, 164, 182),
@@ -47,10 +47,10 @@ BACKS = (*ACCENTS, *CLOTHES)
 def render_room(
     random: np.random.Generator, size: tuple[int, int], horizon: float, fine: int
 ) -> SurfaceBuffer:
-    """Render a random room; left and right are exchanged at random.
+    """Render a random room, which is mirrored at random.
 
-    `size` is the image size and `horizon` the row in which the wall meets the desk [pixels]; there
-    are `fine` samples per pixel and axis.
+    `size` is the image size [pixels], `horizon` the row at which the wall meets the desk, and
+    `fine` the number of samples per pixel and axis.
     """
     side = float(random.choice([-1, 1]))
     things = [
@@ -89,7 +89,6 @@ def _bare(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _striped(random: np.random.Generator) -> Pattern:
-    """Return striped wallpaper."""
     pitch, share = random.uniform(14, 30), random.uniform(0.3, 0.6)
     tone = 1 - random.uniform(0.08, 0.16) * random.uniform(0.4, 1, 3)
     uneven = grain(random, 0.02)
@@ -103,7 +102,6 @@ def _striped(random: np.random.Generator) -> Pattern:
 
 
 def _sprigged(random: np.random.Generator) -> Pattern:
-    """Return wallpaper with sprigs."""
     pitch = random.uniform(20, 30)
     tone, heart = random.uniform(0.62, 0.9, 3), random.uniform(0.5, 1.15, 3)
     uneven = grain(random, 0.02)
@@ -120,14 +118,12 @@ def _sprigged(random: np.random.Generator) -> Pattern:
 
 
 def _plastered(random: np.random.Generator) -> Pattern:
-    """Return paint on brick or on plaster."""
     if random.random() < 0.5:
         return tiles(random, random.uniform(26, 32), random.uniform(10, 12), np.full(3, 0.82))
     return grain(random, 0.05, coarsest=4)
 
 
 def _shelf(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Return a board with books between two ends."""
     wide, y = random.uniform(66, 76), random.uniform(92, 104)
     wood = Finish(_sample_colour(random, COUNTERS[:3]), 0.03, grain(random, 0.09, (0.12, 1, 1), 16))
     z = WALL + 22
@@ -165,7 +161,6 @@ def _spine(random: np.random.Generator, foot: float, high: float) -> Finish:
 
 
 def _poster(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Return a framed picture."""
     wide, high, y = random.uniform(30, 38), random.uniform(34, 42), random.uniform(104, 122)
     frame, rim = _sample_colour(random, (*COUNTERS[:3], (60, 56, 54), (190, 200, 204))), 4.0
     picture = print_picture(random, "book", round(6 * wide), round(6 * high * 1.25))[
@@ -188,7 +183,6 @@ def _poster(random: np.random.Generator, x: float) -> list[SceneObject]:
 
 
 def _pile(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Return a pile of books."""
     things, y = [], 0.0
     z = WALL + random.uniform(42, 56)
     for _ in range(int(random.integers(2, 5))):
@@ -204,7 +198,6 @@ def _pile(random: np.random.Generator, x: float) -> list[SceneObject]:
 
 
 def _pot(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Return pencils in a pot."""
     z, wide, high = WALL + random.uniform(34, 60), random.uniform(10, 13), random.uniform(27, 34)
     things = [
         SceneObject(
@@ -247,7 +240,6 @@ def _mug(random: np.random.Generator, x: float) -> list[SceneObject]:
 
 
 def _plant(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Return leaves in a flower pot."""
     z, wide, high = WALL + random.uniform(36, 48), random.uniform(17, 21), random.uniform(26, 32)
     clay = Finish(vary_slightly(random, (70, 106, 170), 0.08), 0.03, grain(random, 0.05))
     things = [SceneObject(clay, [bowl((x, 1, z), high, (0.72 * wide, wide), 2.0, closed=True)])]
@@ -267,7 +259,6 @@ def _plant(random: np.random.Generator, x: float) -> list[SceneObject]:
 
 
 def _tins(random: np.random.Generator, x: float) -> list[SceneObject]:
-    """Return tins with labels."""
     things = []
     for k, tin_x in enumerate((x - 17, x + 19)):
         z, wide, high = WALL + 30 + 22 * k, random.uniform(13, 17), random.uniform(30, 44)

@@ -14,12 +14,11 @@ from trackmark.datasets.synthetic.render.texture import fractal, lerp
 Array = NDArray[np.float64]
 Pattern: TypeAlias = Callable[[Array], Array]
 
-GAMMA = 2.2
-"""Exponent of the camera: light is its grey level to this power."""
+GAMMA = 2.2  # exponent that converts the camera's grey levels to linear light
 
 
 def uniform(places: Array) -> Array:
-    """Return a gain of 1 for every place: no pattern."""
+    """Return a gain of 1 for all points: a surface without pattern."""
     return np.ones((len(places), 1))
 
 
@@ -27,9 +26,9 @@ def uniform(places: Array) -> Array:
 class Finish:
     """Colour, gloss and pattern of a surface."""
 
-    colour: ArrayLike  # (3,), BGR in [0, 255], in full light
-    gloss: float = 0.0  # share of the lamp's light that it reflects
-    # maps places, shape (k, 3) [pixels], to the gain of the colour there, (k, 1) or (k, 3)
+    colour: ArrayLike  # (3,), colour in full light, BGR in [0, 255]
+    gloss: float = 0.0  # fraction of a lamp's light that the surface mirrors
+    # maps points, shape (k, 3) [pixels], to gains of the colour, shape (k, 1) or (k, 3)
     pattern: Pattern = uniform
 
 
@@ -44,7 +43,7 @@ class SceneObject:
 def shade_objects(
     finishes: Sequence[Finish], owners: NDArray[np.int64], places: Array, lights: Array
 ) -> NDArray[np.uint8]:
-    """Return the image of a `cast_rays` result, shape (h, w, 4): BGR, and 255 on objects."""
+    """Return a `cast_rays` result as an image, shape (h, w, 4): BGR, and 255 on objects."""
     picture = np.zeros((*owners.shape, 4), np.uint8)
     for k, finish in enumerate(finishes):
         covered = owners == k
@@ -62,7 +61,7 @@ def grain(
     stretch: tuple[float, float, float] = (1.0, 1.0, 1.0),
     coarsest: int = 8,
 ) -> Pattern:
-    """Return uneven brightness; it runs along the axes with a small `stretch`."""
+    """Return a pattern of uneven brightness; along axes with a small `stretch` it varies slowly."""
     texture = fractal(random, 256, coarsest, 128, 0.75)
     weights = np.array(stretch) * 2.0
 
@@ -76,7 +75,7 @@ def grain(
 
 
 def tiles(random: np.random.Generator, width: float, height: float, joint: ArrayLike) -> Pattern:
-    """Return wall tiles of slightly different tones; `joint` is the joints' gain, shape (3,)."""
+    """Return a pattern of wall tiles; `joint` is the gain of the joints, shape (3,)."""
     tones = random.normal(1, 0.025, (64, 64))
     shift = random.uniform(0, 64, 2)
     bond = 0.5 * random.integers(2)
@@ -98,8 +97,8 @@ def picture_on(
 ) -> Pattern:
     """Return a picture in [0, 255] as the pattern of an upright face.
 
-    `middle` is the face's centre and `half` its half width and height [pixels]; it leans back by
-    `lean` [radians]. The colours of the picture's borders continue beyond them.
+    `middle` is the centre of the face and `half` its half width and height [pixels]. The face leans
+    back by `lean` [radians]. Beyond the borders of the picture, their colours continue.
     """
     (x, y), (wide, high) = middle, np.asarray(half).tolist()
 
@@ -114,40 +113,38 @@ def picture_on(
 
 
 def staggered(places: Array, pitch: float) -> tuple[Array, Array]:
-    """Return positions in the cells, in [-0.5, 0.5], of a pattern with every other row shifted."""
+    """Return positions in cells, in [-0.5, 0.5]; every other row of cells is shifted by half."""
     row = np.floor(places[:, 1] / pitch)
     y = places[:, 1] / pitch - row - 0.5
     x = places[:, 0] / pitch + 0.5 * (row % 2)
     return x - np.floor(x) - 0.5, y
 
 
-PITCH = 0.27
-"""Downward angle of the camera [radians]."""
+PITCH = 0.27  # downward angle of the camera [radians]
 
+# A sample is an edge if the slopes on its two sides differ more than this [pixels/sample]
 EDGE = 0.5
-"""Minimum difference of the slopes on both sides of a sample at an edge [pixels/sample]."""
 
-BEYOND = 1e9
-"""Placeholder for the depth difference to another object [pixels]."""
+BEYOND = 1e9  # placeholder for the depth difference to another object [pixels]
 
 VIEW = ParallelView(PITCH, (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
 class SurfaceBuffer:
-    """Visible surfaces, sample by sample."""
+    """Properties of the visible surface at every sample."""
 
-    owners: NDArray[np.int64]  # (h, w), index of the visible object, or `NOTHING`
-    colour: Array  # (h, w, 3), reflected share of the light, BGR; 0 without an object, like `gloss`
-    normal: Array  # (h, w, 3), outwards: to the right, down, towards the camera
-    depth: Array  # (h, w), distance from the origin towards the camera [pixels]
-    gloss: Array  # (h, w), share of a lamp's light that it mirrors
+    owners: NDArray[np.int64]  # (h, w), index of the visible object or `NOTHING`
+    colour: Array  # (h, w, 3), reflected fraction of the light, BGR; 0 if there is no object
+    normal: Array  # (h, w, 3), outward normal: right, down, towards the camera
+    depth: Array  # (h, w), depth relative to the origin, positive towards the camera [pixels]
+    gloss: Array  # (h, w), fraction of a lamp's light that is mirrored; 0 if there is no object
 
     def reduced(self, fine: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return block means of colour with coverage, and of normal with gloss.
 
-        Blocks have `fine` x `fine` samples, so the shapes are (h // fine, w // fine, 4). Both are
-        premultiplied by the coverage.
+        Blocks have `fine` x `fine` samples, so the two shapes are (h // fine, w // fine, 4). Both
+        results are premultiplied by the coverage.
         """
         covered = (self.owners != NOTHING)[..., None]
         sheets = (self.colour, covered), (self.normal * covered, self.gloss[..., None])
@@ -179,14 +176,14 @@ def render_surfaces(
 
 
 def _normals(owners: NDArray[np.int64], depth: Array, step: float) -> Array:
-    """Return normals from the slopes of the depth, using the gentler side of an edge."""
+    """Return normals from the slopes of the depth; at an edge, the smaller slope is used."""
     slopes = [_slope(owners, depth, axis) / step for axis in (1, 0)]
     normal = np.stack([-slopes[0], -slopes[1], np.ones(depth.shape)], axis=2)
     return np.asarray(normal / np.sqrt((normal * normal).sum(axis=2, keepdims=True)))
 
 
 def _slope(owners: NDArray[np.int64], depth: Array, axis: int) -> Array:
-    """Return the depth slope between samples: the mean of both sides, except at edges."""
+    """Return the slope of the depth: the mean of both sides of a sample, except at edges."""
     rise = np.diff(depth, axis=axis)
     rise[np.diff(owners, axis=axis) != 0] = BEYOND
     end = np.full_like(np.take(depth, [0], axis=axis), BEYOND)

@@ -1,7 +1,6 @@
 """Lamps: light on surfaces, occlusion of light, soft shadows.
 
-Places are in camera coordinates: image column and row, and depth towards the camera, all in pixels.
-Light is linear.
+Points are image column, image row and depth, positive towards the camera [pixels]. Light is linear.
 """
 
 from dataclasses import dataclass
@@ -14,20 +13,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
 
-REACH = 400.0
-"""Distance at which a lamp of power 1 gives a facing surface a light of 1 [pixels]."""
+REACH = 400.0  # distance at which the light of a lamp of power 1 on a facing surface is 1 [pixels]
+RADIUS = 22.0  # radius of a lamp's shade [pixels]
+AMBIENT = 0.16  # fraction of a lamp's light that arrives by reflection from other walls of the room
+FAINT = 1e-4  # coverage that is too small to be visible and to determine a normal
 
-RADIUS = 22.0
-"""Radius of a lamp's shade [pixels]."""
-
-AMBIENT = 0.16
-"""Share of a lamp's light that the room's other walls reflect."""
-
-FAINT = 1e-4
-"""Coverage that is invisible and too small to determine a direction."""
-
+# number of points of a lamp that emit rays, and step length along a ray [pixels]
 SPOTS, STRIDE = 10, 1.8
-"""Number of points of a lamp from which rays start, and step length of a ray [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -40,26 +32,27 @@ class Lamp:
 
 @njit(cache=True)
 def lamp_light(place: Array, point: Array, normal: Array) -> tuple[float, float]:
-    """Return the light of a lamp on a surface, and its mirror reflection.
+    """Return the diffuse light of a lamp on a surface, and its mirror reflection.
 
-    Both are 1 for a lamp of power 1 directly in front of the surface at the distance `REACH`.
-    `normal` has length 1.
+    Both values are 1 for a lamp of power 1 directly in front of the surface at the distance
+    `REACH`. `normal` has the length 1.
     """
     u, v, w = place[0] - point[0], place[1] - point[1], place[2] - point[2]
     far = np.sqrt(u * u + v * v + w * w)
     facing = (u * normal[0] + v * normal[1] + w * normal[2]) / far
     if facing <= 0:
         return 0.0, 0.0
-    half = facing + normal[2]  # half way to the camera
+    half = facing + normal[2]  # direction half-way between lamp and camera
     half /= np.sqrt((u * u + v * v) / (far * far) + (w / far + 1) ** 2)
     power = (REACH / far) ** 2
     return facing * power, max(half, 0.0) ** 40 * power
 
 
 def plane_crossings(lamp: Lamp, points: Floats, depth: float) -> Floats:
-    """Return columns and rows [pixels] where a lamp's rays to points cross a plane.
+    """Return columns and rows [pixels] at which the rays from a lamp to points cross a plane.
 
-    `depth` is the plane's [pixels]. The result is far away if the plane is behind the point.
+    `depth` is the depth of the plane [pixels]. If the plane is behind a point, its result is far
+    away.
     """
     place = lamp.place.astype(points.dtype)
     share = (depth - points[..., 2:]) / (place[2] - points[..., 2:])
@@ -68,17 +61,17 @@ def plane_crossings(lamp: Lamp, points: Floats, depth: float) -> Floats:
 
 
 def shadow_softness(lamp: Lamp, depth: float, behind: float) -> float:
-    """Return the blur, in its own plane, of an object that shades a surface [pixels]."""
+    """Return the blur [pixels] of an object at `depth` that softens its shadow at `behind`."""
     return float(RADIUS / 2 * (depth - behind) / (lamp.place[2] - behind))
 
 
 def lamp_visibility(depths: Array, place: Array, fine: int) -> Array:
-    """Return the share of a lamp that is visible from every point of a depth map, shape (h, w, 1).
+    """Return the fraction of a lamp that is visible from a surface, shape (h, w, 1).
 
-    `depths`, shape (h, w), is the depth of each sample towards the camera [pixels], with `fine`
-    samples per pixel and axis; everything behind it is solid.
+    `depths`, shape (h, w), are depths of a solid surface, positive towards the camera [pixels],
+    with `fine` samples per pixel and axis.
     """
-    turns = np.arange(SPOTS) * 2.399963  # the golden angle
+    turns = np.arange(SPOTS) * 2.399963  # golden angle
     spread = RADIUS * np.sqrt((np.arange(SPOTS) + 0.5) / SPOTS)
     spots = np.stack([spread * np.cos(turns), spread * np.sin(turns)], axis=1)
     return np.asarray(_lamp_visibility(depths, place, fine, spots))[..., None]
@@ -88,7 +81,7 @@ def lamp_visibility(depths: Array, place: Array, fine: int) -> Array:
 def _lamp_visibility(depths: Array, place: Array, fine: int, spots: Array) -> Array:
     height, width = depths.shape
     highest = depths.max()
-    # Maximum height in each of the four quadrants from a sample: a ray stays in one of them.
+    # Maximum depth in each of the four quadrants around a sample; a ray stays in one quadrant.
     farther = np.empty((2, 2, height, width))
     for down in range(2):
         for right in range(2):
@@ -129,7 +122,7 @@ def _lamp_visibility(depths: Array, place: Array, fine: int, spots: Array) -> Ar
 
 @njit(cache=True)
 def surface_light(place: Array, depth: Array, normal: Array, fine: int) -> tuple[Array, Array]:
-    """Return the light of a lamp on a static surface, and its reflection, sample by sample."""
+    """Return the diffuse and the mirrored light of a lamp on a static surface, for all samples."""
     light, shine = np.empty(depth.shape), np.empty(depth.shape)
     point = np.empty(3)
     for row in range(depth.shape[0]):
@@ -170,18 +163,18 @@ def blend_lit_card(
                     picture[row, column, c] += back * powers[k, c]
 
 
-COARSE = 4
-"""Pixels per sample and axis of a shadow."""
+COARSE = 4  # pixels per shadow sample and axis
 
 
 def remaining_light(
     coverage: NDArray[np.float32], shift: Array, shadow_softness: float, darkness: float
 ) -> NDArray[np.float32]:
-    """Return the light that an object leaves behind it, shape (height, width, 3) in [0, 1].
+    """Return the fraction of light behind an object, shape (height, width, 3), in [0, 1].
 
-    `coverage` is the share of each pixel that the object covers; its sides are multiples of
-    `COARSE`. `shift` is from the object to its shadow. `softness` is the standard deviation of the
-    shadow's blur [pixels], `darkness` the share of light that is missing in its centre.
+    `coverage` is the fraction of each pixel that the object covers; its height and width are
+    multiples of `COARSE`. `shift` is the vector from the object to its shadow, `shadow_softness`
+    the standard deviation of the shadow's blur [pixels], and `darkness` the fraction of light that
+    the shadow removes.
     """
     size = coverage.shape[1], coverage.shape[0]
     coarse = size[0] // COARSE, size[1] // COARSE

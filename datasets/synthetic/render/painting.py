@@ -1,4 +1,4 @@
-"""Canvas with painting operations in metres: plates, discs, wires, labels."""
+"""Painting operations in metres: plates, discs, wires, labels."""
 
 from collections.abc import Sequence
 
@@ -12,10 +12,10 @@ Point = tuple[float, float]
 
 
 class Painting:
-    """Canvas whose places and sizes are in metres from its left top corner.
+    """Canvas on which positions and sizes are in metres, from its upper left corner.
 
-    `picture`: painted on in place. `scale`: pixels/metre. `left`, `top`: position of the corner in
-    the picture [metres].
+    Operations change `picture` in place. `scale` is in pixels/metre; (`left`, `top`) is the
+    position of the canvas in the picture [metres].
     """
 
     def __init__(
@@ -26,7 +26,7 @@ class Painting:
         self.left, self.top = left, top
 
     def part(self, x: float, y: float) -> "Painting":
-        """Return the same canvas with its origin moved to a point."""
+        """Return a canvas on the same picture with its origin at a point."""
         return Painting(self.picture, self.scale, self.left + x, self.top + y)
 
     def patch(self, x: float, y: float, width: float, height: float, colour: ArrayLike) -> None:
@@ -43,7 +43,7 @@ class Painting:
         colour: ArrayLike,
         depth: float = 0.012,
     ) -> None:
-        """Paint a raised rectangle, lit from the left top, with a shadow on the right below."""
+        """Paint a raised rectangle, lit from the upper left, with a shadow at the lower right."""
         paint = np.asarray(colour, np.float64)
         self.darken(x + depth, y + depth, width, height, 0.62)
         self.patch(x, y, width, height, paint)
@@ -54,14 +54,14 @@ class Painting:
         self.patch(x + width - rim, y, rim, height, paint * 0.70)
 
     def hole(self, x: float, y: float, width: float, height: float, colour: ArrayLike) -> None:
-        """Paint a recessed rectangle with the shadow of its left upper rim."""
+        """Paint a recessed rectangle with the shadow of its upper left rim."""
         self.patch(x, y, width, height, colour)
         rim = min(0.03, 0.25 * width, 0.25 * height)
         self.darken(x, y, width, rim, 0.55)
         self.darken(x, y + rim, rim, height - rim, 0.65)
 
     def darken(self, x: float, y: float, width: float, height: float, gain: float) -> None:
-        """Multiply a rectangle by a light gain."""
+        """Multiply the colours in a rectangle by a gain."""
         (x0, y0), (x1, y1) = self._to_pixel((x, y)), self._to_pixel((x + width, y + height))
         area = self.picture[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
         area[:] = np.clip(np.round(area * gain), 0, 255).astype(np.uint8)
@@ -97,7 +97,7 @@ class Painting:
         cv2.fillPoly(self.picture, [placed], _bgr(colour), cv2.LINE_AA)
 
     def pipe(self, start: Point, end: Point, radius: float, colour: ArrayLike) -> None:
-        """Paint a round pipe with a shadow, lit from the left top."""
+        """Paint a round pipe with a shadow, lit from the upper left."""
         paint = np.asarray(colour, np.float64)
         off = 0.7 * radius
         self.line(
@@ -129,7 +129,7 @@ class Painting:
         self, random: np.random.Generator, x: float, y: float, width: float, height: float,
         paper: ArrayLike = (214, 218, 220), ink: ArrayLike = (60, 56, 54),
     ) -> None:  # fmt: skip
-        """Paint a small plate with lines of illegible writing."""
+        """Paint a label with lines of illegible text."""
         self.patch(x, y, width, height, paper)
         rows = max(1, int(height / 0.022))
         for row in range(rows):

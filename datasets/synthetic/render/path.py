@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+# positions are multiples of this step, so that images agree with the ground truth [pixels]
 POSITION_STEP = 1 / 64
-"""Positions are multiples of this step [pixels], so that ground truth and images agree exactly."""
 
 SAMPLES_PER_SPAN = 64
 
@@ -17,10 +17,10 @@ def quantised(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class Loop:
-    """Closed smooth curve with a constant speed along it [pixels/frame].
+    """Closed smooth curve that is traversed at a constant speed [pixels/frame].
 
-    `points`, shape (k, 2) [pixels], control the uniform cubic B-spline, which stays in their convex
-    hull.
+    The curve is a uniform cubic B-spline with the control points `points`, shape (k, 2) [pixels].
+    It lies in their convex hull.
     """
 
     def __init__(self, points: NDArray[np.float64], speed: float) -> None:
@@ -52,9 +52,9 @@ class Loop:
 def random_loop(
     generator: np.random.Generator, low: ArrayLike, high: ArrayLike, speed: float, corners: int = 7
 ) -> Loop:
-    """Return a random loop around the centre of a rectangle, within it, in either direction.
+    """Return a random loop within a rectangle, around its centre, in a random direction.
 
-    `low` and `high` are the rectangle's corners (x, y) [pixels], the speed is in pixels/frame, and
+    `low` and `high` are corners (x, y) of the rectangle [pixels]. The speed is in pixels/frame, and
     `corners` is the number of control points.
     """
     angles = (np.arange(corners) + generator.uniform(-0.3, 0.3, corners)) * (2 * np.pi / corners)
@@ -66,7 +66,7 @@ def random_loop(
 
 
 def smooth_step(values: NDArray[np.float64], start: float, end: float) -> NDArray[np.float64]:
-    """Return a cubic transition from 0 (up to `start`) to 1 (from `end` on)."""
+    """Return a cubic transition from 0 at `start` to 1 at `end`, constant outside."""
     u = np.clip((values - start) / (end - start), 0.0, 1.0)
     return u * u * (3 - 2 * u)
 
@@ -74,7 +74,7 @@ def smooth_step(values: NDArray[np.float64], start: float, end: float) -> NDArra
 def random_positions(
     random: np.random.Generator, start: float, end: float, gaps: tuple[float, float]
 ) -> Iterator[float]:
-    """Yield places from `start` up to `end`; each gap is sampled after its place was used."""
+    """Yield positions from `start` to `end`, sampling the gap to the next one on each request."""
     while start < end:
         yield start
         start += random.uniform(*gaps)

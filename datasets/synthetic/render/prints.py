@@ -30,7 +30,7 @@ Place = tuple[float, float]
 
 
 def print_picture(random: np.random.Generator, kind: str, width: int, height: int) -> Image:
-    """Return a print of one of `KINDS`, BGR."""
+    """Return a print of a kind in `KINDS`, BGR."""
     picture = np.empty((height, width, 3), np.uint8)
     inks = [vary_colour(random, ink, 0.06) for ink in random.permutation(INKS)[:6]]
     painting = Painting(picture, float(width))
@@ -42,7 +42,6 @@ def print_picture(random: np.random.Generator, kind: str, width: int, height: in
 def _book(
     cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float
 ) -> None:
-    """Paint a landscape below a title, with an author's name."""
     cover.patch(0, 0, 1, high, inks[0])
     cover.patch(0, 0, 0.07, high, inks[0] * 0.7)
     left, top, wide, tall = 0.15, random.uniform(0.36, 0.44), 0.77, 0.62
@@ -60,7 +59,6 @@ def _landscape(
     where: tuple[float, float, float, float],
     inks: Sequence[Colour],
 ) -> None:
-    """Paint sky with a sun, hills, fields, a house with a roof."""
     x, y, wide, tall = where
     scale = cover.scale
     rows, columns = round(tall * scale), round(wide * scale)
@@ -83,7 +81,6 @@ def _landscape(
 
 
 def _tea(cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float) -> None:
-    """Paint leaves in a medallion, between ornamental bands."""
     cover.patch(0, 0, 1, high, inks[0])
     for y in (0.0, high - 0.24):
         cover.patch(0, y, 1, 0.24, inks[1])
@@ -125,7 +122,6 @@ def _leaf(cover: Painting, foot: Place, angle: float, length: float, ink: Colour
 
 
 def _toy(cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float) -> None:
-    """Paint a robot in front of two-coloured rays, below a multi-coloured name."""
     cover.patch(0, 0, 1, high, inks[0])
     middle = high * 0.6
     for k in range(0, 24, 2):

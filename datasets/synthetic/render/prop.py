@@ -1,4 +1,4 @@
-"""Static objects in the street, painted once, and visible parts of silhouettes."""
+"""Static objects in a street, which are painted once, and visible parts of silhouettes."""
 
 from collections.abc import Iterable
 
@@ -10,15 +10,15 @@ from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint
 
 Array = NDArray[np.float64]
 
+# left and top of a window [pixels], and the coverage of each of its pixels in [0, 255]
 Coverage = tuple[int, int, NDArray[np.uint8]]
-"""Left and top [pixels], and the coverage of each pixel in [0, 255]."""
 
 
 class Prop:
-    """Static object at a place (x, z) [metres].
+    """Static object at a position (x, z) [metres].
 
-    `colour`, BGR in [0, 255], and `coverage` in [0, 1] have the size of its image at its depth;
-    `foot` is the row of its base [pixels from its upper end].
+    `colour`, BGR in [0, 255], and `coverage`, in [0, 1], have the size that the object has in the
+    image. `foot` is the row of the object's base in these arrays.
     """
 
     def __init__(self, x: float, z: float, colour: Array, coverage: Array, foot: float) -> None:
@@ -28,16 +28,16 @@ class Prop:
         self._rise = foot - coverage.shape[0] / 2
 
     def middle(self, camera: Viewpoint) -> tuple[float, float]:
-        """Return the centre of its picture in the image [pixels]."""
+        """Return the position of the object's centre in the image [pixels]."""
         return (float(camera.column(self.x, self.z)), float(camera.row(0.0, self.z)) - self._rise)
 
     def draw(
         self, canvas: NDArray[np.uint8], camera: Viewpoint, motion: float = 0.0, travel: float = 0.0
     ) -> None:
-        """Draw it over a canvas, blurred by the camera's motion during the exposure.
+        """Draw the object over a canvas, blurred by the camera's motion during the exposure.
 
-        `motion` is the horizontal shift of the whole image [pixels], `travel` the camera's travel
-        [metres].
+        In this time, the camera moves by `travel` [metres] and its turn shifts the image
+        horizontally by `motion` [pixels].
         """
         x, y = self.middle(camera)
         reach = self._sprite.width / 2 + abs(motion) + abs(travel) * float(camera.scale(self.z))
@@ -49,14 +49,14 @@ class Prop:
         self._sprite.draw(canvas, centres, 1.0)
 
     def coverage(self, camera: Viewpoint) -> Coverage:
-        """Return the silhouette, placed to the nearest pixel."""
+        """Return the silhouette, at a position rounded to whole pixels."""
         x, y = self.middle(camera)
         height, width = self._alpha.shape
         return round(x - width / 2), round(y - height / 2), self._alpha
 
 
 def coverage_extents(coverage: Coverage) -> Array:
-    """Return the box around pixels that are covered at least by half, shape (4,)."""
+    """Return the box around all pixels that are covered at least by half, shape (4,)."""
     left, top, alpha = coverage
     rows, columns = (np.flatnonzero((alpha >= 128).any(axis=axis)) for axis in (1, 0))
     corner = [left + columns[0], top + rows[0]]
@@ -64,7 +64,7 @@ def coverage_extents(coverage: Coverage) -> Array:
 
 
 def visible_part(target: Coverage, nearer: Iterable[Coverage]) -> Coverage:
-    """Return the part of the target within the image and not covered by nearer silhouettes."""
+    """Return the part of the target inside the image that nearer silhouettes do not occlude."""
     left, top, alpha = target
     height, width = alpha.shape
     x, y = max(left, 0), max(top, 0)
@@ -78,7 +78,7 @@ def visible_part(target: Coverage, nearer: Iterable[Coverage]) -> Coverage:
 
 
 def _occluded(alpha: NDArray[np.uint8], cover: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the part of a coverage that another one leaves, both in [0, 255]."""
+    """Return the coverage that remains visible behind another coverage, in [0, 255]."""
     return ((alpha.astype(np.uint16) * (255 - cover.astype(np.uint16)) + 127) // 255).astype(
         np.uint8
     )
@@ -88,7 +88,7 @@ Window = tuple[slice, slice]
 
 
 def _common(first_coverage: Coverage, second_coverage: Coverage) -> tuple[Window, Window] | None:
-    """Return the rows and columns that two windows share, relative to both."""
+    """Return rows and columns of the overlap of two windows, relative to each window."""
     left, top = (
         max(first_coverage[0], second_coverage[0]),
         max(first_coverage[1], second_coverage[1]),

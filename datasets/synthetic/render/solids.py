@@ -1,7 +1,7 @@
 """Solids and objects made of them, ray-traced for a distant camera with parallel rays.
 
-Lengths are in pixels of the image: x to the right, y up, z towards the camera. A row of numbers is
-a solid. An object is a list of solids, which can merge smoothly.
+Lengths are in image pixels: x to the right, y up, z towards the camera. A solid is a row of
+numbers. An object is a list of solids, which can merge smoothly.
 """
 
 from collections.abc import Sequence
@@ -13,23 +13,22 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-HALF_SPACE, LIMB, BOX, BOWL = range(4)
-"""Kinds of solids: the first of their numbers."""
+HALF_SPACE, LIMB, BOX, BOWL = range(4)  # kind of a solid: the first number of its row
 
 
 def half_space(normal: Sequence[float], reach: float) -> Array:
-    """Return the space behind a plane at the distance `reach` from the origin."""
+    """Return the half-space behind a plane at the distance `reach` from the origin."""
     return _solid(HALF_SPACE, 0.0, *normal, reach)
 
 
 def limb(start: ArrayLike, end: ArrayLike, radii: tuple[float, float], blend: float = 0.0) -> Array:
-    """Return the hull of two balls; `blend` is the distance over which it merges with others."""
+    """Return the hull of two balls; it merges with other solids over the distance `blend`."""
     a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
     return _solid(LIMB, blend, *a, *b, *radii)
 
 
 def chain(points: ArrayLike, radii: ArrayLike, blend: float) -> list[Array]:
-    """Return limbs between consecutive points, with a radius at each point."""
+    """Return limbs between consecutive points; `radii` are the radii at these points."""
     joints, wide = np.asarray(points, np.float64), np.asarray(radii, np.float64).tolist()
     return [
         limb(joints[k], joints[k + 1], (wide[k], wide[k + 1]), blend)
@@ -38,7 +37,7 @@ def chain(points: ArrayLike, radii: ArrayLike, blend: float) -> list[Array]:
 
 
 def mirror_limbs(limbs: Sequence[Array], side: float) -> list[Array]:
-    """Convert limbs in place to those of the other hand if `side` is -1."""
+    """Mirror limbs in place from one hand to the other if `side` is -1."""
     for solid in limbs:
         solid[[3, 6]] *= side
     return list(limbs)
@@ -54,8 +53,8 @@ def box(
 ) -> Array:
     """Return a box with rounded edges; centre, half size and edge radius are in pixels.
 
-    It is turned about the vertical axis, then leant backwards [radians]. `folds` are the depth of
-    vertical folds in it [pixels] and their angular frequency [radians/pixel].
+    The box is rotated about the vertical axis, then leant backwards [radians]. `folds` are the
+    depth of vertical folds [pixels] and their angular frequency [radians/pixel].
     """
     centre, size = np.asarray(middle, np.float64), np.asarray(half, np.float64) - rounding
     turned = np.cos(turn), np.sin(turn), np.cos(lean), np.sin(lean)
@@ -65,7 +64,10 @@ def box(
 def bowl(
     foot: ArrayLike, height: float, radii: tuple[float, float], wall: float, closed: bool = False
 ) -> Array:
-    """Return a round vessel with lower and upper mid-wall radii; a lid closes it if `closed`."""
+    """Return a round vessel, which has a lid if it is `closed`.
+
+    `radii` are the lower and the upper radius of the middle of the wall.
+    """
     base = np.asarray(foot, np.float64)
     return _solid(BOWL, 0.0, *base, height, *radii, wall / 2, float(closed))
 
@@ -78,10 +80,10 @@ def _solid(kind: int, blend: float, *numbers: float) -> Array:
 
 
 def pack_objects(things: Sequence[Sequence[Array]]) -> tuple[Array, Array]:
-    """Return the solids of objects, shape (s, 16), and a bounding ball per object, shape (t, 6).
+    """Return the solids of all objects, shape (s, 16), and their bounding balls, shape (t, 6).
 
-    A row of the balls is centre and radius [pixels], and the range of the object's solids: first
-    index and index after the last.
+    A row of the balls contains centre and radius [pixels], and the range of the object's solids:
+    first index (inclusive) and last index (exclusive).
     """
     counts = np.array([len(thing) for thing in things])
     ends = np.cumsum(counts)
@@ -90,14 +92,14 @@ def pack_objects(things: Sequence[Sequence[Array]]) -> tuple[Array, Array]:
 
 
 def _ball(thing: Sequence[Array]) -> Array:
-    """Return centre and radius of a ball around an object, shape (4,) [pixels]."""
+    """Return centre and radius of a bounding ball of an object, shape (4,) [pixels]."""
     lows, highs = zip(*(_bounds(solid) for solid in thing), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     return np.append((low + high) / 2, np.sqrt(np.sum((high - low) ** 2)) / 2)
 
 
 def _bounds(solid: Array) -> tuple[Array, Array]:
-    """Return the corners of an upright box around a solid with its blends and folds [pixels]."""
+    """Return corners of an axis-parallel box around a solid with its blends and folds [pixels]."""
     middle = solid[3:6]
     if solid[0] == HALF_SPACE:
         return np.full(3, -1e4), np.full(3, 1e4)
@@ -113,8 +115,7 @@ def _bounds(solid: Array) -> tuple[Array, Array]:
     return low, high
 
 
-NOTHING = -1
-"""Index of a sample without an object."""
+NOTHING = -1  # object index of a sample that no object covers
 
 _START, _END = 150.0, 420.0  # start and end of a ray, relative to the image plane [pixels]
 
@@ -294,7 +295,7 @@ def _surface_light(
     u, v, w = _surface_normal(solids, balls, x, y, z)
     x, y, z = x + 0.15 * u, y + 0.15 * v, z + 0.15 * w
     sky, reach, weight = 1.0, 0.9, 0.36
-    for _ in range(4):  # near surfaces block ambient light
+    for _ in range(4):  # nearby surfaces occlude ambient light
         gap = _distance(solids, balls, x + reach * u, y + reach * v, z + reach * w)[0]
         sky -= weight * max(reach - gap, 0.0) / reach
         reach, weight = 1.9 * reach, 0.72 * weight
@@ -307,7 +308,7 @@ def _surface_light(
         # The lamp is extended, so its shadow is soft.
         sun = min(sun, max(0.5 + 4.5 * gap / way, 0.0))
         way += min(max(gap, 0.35), 6.0)
-    half_x, half_z = light[0], light[2] + on  # the lamp is as tall as a window
+    half_x, half_z = light[0], light[2] + on  # size of the lamp, which is as tall as a window
     shine = (u * half_x + w * half_z) / np.sqrt(half_x * half_x + half_z * half_z)
     ambient = (0.30 + 0.12 * v + 0.04 * w) * max(sky, 0.15)
     return ambient + 0.88 * towards * sun, max(shine, 0.0) ** 40 * sun
@@ -369,7 +370,7 @@ def _cast(
                 )  # fmt: skip
                 if gap < 0.02:
                     break
-                gap *= 0.9  # folds are no exact distance
+                gap *= 0.9  # the distance to folds is approximate
                 way += gap
                 y, z = y - gap * up, z - gap * on
             if way >= _END:

@@ -1,6 +1,6 @@
-"""Sprites: colour with coverage, drawn at any place and size, and scrolling backgrounds.
+"""Sprites (images with coverage that are drawn at any position and size) and panoramas.
 
-All arithmetic on pixels is on integers, so every platform gives the same bytes.
+All pixel arithmetic uses integers, so that all platforms give the same bytes.
 """
 
 from functools import cached_property
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 
 class Sprite:
-    """Colour with coverage, in a pyramid for drawing at smaller sizes without aliasing.
+    """Image with coverage, as a pyramid, so that smaller sizes are drawn without aliasing.
 
-    `colour`, shape (h, w, 3), is BGR in [0, 255]; uncovered pixels have no effect. `coverage`,
-    shape (h, w), is in [0, 1].
+    `colour`, shape (h, w, 3), is BGR in [0, 255]; the colours of uncovered pixels have no effect.
+    `coverage`, shape (h, w), is in [0, 1].
     """
 
     def __init__(self, colour: NDArray[np.float64], coverage: NDArray[np.float64]) -> None:
@@ -26,7 +26,7 @@ class Sprite:
 
     @cached_property
     def levels(self) -> list[NDArray[np.uint8]]:
-        """Premultiplied images with a transparent border, each at half the previous resolution."""
+        """Premultiplied images with a transparent border; the resolution halves at each level."""
         depth = max(1, min(self.height, self.width).bit_length() - 2)
         padding = [(0, -size % (1 << depth)) for size in (self.height, self.width)]
         image = np.pad(self._image, [*padding, (0, 0)])
@@ -39,23 +39,23 @@ class Sprite:
         return levels
 
     def silhouette(self, level: float) -> Self:
-        """Return the same coverage in one grey level."""
+        """Return a sprite with the same coverage and one grey level."""
         return type(self)(np.full((*self._coverage.shape, 3), level), self._coverage)
 
     def shadow(self, darkness: float, softness: int) -> Self:
-        """Return the shadow of the sprite: black, soft, wider by `softness` on each side.
+        """Return a black, soft shadow of the sprite, which is larger by `softness` on each side.
 
-        `darkness` is the coverage in the centre, in [0, 1], `softness` half the width of the soft
-        edge, in the sprite's pixels.
+        `darkness` is the coverage in the centre, in [0, 1]. `softness` is half the width of the
+        soft edge [pixels of the sprite].
         """
         coverage = box_blur(np.pad(self._coverage, softness), max(1, softness // 3)) * darkness
         return type(self)(np.zeros((*coverage.shape, 3)), coverage)
 
     def draw(self, canvas: NDArray[np.uint8], centres: NDArray[np.float64], scale: float) -> None:
-        """Blend the sprite over a canvas in place, averaged over instants of the exposure.
+        """Blend the sprite over a canvas in place, averaged over its positions during the exposure.
 
-        `centres`, shape (2**k, 2), is the position of the sprite's centre at each instant [pixels].
-        `scale` is in canvas pixels per pixel of the sprite.
+        `centres`, shape (2**k, 2), are these positions of the sprite's centre [pixels]. `scale` is
+        the number of canvas pixels per pixel of the sprite.
         """
         level = 0
         while scale <= 0.7 and level + 1 < len(self.levels):
@@ -68,11 +68,11 @@ class Sprite:
 def superellipse(
     height: int, width: int, half_height: float, half_width: float, power: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return coordinates in half axes, and coverage, of a superellipse in the image centre.
+    """Return coordinates `x` and `y` and the coverage of a superellipse in the image centre.
 
-    Sizes are in pixels. The outline is ``|x|**power + |y|**power = 1``: 2 is an ellipse, 4 a
-    rectangle with rounded corners. `x`, `y` and the covered share of each pixel, from 4 x 4
-    samples, have the shape (height, width).
+    Sizes are in pixels. The coordinates are in half axes: the outline is ``|x|**power + |y|**power
+    = 1``. A power of 2 is an ellipse, a power of 4 a rectangle with rounded corners. The coverage
+    of a pixel is measured with 4 x 4 samples. The three results have the shape (height, width).
     """
     fine = 4
     rows = ((np.arange(height * fine) + 0.5) / fine - height / 2) / half_height
@@ -88,7 +88,7 @@ def superellipse(
 
 
 def box_blur(values: NDArray[np.float64], radius: int) -> NDArray[np.float64]:
-    """Blur by three passes of a box of 2 `radius` + 1 pixels, nearly Gaussian; zero outside."""
+    """Blur by three passes of a box filter of 2 `radius` + 1 pixels; outside the image is zero."""
     for _ in range(3):
         for axis in range(2):
             padding = [(0, 0), (0, 0)]
@@ -103,10 +103,10 @@ def box_blur(values: NDArray[np.float64], radius: int) -> NDArray[np.float64]:
 def cut_window(
     texture: NDArray[np.uint8], x: int, y: int, height: int, width: int
 ) -> NDArray[np.uint8]:
-    """Cut an image out of a texture at a sub-pixel position, bilinear.
+    """Return a part of a texture at a sub-pixel position, by bilinear interpolation.
 
-    `x` and `y` are its left top corner in 1/64 pixel. The image plus one pixel lies within the
-    texture.
+    `x` and `y` are the upper left corner in 1/64 pixel. The part plus one pixel on each side must
+    lie within the texture.
     """
     picture = np.empty((height, width, 3), np.uint8)
     draw_rows(picture, texture, -y, np.full((1, len(texture)), x), 0, height)
@@ -115,9 +115,10 @@ def cut_window(
 
 @njit(cache=True)
 def _span(lowest: int, highest: int, size: int, step: int, limit: int) -> tuple[int, int]:
-    """Return the range of pixels within `limit` that a sprite of `size` touches.
+    """Return the range of pixels within `limit` that a sprite of `size` can touch.
 
-    Its corner lies between `lowest` and `highest`. Both ends are equal if it touches nothing.
+    The corner of the sprite lies between `lowest` and `highest`. Both ends of an empty range are
+    equal.
     """
     first = -(-(lowest - 32 - (32768 << 6) // step) // 64)
     last = (highest - 32 + ((((size << 16) + 32768) << 6) - 1) // step) // 64 + 1
@@ -135,9 +136,10 @@ def blend_sprite(
 ) -> None:
     """Blend a sprite over a canvas in place, averaged over its positions during the exposure.
 
-    `sprite`, shape (h + 2, w + 2, 4), is premultiplied by its last channel, coverage; its border of
-    one pixel is transparent. `left` and `top`, shape (2**k,), are its corner within the border at
-    each instant, in 1/64 canvas pixel. `step` is its pixels per canvas pixel, times 65536.
+    `sprite`, shape (h + 2, w + 2, 4), is premultiplied by its last channel, the coverage, and has a
+    transparent border of one pixel. `left` and `top`, shape (2**k,), are the positions of its
+    corner inside the border, in 1/64 canvas pixel. `step` is the number of sprite pixels per canvas
+    pixel, times 65536.
     """
     height, width = canvas.shape[:2]
     h, w = sprite.shape[0] - 2, sprite.shape[1] - 2
@@ -148,7 +150,7 @@ def blend_sprite(
     first_y, last_y = _span(top.min(), top.max(), h, step, height)
     sums = np.empty(4 * (last_x - first_x), np.uint32)
     mixed = np.zeros(4 * (w + 2), np.uint32)
-    begin, end = 0, 0  # columns of the sprite outside which the mixed row is transparent
+    begin, end = 0, 0  # range of sprite columns outside which the interpolated row is transparent
     for y in range(first_y, last_y):
         sums[:] = 0
         touched_first, touched_last = last_x, first_x
@@ -157,7 +159,7 @@ def blend_sprite(
             v = ((((y << 6) + 32 - top[k]) * step) >> 6) + 32768
             if v < 0 or v >= (h + 1) << 16:
                 continue
-            if v != mixed_row:  # without vertical motion, all instants share the row
+            if v != mixed_row:  # Without vertical motion, the row is equal at all times.
                 mixed_row = v
                 above, below = sprite[v >> 16].ravel(), sprite[(v >> 16) + 1].ravel()
                 lower = np.uint32((v >> 8) & 255)
@@ -173,7 +175,7 @@ def blend_sprite(
             if begin == end:
                 continue
             first, last = _span(left[k], left[k], w, step, width)
-            if step == 65536:  # equal weights for all pixels allow vector instructions
+            if step == 65536:  # Weights that are equal for all pixels allow vector instructions.
                 u = ((((first << 6) + 32 - left[k]) * step) >> 6) + 32768
                 column = u >> 16
                 skipped = max(begin - 1 - column, 0)
@@ -206,7 +208,7 @@ def blend_sprite(
 
 @njit(cache=True)
 def _opaque(above: NDArray[np.uint8], below: NDArray[np.uint8]) -> tuple[int, int]:
-    """Return the range of columns outside which both rows (4 n,) are 0."""
+    """Return the range of columns outside which both rows, shape (4 n,), are 0."""
     first, last = 0, len(above) // 4
     while last > 0 and _clear(above, below, last - 1):
         last -= 1
@@ -232,7 +234,7 @@ def _add(
     second_row: NDArray[np.unsignedinteger],
     other_weight: np.uint32,
 ) -> None:
-    """Add two weighted rows to sums in place; unsigned 32-bit numbers allow vectorisation."""
+    """Add two weighted rows to `sums` in place; unsigned 32-bit numbers allow vectorisation."""
     for i in range(len(sums)):
         sums[i] += weight * np.uint32(first_row[i]) + other_weight * np.uint32(second_row[i])
 
@@ -250,10 +252,11 @@ def _blend_row(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint3
 
 
 def instants(displacement: float) -> NDArray[np.float64]:
-    """Return moments of the exposure to average, in [-0.5, 0.5]; a power of two of them.
+    """Return the times within the exposure, in [-0.5, 0.5], over which drawing averages.
 
-    Their number grows with the displacement [pixels]: between two of them it is at most about two
-    pixels, which bilinear sampling bridges.
+    Their number is a power of two. Between consecutive times, the displacement is at most about two
+    pixels; bilinear interpolation fills these gaps. `displacement` is that of the whole exposure
+    [pixels].
     """
     count = 1
     while count < 8 and abs(displacement) > 2 * count - 1.4:
@@ -270,18 +273,19 @@ def draw_rows(
     first: int,
     last: int,
 ) -> None:
-    """Fill rows of a canvas from a panorama in place, bilinear, averaged over instants.
+    """Fill the canvas rows from `first` (inclusive) to `last` (exclusive) from a panorama in place.
 
-    `top` is the position of the panorama's first row in the canvas. `lefts`, shape (2**k, rows), is
-    the panorama's column at the canvas' left border by instant and row. Both are in 1/64 pixel.
-    Rows from `first` to `last`, which is excluded, are filled; the panorama covers the whole width.
+    The interpolation is bilinear and averages over times of the exposure. `top` is the position of
+    the panorama's first row in the canvas. `lefts`, shape (2**k, rows), is the panorama column at
+    the left canvas border for every time and panorama row. Both are in 1/64 pixel. The panorama
+    must cover the whole width.
     """
     width = canvas.shape[1]
     shift = 12
     while 1 << (shift - 12) < len(lefts):
         shift += 1
-    lines = np.zeros((2, 3 * width), np.uint32)  # two rows of the panorama, averaged over instants
-    held = np.array([-1, -1])  # which rows these are
+    lines = np.zeros((2, 3 * width), np.uint32)  # two rows of the panorama, averaged over the times
+    held = np.array([-1, -1])  # indices of these rows
     for y in range(first, last):
         place = (y << 6) - top
         row = min(max(place >> 6, 0), len(panorama) - 1)
@@ -318,7 +322,7 @@ def _write_row(
     other_weight: np.uint32,
     shift: np.uint32,
 ) -> None:
-    """Write two weighted rows, over 2**`shift` and rounded, to a row of a canvas."""
+    """Write the sum of two weighted rows, divided by 2**`shift` and rounded, to a canvas row."""
     half = np.uint32(1) << np.uint32(shift - np.uint32(1))
     for i in range(len(out)):
         out[i] = np.uint32(half + weight * first_row[i] + other_weight * second_row[i]) >> shift

@@ -1,7 +1,7 @@
-"""Textures that repeat seamlessly in both directions.
+"""Textures that are periodic in both directions.
 
-They use only sums, products and square roots of random numbers, so every platform gives the same
-bytes. Sizes are powers of two, of 256 pixels or more for the grounds.
+They use only sums, products and square roots of random numbers, so that all platforms give the same
+bytes. Sizes are powers of two; textures of the ground have at least 256 pixels.
 """
 
 import numpy as np
@@ -34,9 +34,9 @@ def noise(generator: np.random.Generator, size: int, cells: int) -> Array:
 
 @njit(cache=True)
 def _interpolated(lattice: Array, near: NDArray[np.int64], weights: Array) -> Array:
-    """Return weighted sums of a lattice, shape (n, n), down and then across: shape (size, size).
+    """Return the interpolation of a lattice, shape (n, n), to the shape (size, size).
 
-    `near`, shape (size, 4), are the rows, or columns, of the lattice that `weights` refer to.
+    `near`, shape (size, 4), are the lattice rows or columns to which the `weights` apply.
     """
     size, cells = len(near), len(lattice)
     result = np.zeros((size, size))
@@ -54,9 +54,10 @@ def _interpolated(lattice: Array, near: NDArray[np.int64], weights: Array) -> Ar
 def fractal(
     generator: np.random.Generator, size: int, coarsest: int, finest: int, fall: float = 0.55
 ) -> Array:
-    """Return the sum of noise of `coarsest`, twice that, … `finest` cells, about in [-1, 1].
+    """Return a sum of octaves of noise from `coarsest` to `finest` cells, about in [-1, 1].
 
-    `fall` is the ratio of the amplitudes of one octave and the coarser one before.
+    The number of cells doubles and the amplitude changes by the factor `fall` from octave to
+    octave.
     """
     total = np.zeros((size, size))
     weight, amplitude, cells = 0.0, 1.0, coarsest
@@ -70,32 +71,32 @@ def fractal(
 
 
 def lerp(a: Array, b: Array, share: Array) -> Array:
-    """Mix `share` of `b` into `a`; `share` is (h, w), the colours end in a channel axis."""
+    """Return a mixture of the colours `a` and `b` with a share (h, w) of `b`."""
     return a + (b - a) * np.clip(share, 0, 1)[..., None]
 
 
 def ramp(values: Array, colours: Array) -> Array:
-    """Map values in [-1, 1] to evenly spaced colours (k, 3), linear between them."""
+    """Map values in [-1, 1] to colours (k, 3), evenly spaced and linearly interpolated."""
     place = np.clip((values + 1) / 2, 0, 1) * (len(colours) - 1)
     index = np.minimum(place.astype(np.int64), len(colours) - 2)
     return lerp(colours[index], colours[index + 1], place - index)
 
 
 def relief(height: Array, strength: float) -> Array:
-    """Return the gain of light from the left top on a height map, around 1."""
+    """Return the gain, about 1, of a height map that is lit from the upper left."""
     slope = height - np.roll(height, (1, 1), axis=(0, 1))
     return np.asarray(np.clip(1 - strength * slope, 0.35, 1.6))
 
 
 def creases(generator: np.random.Generator, size: int) -> tuple[Array, Array]:
-    """Return folds of cloth: broad ones about in [-1, 1], and the vertical slope of steep ones."""
+    """Return broad folds of cloth, about in [-1, 1], and the vertical slope of steep folds."""
     broad = fractal(generator, size, 4, 16, 0.6)
     steep = fractal(generator, size, 8, 32, 0.7)
     return broad, steep - np.roll(steep, 2, axis=0)
 
 
 def grass(generator: np.random.Generator, size: int) -> Array:
-    """Return short grass with blades that bend together, worn to earth in places."""
+    """Return short grass, in some parts worn down to the earth."""
     lean = generator.uniform(-0.7, 0.7)
     bend_x, bend_y = noise(generator, size, 32) + lean, 0.6 * noise(generator, size, 32) + 1.1
     length = np.sqrt(bend_x * bend_x + bend_y * bend_y) + 1e-3
@@ -117,7 +118,7 @@ def grass(generator: np.random.Generator, size: int) -> Array:
 
 
 def pebbles(generator: np.random.Generator, size: int) -> Array:
-    """Return rounded stones of many tones, close together."""
+    """Return closely packed rounded stones in many tones."""
     cells = 32
     cell = size / cells
     shift = generator.uniform(-0.38, 0.38, (cells, cells, 2)) + 0.5
@@ -153,7 +154,7 @@ def pebbles(generator: np.random.Generator, size: int) -> Array:
 
 
 def paving(generator: np.random.Generator, size: int) -> Array:
-    """Return worn setts in running bond, with dirt and moss in the joints."""
+    """Return worn paving stones in running bond, with dirt and moss in the joints."""
     courses, setts = 16, 10
     rows, columns = np.indices((size, size)).astype(np.float64)
     rows = rows / size * courses + 0.05 * fractal(generator, size, 16, size // 8)

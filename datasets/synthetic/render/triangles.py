@@ -1,7 +1,7 @@
-"""Triangles in space, rendered for a distant camera.
+"""Triangle meshes, rendered for a distant camera.
 
-Points are image column, image row and nearness to the camera, all in pixels. The renderer uses only
-sums, products and quotients, so every platform gives the same bytes.
+Points are image column, image row and nearness to the camera [pixels]. The renderer uses only sums,
+products and quotients, so that all platforms give the same bytes.
 """
 
 from dataclasses import dataclass
@@ -14,20 +14,17 @@ Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
-FINE = 4
-"""Samples per pixel and axis."""
-
-NOTHING = -1
-"""Owner of a sample that no triangle covers."""
+FINE = 4  # samples per pixel and axis
+NOTHING = -1  # triangle index of a sample that no triangle covers
 
 
 @dataclass(frozen=True)
 class Mesh:
     """Triangles with a texture."""
 
-    triangles: Indices  # (t, 3), vertices of each
-    texels: Array  # (v, 2), column and row of each vertex in the texture; texel i spans [i, i + 1)
-    texture: Floats  # (h, w, 3), reflected share of the light, BGR
+    triangles: Indices  # (t, 3), vertex indices of each triangle
+    texels: Array  # (v, 2), texture column and row of each vertex; texel i covers [i, i + 1)
+    texture: Floats  # (h, w, 3), reflected fraction of the light, BGR
     # True for the surface of a solid: a triangle is visible only if its vertices are clockwise in
     # the image. Otherwise both sides are visible.
     closed: bool
@@ -35,23 +32,23 @@ class Mesh:
 
 @dataclass(frozen=True)
 class RenderedMesh:
-    """Rendered mesh in a window of the image."""
+    """Image of a mesh in a window."""
 
     window: tuple[slice, slice]  # rows and columns of the image
     # (h, w, 4), reflected light, BGR, premultiplied by the last channel, coverage in [0, 1]
     sheet: Floats
 
     def coverage(self, size: tuple[int, int]) -> Floats:
-        """Return the covered share of each pixel of an image of a width and height, in [0, 1]."""
+        """Return the coverage of each pixel of an image with a width and height, in [0, 1]."""
         whole = np.zeros(size[::-1], np.float32)
         whole[self.window] = self.sheet[..., 3]
         return whole
 
 
 def rotation_axes(tilt: float, yaw: float, pitch: float) -> Array:
-    """Return the directions of an object's axes (columns) after rotation.
+    """Return the directions of an object's axes after rotation, as columns.
 
-    The rotations are in the image plane, to the right and downwards [radians]. Without them the
+    The rotations are in the image plane, to the right, and down [radians]. Without rotation, the
     axes point to the right, down and towards the camera.
     """
     (a, b, c), (d, e, f) = np.cos([tilt, yaw, pitch]), np.sin([tilt, yaw, pitch])
@@ -62,13 +59,13 @@ def rotation_axes(tilt: float, yaw: float, pitch: float) -> Array:
 
 
 def bounding_box(points: Array) -> Array:
-    """Return the extents (x, y, width, height) of points (column, row, …) [pixels]."""
+    """Return the bounding box (x, y, width, height) of points (column, row, …) [pixels]."""
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     return np.concatenate([low, high - low])
 
 
 def grid_triangles(rows: int, columns: int) -> Indices:
-    """Return a vertex grid's triangles (t, 3), clockwise for rows down and columns to the right."""
+    """Return the triangles (t, 3) of a grid of vertices, clockwise if rows run downwards."""
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     upper = np.stack([corner, corner + 1, corner + columns], axis=1)
     lower = np.stack([corner + 1, corner + columns + 1, corner + columns], axis=1)
@@ -76,9 +73,9 @@ def grid_triangles(rows: int, columns: int) -> Indices:
 
 
 def render_mesh(mesh: Mesh, points: Array, lights: Array, size: tuple[int, int]) -> RenderedMesh:
-    """Render a mesh with its vertices at `points` [pixels] in an image of a size.
+    """Render a mesh whose vertices are at `points`, in an image with a width and height [pixels].
 
-    `lights`, shape (v, 3), is the light on each vertex, BGR; the size is width and height [pixels].
+    `lights`, shape (v, 3), is the light on each vertex, BGR.
     """
     low = np.clip(np.floor(points[:, :2].min(axis=0)), 0, size).astype(np.int64)
     high = np.clip(np.ceil(points[:, :2].max(axis=0)), low, size).astype(np.int64)
@@ -92,7 +89,7 @@ def render_mesh(mesh: Mesh, points: Array, lights: Array, size: tuple[int, int])
 
 @njit(cache=True, error_model="numpy")
 def composite(picture: Floats, sheet: Floats) -> None:
-    """Blend a sheet, see `RenderedMesh`, over an image or another sheet of its size in place."""
+    """Blend the sheet of a `RenderedMesh` in place over an image or sheet of equal size."""
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             rest = np.float32(1) - sheet[row, column, 3]
@@ -109,7 +106,7 @@ def _owners(
 ) -> NDArray[np.int32]:
     """Return the nearest triangle at each sample of a window, or `NOTHING`.
 
-    Columns and rows of the points are in samples, relative to the middle of the first.
+    Columns and rows of the points are in samples, relative to the centre of the first sample.
     """
     owners = np.full((height * FINE, width * FINE), NOTHING, np.int32)
     nearest = np.full(owners.shape, -1e30, np.float32)
@@ -154,7 +151,7 @@ def _shade_samples(
     lights: Array,
     texture: Floats,
 ) -> Floats:
-    """Return mean reflected light, from one sample per quarter pixel, and coverage per pixel."""
+    """Return mean light and coverage per pixel; the light is sampled once per quarter pixel."""
     half = FINE // 2
     picture = np.zeros((owners.shape[0] // FINE, owners.shape[1] // FINE, 4), np.float32)
     last_row, last_column = texture.shape[0] - 1, texture.shape[1] - 1

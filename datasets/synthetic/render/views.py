@@ -1,6 +1,6 @@
-"""Street cameras and walking paths: a camera is static or follows a person.
+"""Street cameras, which are static or follow a person, and walking paths.
 
-World: x to the right, height up from the ground, depth z away from the camera; metres.
+World coordinates are x to the right, height above the ground, and z away from the camera [metres].
 """
 
 import math
@@ -16,8 +16,7 @@ from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 
 Array = NDArray[np.float64]
 
-SIZE = 640, 480
-"""Width and height of the images [pixels]."""
+SIZE = 640, 480  # width and height of the images [pixels]
 
 FRAMES_PER_SECOND = 25.0
 
@@ -26,57 +25,54 @@ Number = TypeVar("Number", float, Array)
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Position and orientation of a camera at one instant, with its projection."""
+    """Position, orientation and projection of a camera at one time."""
 
     focal: float  # focal length [pixels]
     eye: float  # height above the ground [metres]
     horizon: float  # row of the horizon without shift [pixels]
     centre: float  # column of the optical axis without shift [pixels]
-    x: float = 0.0  # lateral place [metres]
-    # horizontal shift of the whole image by turning and shaking, to the right [pixels]
+    x: float = 0.0  # lateral position [metres]
+    # shift of the whole image to the right by turning and shaking of the camera [pixels]
     shift_x: float = 0.0
-    # vertical shift of the whole image by turning and shaking, downwards [pixels]
+    # downward shift of the whole image by turning and shaking of the camera [pixels]
     shift_y: float = 0.0
 
     def scale(self, z: Number) -> Number:
-        """Return the pixels per metre at a depth [metres]."""
+        """Return the scale at a depth [metres] in pixels/metre."""
         return self.focal / z
 
     def column(self, x: Number, z: Number) -> Number:
-        """Return the image column of a lateral place at a depth, both in metres."""
+        """Return the image column of a lateral position x at a depth z, both in metres."""
         return self.centre + self.shift_x + (x - self.x) * self.scale(z)
 
     def row(self, height: Number, z: Number) -> Number:
-        """Return the image row of a height above the ground at a depth, both in metres."""
+        """Return the image row of a height above the ground at a depth z, both in metres."""
         return self.horizon + self.shift_y + (self.eye - height) * self.scale(z)
 
 
-CYCLE = 1.42
-"""Distance of two steps at an ordinary pace [metres]."""
+CYCLE = 1.42  # length of two steps at an ordinary pace [metres]
+ORDINARY = 1.3  # speed at which steps have their maximum length [metres/second]
 
-ORDINARY = 1.3
-"""Speed at which steps have their maximum length [metres/second]."""
-
+# A walker turns towards the next point at this distance from the current one [metres]
 REACHED = 0.8
-"""A walker turns to the next point at this distance from the last one [metres]."""
 
+# maximum turning speed of a walker [radians/frame]
 FASTEST_TURN = math.radians(130) / FRAMES_PER_SECOND
-"""Maximum turning speed of a walker [radians/frame]."""
 
 
 @dataclass(frozen=True)
 class WalkingPath:
     """Position, heading and gait phase of a person in every frame."""
 
-    x: Array  # (n,), place on the ground to the right [metres]
-    z: Array  # (n,), place on the ground away from the camera [metres]
-    heading: Array  # (n,), 0 is to the right, pi / 2 towards the camera; continuous [radians]
-    phase: Array  # (n,), gait cycles of two steps since an arbitrary start
-    stride: Array  # (n,), length of the steps, in [0, 1]
+    x: Array  # (n,), position to the right [metres]
+    z: Array  # (n,), position away from the camera [metres]
+    heading: Array  # (n,), continuous; 0 is to the right, pi / 2 towards the camera [radians]
+    phase: Array  # (n,), number of gait cycles of two steps since an arbitrary start
+    stride: Array  # (n,), relative length of the steps, in [0, 1]
 
     @classmethod
     def through(cls, x: Array, z: Array, phase: float) -> Self:
-        """Return the path through places of every frame, starting with a gait phase."""
+        """Return the path with a position in every frame; `phase` is the first gait phase."""
         dx, dz = np.gradient(x), np.gradient(z)
         step = np.sqrt(dx * dx + dz * dz)
         stride = np.clip(step * FRAMES_PER_SECOND / ORDINARY, 0, 1)
@@ -91,7 +87,7 @@ class WalkingPath:
         )
 
     def __getitem__(self, frames: slice | NDArray[np.int64]) -> Self:
-        """Return the path in some of its frames."""
+        """Return the part of the path in the selected frames."""
         columns = (self.x, self.z, self.heading, self.phase, self.stride)
         return type(self)(*(column[frames] for column in columns))
 
@@ -99,7 +95,7 @@ class WalkingPath:
 def straight_path(
     frames: int, frame: int, place: tuple[float, float], velocity: tuple[float, float], phase: float
 ) -> WalkingPath:
-    """Return a path through a place (x, z) [metres] in `frame`; velocity in metres/second."""
+    """Return a straight path that is at (x, z) [metres] in `frame`; velocity in metres/second."""
     elapsed = (np.arange(frames) - frame) / FRAMES_PER_SECOND
     x, z = (start + way * elapsed for start, way in zip(place, velocity, strict=True))
     return WalkingPath.through(x, z, phase)
@@ -112,11 +108,11 @@ def walk_through_points(
     speed: float,
     phase: float,
 ) -> WalkingPath:
-    """Return a path from point to point (x, z) [metres], in arcs, slower in bends.
+    """Return a path from point to point (x, z) [metres] in arcs; the walker is slower in bends.
 
-    `start` is the place in the first frame. The walker heads for the `points` one after the other
-    and turns to the next one within 0.8 m of each. `speed` is that without bends [metres/second],
-    `phase` that of the gait in the first frame [cycles].
+    `start` is the position in the first frame. The walker heads for the `points` in order and turns
+    towards the next point within 0.8 m of the current one. `speed` is the speed on straight lines
+    [metres/second], `phase` the gait phase in the first frame [cycles].
     """
     x, z = start
     goal = next(points)
@@ -135,25 +131,22 @@ def walk_through_points(
     return WalkingPath.through(track[:, 0], track[:, 1], phase)
 
 
-SLOW = (2.5, 9.0)
-"""Periods of slow wandering of hand and gaze [seconds]."""
-
-QUICK = (0.28, 1.1)
-"""Periods of a shaking hand [seconds]."""
+SLOW = (2.5, 9.0)  # range of periods of slow deviations of a hand-held camera [seconds]
+QUICK = (0.28, 1.1)  # range of periods of the shake of a hand-held camera [seconds]
 
 
 @dataclass(frozen=True)
 class Views:
     """Camera in every frame."""
 
-    still: Viewpoint  # constant properties
-    x: Array  # (n,), lateral place [metres]
-    shift_x: Array  # (n,), horizontal shift of the image by turning and shaking [pixels]
-    shift_y: Array  # (n,), vertical shift of the image by turning and shaking [pixels]
+    still: Viewpoint  # constant properties of the camera
+    x: Array  # (n,), lateral position [metres]
+    shift_x: Array  # (n,), shift of the image to the right by turning and shaking [pixels]
+    shift_y: Array  # (n,), downward shift of the image by turning and shaking [pixels]
 
     @classmethod
     def standing(cls, still: Viewpoint, frames: int) -> Self:
-        """Return a static camera for a number of frames."""
+        """Return the views of a static camera for a number of frames."""
         nothing = np.zeros(frames)
         return cls(still, nothing, nothing, nothing)
 
@@ -168,7 +161,7 @@ class Views:
         return not any(np.ptp(v) for v in (self.x, self.shift_x, self.shift_y))
 
     def rate(self, frame: int) -> tuple[float, tuple[float, float]]:
-        """Return travel [metres/frame] and image shift [pixels/frame] around a frame."""
+        """Return the camera's travel [metres/frame] and the image shift [pixels/frame]."""
         last = len(self.x) - 1
         around = [max(frame - 1, 0), min(frame + 1, last)]
         travel, right, down = (
@@ -179,7 +172,7 @@ class Views:
 
 
 def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
-    """Sample a static camera slightly above the heads."""
+    """Sample a static camera slightly above the heads of people."""
     still = Viewpoint(
         focal=700.0,
         eye=random.uniform(2.9, 3.3),
@@ -192,8 +185,9 @@ def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
 def sample_following_views(random: np.random.Generator, course: WalkingPath) -> Views:
     """Sample a hand-held camera that follows a walker imperfectly.
 
-    Its carrier lags by half a second and wanders. The camera turns slowly, with quick turns off the
-    target and back now and then. Hand shake and steps are visible.
+    The person with the camera lags by half a second and deviates from the walker's path. The camera
+    turns slowly; sometimes it turns quickly away from the target and back. Its shake and the steps
+    of the person are visible.
     """
     frames = len(course.x)
     still = Viewpoint(
@@ -214,7 +208,7 @@ def sample_following_views(random: np.random.Generator, course: WalkingPath) -> 
     nod = random_wander(random, frames, SLOW, 9) + random_wander(random, frames, QUICK, 2.5)
     beat = random.uniform(1.7, 2.0) / FRAMES_PER_SECOND
     nod += 2.2 * np.sin(2 * np.pi * (beat * time + random.uniform()))
-    # The target stays in the image: the turn is reduced as the target's distance grows.
+    # The turn is reduced as the target's distance grows, so that the target stays in the image.
     aim = still.column(course.x - x, course.z) - still.centre
     room = 0.30 * SIZE[0]
     shift_x = room * np.tanh((aim + turn) / room) - aim
@@ -222,7 +216,7 @@ def sample_following_views(random: np.random.Generator, course: WalkingPath) -> 
 
 
 def _smoothed(values: Array, lag: int) -> Array:
-    """Return the weighted mean of the last 2 `lag` + 1 values: delayed by `lag` frames, smooth."""
+    """Return the weighted mean of the last 2 `lag` + 1 values, a delay by `lag` frames."""
     weights = np.hanning(2 * lag + 3)[1:-1]
     before = np.full(2 * lag, values[0])
     return np.convolve(np.concatenate([before, values]), weights / weights.sum(), "valid")
@@ -231,7 +225,7 @@ def _smoothed(values: Array, lag: int) -> Array:
 def random_wander(
     random: np.random.Generator, frames: int, periods: Sequence[float], deviation: float
 ) -> Array:
-    """Return the sum of five waves of random periods [seconds] with a standard deviation."""
+    """Return a sum of five waves with random periods [seconds] and a standard deviation."""
     time = np.arange(frames) / FRAMES_PER_SECOND
     low, high = (float(np.log(period)) for period in periods)
     total = np.zeros(frames)

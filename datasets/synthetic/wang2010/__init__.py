@@ -1,13 +1,13 @@
-"""Sequences of a paper on an improved CamShift inside a particle filter.
+"""Synthetic sequences after Wang et al. (2010), on an improved CamShift inside a particle filter.
 
-They imitate the three videos on which the paper shows its trackers. They follow only its text: the
-videos differ from the originals and are new in every scene. The paper counts frames from 1; its
-frame k is frame k - 1 here.
+The sequences imitate the three videos of the paper. They follow the text of the paper and use none
+of its images. Every scene number gives a different video. The paper counts frames from 1; its frame
+k is frame k - 1 here.
 """
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.knobs import seeded
+from trackmark.datasets.synthetic.parameters import seeded
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
@@ -19,21 +19,21 @@ SUITE = SyntheticSuite(
     [
         SequenceEntry(
             "wang2010/table-tennis",
-            seeded("all that is drawn at random: wall, player, light, motion, noise"),
+            seeded("all random properties: wall, player, light, motion, noise"),
             f"{MODULE}.table_tennis",
             50,
             (142, 115),
         ),
         SequenceEntry(
             "wang2010/hand",
-            seeded("all that is drawn at random: person, room, hand, way, noise"),
+            seeded("all random properties: person, room, hand, path, noise"),
             f"{MODULE}.hand.scene",
             100,
             (160, 120),
         ),
         SequenceEntry(
             "wang2010/cup",
-            seeded("all that is drawn at random: cup, hand, way, kitchen, noise"),
+            seeded("all random properties: cup, hand, path, kitchen, noise"),
             f"{MODULE}.cup",
             80,
             (108, 85),

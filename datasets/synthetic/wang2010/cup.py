@@ -1,12 +1,13 @@
 """`wang2010/cup`: a hand carries a cup past objects of a similar colour.
 
-The paper describes an own recording, 80 frames of 108 x 85 pixels, of a cup. In frame 36 the
-surroundings have almost the target's colour, and an object of almost its colour occludes a part of
-it. Colour is unreliable there; the motion cue stays good. All other properties are our choice.
+The authors recorded 80 frames of 108 x 85 pixels of a cup. In frame 36 the surroundings have almost
+the target's colour, and an object of almost that colour occludes a part of the target. Colour is
+unreliable in this frame; the motion cue remains good. All other properties are our choice.
 
-The paper's frame 36 is `EVENT` here. Before it, the cup descends towards the similar object behind
-it and the box in front of it. After it, the cup rises and leaves both. The kitchen consists of a
-wall, a counter, some objects, the similar objects and the held cup, whose foot is at the origin.
+The paper's frame 36 is `EVENT` here. Before this frame, the cup descends; behind it is an object of
+similar colour and in front of it a box of similar colour. After this frame, the cup rises and moves
+away from both. The kitchen consists of a wall, a counter, several objects, the two objects of
+similar colour, and the held cup, whose foot is the origin.
 """
 
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.colours import (
     ACCENTS,
@@ -61,9 +62,9 @@ FRAMES = 80
 SIZE = 108, 85
 EVENT = 35
 
-WALL = -45.0  # depth of the wall relative to the cup [pixels, towards the camera]
-DOWN, UP = (12.0, 32.0), (45.0, 72.0)  # first and last frame of the cup's descent and of its rise
-# frames in which the cup moves sideways faster, past the border of the object behind it
+WALL = -45.0  # depth of the wall relative to the cup, positive towards the camera [pixels]
+DOWN, UP = (12.0, 32.0), (45.0, 72.0)  # first and last frame of the cup's descent, and of its rise
+# frames in which the cup moves faster sideways, past the border of the object behind it
 HASTE = 12.0, 40.0
 
 
@@ -74,8 +75,8 @@ class Cup:
     height: float
     foot: float  # radius at the foot
     rim: float  # radius at the rim
-    handle: float  # reach of the handle from the cup's wall
-    hand: int  # side of the hand (-1 or 1); the handle is on the other side
+    handle: float  # distance to which the handle extends from the cup's wall
+    hand: int  # side of the hand, -1 (left) or 1 (right); the handle is on the other side
 
 
 @dataclass(frozen=True)
@@ -83,21 +84,22 @@ class CupPlan:
     """Random layout of a kitchen, and the cup's path through it from left to right."""
 
     view: ParallelView
-    horizon: float  # row in which the wall meets the counter [pixels]
+    horizon: float  # image row at which the wall meets the counter [pixels]
     cup: Cup
-    mirrored: bool  # True if images are flipped horizontally
+    mirrored: bool  # True if the images are mirrored horizontally
     pace: float  # sideways speed of the cup [pixels/frame]
     haste: float  # additional sideways distance in the frames `HASTE` [pixels]
-    # (2, 3): amplitude, period [frames] and phase of the oscillation of path and tilt
+    # (2, 3): rows are path and tilt; columns are amplitude, period [frames] and phase
     unevenness: Array
-    # column, low: centre of the cup in frame `EVENT` [pixels]
+    # column and row of the cup's centre in frame `EVENT` [pixels]
     column: float
     low: float
-    fall: float  # vertical distance of the descent before `EVENT` [pixels]
-    rise: float  # vertical distance of the rise after `EVENT` [pixels]
+    fall: float  # height of the descent before `EVENT` [pixels]
+    rise: float  # height of the rise after `EVENT` [pixels]
     behind: tuple[float, float]  # left and right border of the object behind the cup [pixels]
     before: tuple[float, float]  # centre and half width of the box in front of the cup [pixels]
-    hidden: float  # height of the box's upper edge above the cup's centre at its lowest [pixels]
+    # height of the box's upper edge above the lowest position of the cup's centre [pixels]
+    hidden: float
 
     def middle(self, times: ArrayLike) -> Array:
         """Return the centre of the cup's axis in the image [pixels], shape `times.shape + (2,)`."""
@@ -168,7 +170,7 @@ BOX_DEPTH = 20.0  # depth of the box in front of the cup's path [pixels]
 
 
 def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[SceneObject]:
-    """Return wall and counter."""
+    """Return the wall and the counter."""
     wood = sample_other_hue(random, COUNTERS, cup)
     wall = sample_other_hue(random, NEUTRALS, cup)
     pattern = grain(random, 0.018)
@@ -183,7 +185,7 @@ def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[Scen
 
 
 def similar_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
-    """Return a cutting board or a hanging cloth; the first object has nearly the cup's colour."""
+    """Return a cutting board or a hanging cloth; its first object has nearly the cup's colour."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     middle, half = (left + right) / 2, (right - left) / 2
     colour = vary_slightly(random, cup)
@@ -207,12 +209,12 @@ def similar_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> l
 
 
 def carton(plan: CupPlan, random: np.random.Generator, cup: Array) -> SceneObject:
-    """Return a box with a lid in front of the cup's path, of nearly the cup's colour."""
+    """Return a box with a lid in nearly the cup's colour, in front of the cup's path."""
     place, half = plan.before
     turn = random.uniform(-0.4, 0.4)
     deep = random.uniform(5.0, 7.0)
     wide = (half - deep * abs(np.sin(turn))) / np.cos(turn)
-    upper = plan.low - plan.hidden  # row in which the rear edge of its top appears
+    upper = plan.low - plan.hidden  # image row of the rear edge of the box's top
     height = _height(plan, upper, BOX_DEPTH - deep)
     lid, x = random.uniform(0.16, 0.3) * height, place - SIZE[0] / 2
     body = box((x, height / 2, BOX_DEPTH), (wide - 0.6, height / 2, deep - 0.6), 0.5, turn=turn)
@@ -228,7 +230,7 @@ def _height(plan: CupPlan, row: float, z: float) -> float:
 
 
 def kitchen_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
-    """Return jars, bottles and bowls next to the similar object, with hues unlike the cup's."""
+    """Return jars, bottles and bowls next to the similar object, in hues unlike the cup's."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     kinds = [_jar, _bottle, _fruit, _holder]
     order = random.permutation(len(kinds)).tolist()
@@ -340,7 +342,7 @@ THICK = 1.1  # thickness of the cup's wall [pixels]
 
 
 def held_cup(cup: Cup, colour: Array, random: np.random.Generator) -> list[SceneObject]:
-    """Return cup, hand and sleeve; `colour` is the cup's, BGR in [0, 255]."""
+    """Return cup, hand and sleeve; `colour` is the colour of the cup, BGR in [0, 255]."""
     skin = sample_skin(random)
     cloth = sample_other_hue(random, CLOTHES, colour)
     slope = random.uniform(-0.34, 0.02)
@@ -358,13 +360,13 @@ def _cup(cup: Cup) -> list[Array]:
     height = 0.52 * cup.height + 0.31 * cup.height * np.sin(angles)
     wall = cup.foot + (cup.rim - cup.foot) * height / cup.height
     out = wall + (cup.handle - 1.1) * np.cos(angles) ** 0.7
-    turn = 0.3  # of the handle towards the camera
+    turn = 0.3  # displacement of the handle towards the camera
     arc = np.stack([-cup.hand * out * np.cos(turn), height, out * np.sin(turn)], axis=1)
     return [body, *chain(arc, np.full(10, 1.1), 0.0)]
 
 
 def _hand(cup: Cup, grip: float, slope: float) -> list[Array]:
-    """Return thumb in front of the cup, fingers behind it, and knuckles and palm at its side."""
+    """Return the thumb in front of the cup, the fingers behind it, and the palm at its side."""
     cup_side = cup.rim
     wrist = np.array([cup_side + 14.5, grip + 14.5 * slope, 2.5])
     knuckles = [
@@ -408,10 +410,10 @@ FINE = 4  # samples per pixel and axis
 
 
 class PlacedLayer:
-    """Flat layer that can be placed and tilted around an anchor.
+    """Flat layer that can be moved, and tilted around an anchor.
 
-    `picture`: uint8 array with `FINE` samples per pixel and axis, 0 where it is empty; it can be
-    smaller than the image. `anchor`: reference point relative to the left top corner [pixels].
+    `picture` is a uint8 array with `FINE` samples per pixel and axis; it is 0 where the layer is
+    empty. `anchor` is the reference point relative to the upper left corner [pixels].
     """
 
     def __init__(self, picture: NDArray[np.uint8], anchor: ArrayLike) -> None:
@@ -419,10 +421,9 @@ class PlacedLayer:
         self._anchor = np.asarray(anchor, np.float64)
 
     def render_at(self, place: ArrayLike, tilt: float) -> Array:
-        """Render the layer with its anchor at a place [pixels], tilted to the right [radians].
+        """Render the layer with its anchor at a position [pixels], tilted to the right [radians].
 
-        Returns values in [0, 1], shape (height, width) or (height, width, channels) of the whole
-        image.
+        Returns the whole image, shape (height, width) or (height, width, channels), in [0, 1].
         """
         turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
         middle = FINE * np.asarray(place, np.float64) - 0.5
@@ -433,7 +434,7 @@ class PlacedLayer:
         return downsample(cv2.warpAffine(self._picture, matrix, canvas, flags=flags))
 
     def extents(self, places: Array, tilts: Array) -> Array:
-        """Return tight boxes around the layer for several placements, shape (n, 4) [pixels]."""
+        """Return tight boxes around the layer for n positions and tilts, shape (n, 4) [pixels]."""
         rows, columns = np.nonzero(self._picture)
         ends = [(columns + u, rows + v) for u in (0, 1) for v in (0, 1)]
         corners = np.concatenate([np.stack(end, axis=1) for end in ends]).astype(np.int32)
@@ -454,15 +455,15 @@ def downsample(picture: NDArray[Any], fine: int = FINE) -> Array:
 
 Corner: TypeAlias = tuple[float, float]
 
-STILL_FINE = 3  # samples per pixel and axis of the static parts
-# window of the cup: left top corner relative to the cup's centre, and size [pixels]
+STILL_FINE = 3  # samples per pixel and axis of static objects
+# window of the cup: upper left corner relative to the cup's centre, and size [pixels]
 CUP_CORNER, CUP_SIZE = (-14, -13), (28, 26)
 # size of the window of cup, hand and arm; it begins slightly above the cup [pixels]
 ARM_SIZE = 112, 66
 
 
 class CupSetting:
-    """Layout (`plan`), cup `colour` (BGR in [0, 255]) and renderings of a kitchen, not mirrored."""
+    """Layout `plan`, cup colour (BGR in [0, 255]) and layers of a kitchen, not mirrored."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
@@ -472,7 +473,7 @@ class CupSetting:
 
     @cached_property
     def carried(self) -> PlacedLayer:
-        """Layer of cup, hand and arm, anchored at the cup's centre; BGR and coverage."""
+        """Layer of cup, hand and arm with BGR and coverage; the anchor is the cup's centre."""
         left = CUP_CORNER[0] if self.plan.cup.hand > 0 else -CUP_CORNER[0] - ARM_SIZE[0]
         top = CUP_CORNER[1] - 2
         picture, _ = self._look(self._held, (left, top + self._rise), ARM_SIZE, FINE)
@@ -480,7 +481,7 @@ class CupSetting:
 
     @cached_property
     def silhouettes(self) -> tuple[PlacedLayer, PlacedLayer]:
-        """Layers of the whole cup and of the part in front of the hand, anchored at its centre."""
+        """Layers of the whole cup, and of the part that the hand does not occlude."""
         corner = CUP_CORNER[0], CUP_CORNER[1] + self._rise
         anchor = -CUP_CORNER[0], -CUP_CORNER[1]
         alone, held = (
@@ -491,10 +492,10 @@ class CupSetting:
 
     @cached_property
     def still(self) -> tuple[Array, Array]:
-        """Background (height, width, 3) and the box in front of the cup (height, width, 4).
+        """Background (height, width, 3), and the box in front of the cup (height, width, 4).
 
-        Both are in [0, 1]; the box is premultiplied by its coverage, and the background contains
-        its shadow.
+        Both are in [0, 1]. The box is premultiplied by its coverage. The background contains the
+        shadow of the box.
         """
         random = self._random("room")
         room = bare_room(random, self.colour, random.random() < 0.5)
@@ -516,12 +517,12 @@ class CupSetting:
 
     @cached_property
     def hidden(self) -> Array:
-        """Share of each pixel that the box in front of the cup covers, shape (height, width)."""
+        """Coverage by the box in front of the cup, shape (height, width)."""
         return self._coverage(self._carton)
 
     @cached_property
     def similar(self) -> Array:
-        """Share of each pixel that the object of similar colour covers, shape (height, width)."""
+        """Coverage by the object of similar colour behind the cup, shape (height, width)."""
         return self._coverage(self._similar[:1])
 
     @cached_property
@@ -543,7 +544,7 @@ class CupSetting:
 
     @property
     def _corner(self) -> Corner:
-        """Left top corner of the image relative to the origin [pixels]."""
+        """Upper left corner of the image relative to the origin [pixels]."""
         return -SIZE[0] / 2, float(self.plan.view.row(0.0, WALL)) - self.plan.horizon
 
     def _random(self, part: str) -> np.random.Generator:
@@ -567,22 +568,22 @@ class CupSetting:
         return shade_objects([thing.finish for thing in things], owners, places, lights), owners
 
 
-EXPOSURE = 0.5  # share of the frame time for which the shutter is open
+EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
 CAMERA = Camera(SIZE, noise=2.2)
 
-# share of the light that the shadow on the wall removes, and its softness [pixels]
+# fraction of light that the shadow on the wall removes, and softness of the shadow [pixels]
 SHADOW, SOFTNESS = 0.3, 2.2
-# minimum share of the cup that is occluded, or in front of its colour, for an attribute
+# minimum fraction of the cup that is occluded, or in front of its colour, for an attribute
 NOTICED = 0.1
 
 
-def scene(knobs: SceneKnobs) -> "CupScene":
+def scene(parameters: SceneParameters) -> "CupScene":
     """Return the renderer with its ground truth, without rendering."""
-    return CupScene(knobs.scene)
+    return CupScene(parameters.scene)
 
 
 class CupScene(SyntheticScene):
-    """Cup in a hand in a kitchen."""
+    """Scene of a cup in a hand in a kitchen."""
 
     length, size = FRAMES, SIZE
 
@@ -592,11 +593,11 @@ class CupScene(SyntheticScene):
         self.plan = self.setting.plan
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        Boxes are those of the cup with its handle. Attributes are `occluded` (the box occludes at
-        least a tenth of the cup) and `similar background` (at least a tenth of the cup is in front
-        of the object of similar colour).
+        A box contains the cup with its handle. Attributes are `occluded` (the box occludes at least
+        a tenth of the cup) and `similar background` (at least a tenth of the cup is in front of the
+        object of similar colour).
         """
         return _truth(self._seed)
 
@@ -619,7 +620,7 @@ class CupScene(SyntheticScene):
         return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
 
     def seen(self, frame: int) -> tuple[Array, Array]:
-        """Return the coverage of each pixel by the cup, and its visible part; not mirrored."""
+        """Return the coverage by the whole cup, and by its visible part; not mirrored."""
         whole, held = (layer.render_at(*self._pose(frame)) for layer in self.setting.silhouettes)
         return whole, held * (1 - self.setting.hidden)
 
@@ -627,7 +628,7 @@ class CupScene(SyntheticScene):
         return self.plan.middle(time), float(self.plan.tilt(time))
 
     def _shadow(self, coverage: Array) -> Array:
-        """Return the share of light that cup, hand and arm remove from the wall."""
+        """Return the fraction of light that cup, hand and arm remove from the wall."""
         x, y, z = self.plan.view.light
         shift = WALL * x / z, float(self.plan.view.row(WALL * y / z, WALL))
         matrix = np.column_stack([np.eye(2), shift])

@@ -3,15 +3,14 @@
 The paper uses the CIF sequence "Table Tennis", 50 frames of 115 x 142 pixels. The target is "a fast
 moving table tennis ball"; traditional trackers deviate "as the speed of the upward motion grows in
 frame 12". This sequence shows similar play (see `Play` for the motion). The hall is dim and the
-ball brighter than it, because the paper's motion map of differences of R + G + B shows the ball
+ball is bright, because the ball is visible in the paper's motion map of differences of R + G + B
 (Fig. 1d).
 
-The wall is speckled plaster of a cool grey with a table in front of it. Trackers by hue alone
-follow the paper's ball until frame 11, so the ball and the wall must differ in colour.
+The wall is grey speckled plaster with a table in front of it. In the paper, trackers that use only
+hue follow the ball until frame 11, so the ball and the wall must differ in colour.
 
-The player swings the forearm about the elbow and keeps the bat level, except when the wrist tips
-it. Player lengths are in millimetres of a usual bat and an adult arm, relative to the centre of the
-bat's upper face.
+The player moves the forearm about the elbow and keeps the bat level, except when the wrist tips it.
+Lengths of bat and arm are in millimetres, relative to the centre of the bat's upper face.
 """
 
 from functools import cached_property
@@ -21,7 +20,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse
@@ -46,12 +45,12 @@ def blend_swung(
 ) -> None:
     """Blend a limb over a canvas in place, averaged over its positions during the exposure.
 
-    `picture`, shape (h + 2, w + 2, 4), is the limb at the canvas' resolution, in the format of
-    `Sprite.levels`. `left` and `top`, shape (2**k,), are the corner of the limb within its border
-    without swing, and `swings` the displacement of its end downwards, all at each instant in 1/64
-    pixel. `shares`, shape (w + 2,), are the share of the swing for each column, times 256: it falls
-    towards the joint. `tips` and `tip_shares` are the same for a second joint closer to the end.
-    All arithmetic is on integers.
+    `picture`, shape (h + 2, w + 2, 4), is the limb at the resolution of the canvas, in the format
+    of `Sprite.levels`. `left` and `top`, shape (2**k,), are the positions of its corner inside the
+    border, without swing. `swings`, shape (2**k,), are the downward displacements of its end. These
+    three are in 1/64 pixel. `shares`, shape (w + 2,), are the fractions of the displacement in each
+    column, times 256; they fall towards the joint. `tips` and `tip_shares` describe the
+    displacement by a second joint that is closer to the end. All arithmetic uses integers.
     """
     height, width = canvas.shape[:2]
     h, w = picture.shape[0] - 2, picture.shape[1] - 2
@@ -87,16 +86,16 @@ def blend_swung(
                 canvas[y, x, c] = (value + 32640) // 65280
 
 
-LIGHT = 0.45  # light on wall, table and player; the ball's paint is brighter
-PLAYER_FINE = 4  # painted pixels per pixel and axis of the image
+LIGHT = 0.45  # light on wall, table and player; the ball is brighter
+PLAYER_FINE = 4  # supersampling per axis
 
 
 class PaintSheet:
     """Transparent sheet on which objects are painted over each other, lit by one lamp.
 
-    Positions and lengths are in millimetres relative to `origin`, which is given in pixels from the
-    sheet's left top corner. `scale` is in pixels/millimetre, `size` is width and height in pixels.
-    `lamp` is the unit direction to the light: right, down, towards the camera.
+    Positions and lengths are in millimetres. `origin` is the position of their origin on the sheet,
+    relative to its upper left corner [pixels]. `scale` is in pixels/millimetre, `size` is width and
+    height in pixels. `lamp` is the unit direction to the light: right, down, towards the camera.
     """
 
     def __init__(
@@ -110,15 +109,15 @@ class PaintSheet:
         self._coverage = np.zeros(self.x.shape)
 
     def sprite(self, side: int) -> Sprite:
-        """Return the painted sheet in the hall's light; `side` -1 mirrors it."""
+        """Return the painted sheet in the light of the hall; it is mirrored if `side` is -1."""
         return Sprite(LIGHT * self._colour[:, ::side], self._coverage[:, ::side])
 
     def grain(
         self, random: np.random.Generator, coarsest: int, finest: int, stretch: float = 1.0
     ) -> Array:
-        """Return noise over the sheet, about in [-1, 1]; `stretch` widens it horizontally.
+        """Return noise over the sheet, about in [-1, 1], stretched horizontally by `stretch`.
 
-        `coarsest` and `finest` are numbers of cells in 512 painted pixels.
+        `coarsest` and `finest` are numbers of cells per 512 pixels of the sheet.
         """
         noise = fractal(random, 512, coarsest, finest, 0.8)
         rows, columns = np.indices(self.x.shape)
@@ -137,10 +136,10 @@ class PaintSheet:
         bumps: Array | float = 1.0,
         edge: float = 0.0,
     ) -> None:
-        """Paint a round limb: the hull of balls along a line, with radii interpolated linearly.
+        """Paint a round limb: the hull of balls along a line, with linearly interpolated radii.
 
-        `bumps` are light gains over the sheet, such as folds and grain. `edge` is the darkening of
-        the outline, in [0, 1]; it separates limbs of one colour.
+        `bumps` are light gains over the sheet, such as folds and grain. `edge`, in [0, 1], is the
+        darkening of the outline, which separates limbs of equal colour.
         """
         points, radii = np.asarray(points, np.float64), np.asarray(radii, np.float64)
         depth, radius = np.full(self.x.shape, np.inf), np.ones_like(self.x)
@@ -163,7 +162,7 @@ class PaintSheet:
         self.lay(np.asarray(colour, np.float64) * light[..., None], cover)
 
     def lay(self, colour: Array, coverage: Array) -> None:
-        """Paint a layer over the sheet."""
+        """Paint a colour with a coverage over the sheet."""
         below = self._coverage * (1 - coverage)
         total = coverage + below
         mixed = colour * coverage[..., None] + self._colour * below[..., None]
@@ -171,7 +170,7 @@ class PaintSheet:
         self._coverage = total
 
     def shade(self, gain: Array) -> None:
-        """Multiply the painted colours by a light gain."""
+        """Multiply the painted colours by a gain."""
         self._colour = self._colour * gain[..., None]
 
 
@@ -183,17 +182,17 @@ SLEEVES = (
 )  # fmt: skip
 WOOD = np.array((112, 164, 204), np.float64)
 
-SHEET_SIZE = 170, 84  # of the sheet [pixels]
+SHEET_SIZE = 170, 84  # size of the sheet [pixels]
 BAT = 28.0, 24.0  # centre of the bat's upper face on the sheet [pixels]
 WRIST, ELBOW = 186.0, 430.0  # horizontal distance of wrist and elbow from the centre of the bat
 SOFT = 3  # half width of the edge of the player's shadow [pixels]
-HALVINGS = PLAYER_FINE.bit_length() - 1  # from the painted resolution to that of the image
+HALVINGS = PLAYER_FINE.bit_length() - 1  # scale from the painted resolution to the image resolution
 
 
 class Player:
-    """Bat, hand and arm, painted once with random rubber, skin, cloth and arm posture.
+    """Bat, hand and arm, painted once with random colours and posture.
 
-    `lamp`: see `PaintSheet`. `side`: see `Play`. `scale` is in pixels/millimetre.
+    `lamp` and `scale` are as in `PaintSheet`, `side` is as in `Play`.
     """
 
     def __init__(self, random: np.random.Generator, lamp: Array, scale: float, side: int) -> None:
@@ -216,8 +215,8 @@ class Player:
     def draw(self, canvas: Picture, bat: Array, rest: float, tip: Array) -> None:
         """Draw the player over a canvas in place.
 
-        `bat`, shape (2**k, 2), is the centre of the bat's upper face at instants of the exposure,
-        `rest` its row in the painted posture, and `tip`, shape (2**k,), the displacement downwards
+        `bat`, shape (2**k, 2), is the centre of the bat's upper face at 2**k times of the exposure.
+        `rest` is its row in the painted posture. `tip`, shape (2**k,), is the downward displacement
         by the wrist [pixels].
         """
         self._blend(canvas, self._limb, self._bat, bat, rest, tip)
@@ -225,7 +224,7 @@ class Player:
     def draw_shadow(
         self, canvas: Picture, bat: Array, rest: float, tip: Array, away: Array
     ) -> None:
-        """Draw the player's shadow at an offset `away` [pixels]; see `draw`."""
+        """Draw the player's shadow, displaced by `away` [pixels]; see `draw`."""
         self._blend(canvas, self._shadow, self._bat + SOFT, bat + away, rest + away[1], tip)
 
     def _blend(
@@ -263,7 +262,7 @@ def _arm(
         skin * 0.97,
         bumps=grain,
     )
-    # The cuff of the sleeve is a hand's breadth behind the wrist and casts a shadow on the arm.
+    # The cuff of the sleeve is about 10 cm behind the wrist and casts a shadow on the arm.
     start = random.uniform(0.22, 0.36)
     along = ((paint.x - wrist[0]) * way[0] + (paint.y - wrist[1]) * way[1]) / (way * way).sum()
     paint.shade(1 - 0.35 * np.clip(1 - (start - along) / 0.06, 0, 1) * (along < start + 0.1))
@@ -280,7 +279,6 @@ def _arm(
 
 
 def _bat(paint: PaintSheet, rubber: Array, tilt: float, grain: Array) -> None:
-    """Paint blade and handle from above; the blade is an ellipse with the aspect ratio `tilt`."""
     paint.tube([(62, 2), (96, 3)], (9, 13), WOOD, bumps=grain)
     paint.tube([(92, 3), (176, 5)], (12.5, 14.5), WOOD * 0.9, bumps=grain, edge=0.3)
     under, above = np.array((40, 38, 42), np.float64), rubber
@@ -292,7 +290,6 @@ def _bat(paint: PaintSheet, rubber: Array, tilt: float, grain: Array) -> None:
 
 
 def _hand(paint: PaintSheet, skin: Array, grain: Array) -> None:
-    """Paint a fist around the handle: the back of the hand, four fingers, thumb and forefinger."""
     paint.tube([(116, 6), (150, 8), (190, 15)], (27, 31, 25), skin, bumps=grain)
     for x, reach, thick in ((158, 24, 9.0), (142, 28, 10.0), (125, 29, 10.5)):
         paint.tube(
@@ -302,18 +299,18 @@ def _hand(paint: PaintSheet, skin: Array, grain: Array) -> None:
             bumps=grain,
             edge=0.42,
         )
-    # The forefinger lies along the blade's lower face, the thumb over the handle.
+    # The forefinger lies along the lower face of the blade, and the thumb over the handle.
     paint.tube([(118, 22), (96, 25), (66, 20)], (10.5, 9.5, 8), skin * 0.98, bumps=grain, edge=0.35)
     paint.tube(
         [(146, -20), (118, -16), (88, -5)], (12, 10.5, 9), skin * 1.02, bumps=grain, edge=0.35
     )
 
 
-BALL_FINE = 8  # painted pixels per pixel and axis of the image
+BALL_FINE = 8  # supersampling per axis
 
 
 def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
-    """Return an orange celluloid ball; the diameter is in pixels of the image."""
+    """Return an orange celluloid ball with a diameter in image pixels."""
     paint = np.array([random.uniform(36, 56), random.uniform(138, 154), 240.0])
     side = 2 * int(np.ceil(diameter * BALL_FINE / 2)) + 2
     radius = diameter * BALL_FINE / 2
@@ -321,7 +318,7 @@ def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
     forward = np.sqrt(np.clip(1 - right * right - down * down, 0, 1))
     facing = right * lamp[0] + down * lamp[1] + forward * lamp[2]
     light = 0.50 + 0.62 * np.clip(0.15 + 0.85 * facing, 0, 1)
-    # Specular highlight: the normal is half way between the lamp and the camera.
+    # Specular highlight: the normal is half-way between the lamp and the camera.
     half = (lamp + (0, 0, 1)) / np.sqrt(2 + 2 * lamp[2])
     shine = np.clip(right * half[0] + down * half[1] + forward * half[2], 0, 1)
     for _ in range(5):
@@ -330,8 +327,8 @@ def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
     return Sprite(colour, coverage)
 
 
-WALL_FINE = 3  # painted pixels per pixel and axis of the image
-WALL_SIDE = 512  # of the textures [painted pixels]
+WALL_FINE = 3  # supersampling per axis
+WALL_SIDE = 512  # side of the textures [painted pixels]
 TABLES = ((92, 74, 34), (66, 84, 30), (110, 66, 40))
 
 
@@ -356,7 +353,7 @@ def wall(random: np.random.Generator, width: int, height: int) -> NDArray[np.uin
 
 
 def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:
-    """Return the light gain in the joints of the wall's panels and along their lit edges."""
+    """Return the light gain of the joints between the wall's panels, with their lit edges."""
     gain = np.ones(x.shape)
     first, spacing = random.uniform(5, 50), random.uniform(46, 90)
     upright = [(first + spacing * k, x) for k in range(int(random.integers(4)))]
@@ -367,7 +364,6 @@ def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:
 
 
 def _put_table(random: np.random.Generator, picture: Array, y: Array, height: int) -> None:
-    """Paint the defocused end of a table at the lower border: top, white line, edge."""
     top = height - random.uniform(5, 9)
     paint = np.array(TABLES[int(random.integers(len(TABLES)))], np.float64)
     picture *= (1 - 0.3 * np.clip(1 - (top - y) / 6, 0, 1) * (y < top))[..., None]
@@ -379,25 +375,26 @@ def _put_table(random: np.random.Generator, picture: Array, y: Array, height: in
 FRAMES = 50
 FRAMES_PER_SECOND = 30.0
 
-STROKE = 11  # first frame that shows the ball struck: the paper's frame 12
-LIFTED = 7.0  # time at which the bat begins to lift the ball evenly, until the stroke [frames]
+STROKE = 11  # first frame after the stroke, which is the paper's frame 12
+LIFTED = 7.0  # time at which the bat begins to lift the ball steadily, until the stroke [frames]
 CATCH = 3.0  # deceleration of the ball on the bat [pixels/frame²]
-STEPS = 64  # steps of the integration per frame
+STEPS = 64  # integration steps per frame
 FLICK = 0.2  # time in which the bat loses most of its speed after the ball has left it [frames]
 
 
 class Play:
     """Motion of ball and bat: flights under gravity, soft catches, and one stroke.
 
-    The ball is in free flight or on the bat. The bat catches it by moving down with it, and lifts
-    it with the same deceleration, so the ball's speed changes evenly there. The stroke is the event
-    that the paper names ("the speed of the upward motion grows in frame 12"). Until then the bat
-    lifts the ball evenly; in the paper's frame 11 a flick of the wrist accelerates it upwards.
-    Gravity is that of a ball of 40 mm, filmed at 30 frames per second.
+    The ball is in free flight or on the bat. The bat catches the ball by moving down with it, and
+    then lifts it; the acceleration of both motions is equal and constant. The stroke is the event
+    that the paper names ("the speed of the upward motion grows in frame 12"). Before the stroke,
+    the bat lifts the ball steadily; in the paper's frame 11 the wrist accelerates the bat upwards.
+    The gravity fits a ball of 40 mm that is recorded at 30 frames per second.
 
-    `width`, `height`: size of the image [pixels]. `diameter`: of the ball [pixels]. `gravity`:
-    acceleration of the ball in flight [pixels/frame²]. `flights`: start and end of each flight
-    [frames]; shape (k, 2). `side`: -1 if the arm comes from the left, 1 if it comes from the right.
+    `width` and `height` are the size of the image, `diameter` is the diameter of the ball [pixels].
+    `gravity` is the acceleration of the ball in flight [pixels/frame²]. `flights`, shape (k, 2),
+    are start and end of each flight [frames]. `side` is -1 if the arm enters from the left, and 1
+    if it enters from the right.
     """
 
     def __init__(self, seed: int, width: int, height: int) -> None:
@@ -422,7 +419,7 @@ class Play:
         return self._interpolate(self._bat, times)
 
     def tip(self, times: ArrayLike) -> Array:
-        """Return the displacement of that point by the wrist, downwards [pixels]."""
+        """Return the downward displacement of the bat's centre by the wrist [pixels]."""
         return quantised(np.interp(np.asarray(times, np.float64), self._times, self._tip))
 
     def ball(self, times: ArrayLike) -> Array:
@@ -434,12 +431,12 @@ class Play:
         return quantised(np.stack(axes, axis=-1))
 
     def _knots(self, random: np.random.Generator) -> tuple[Array, Array]:
-        """Sample the ball's speed as knots (times [frames], downward speeds), and its flights."""
+        """Sample the ball's downward speed at key times [frames], and its flights."""
         lift, down, start = random.uniform(2.2, 2.6), random.uniform(5, 6), STROKE - 1.0
         landing = LIFTED - (down + lift) / CATCH
         flights = [(-1.0, landing)]
         knots = [(-1.0, down - self.gravity * (landing + 1)), (landing, down)]
-        # Half of the gravity per frame compensates for the first step of the integrated flight.
+        # Half of the gravity per frame corrects the first step of the numerical integration.
         up = lift + random.uniform(6.8, 8.4) + self.gravity / 2
         knots += [(LIFTED, -lift), (start, -lift), (start + 1e-6, -up)]
         while start <= FRAMES:
@@ -451,7 +448,7 @@ class Play:
         return np.array(knots).T, np.array(flights)
 
     def _follow(self, speed: Array, aside: float) -> tuple[Array, Array]:
-        """Return the bat's positions, and its displacement by the wrist [pixels]."""
+        """Return the positions of the bat, and its displacement by the wrist [pixels]."""
         times, rest = self._times, self._ball[:, 1] + self.diameter / 2
         rows, tip = rest.copy(), np.zeros_like(rest)
         for start, end in self.flights:
@@ -459,7 +456,7 @@ class Play:
             t = times[during]
             share = smooth_step(t, start, end)
             places, speeds = (np.interp((start, end), times, values) for values in (rest, speed))
-            if start == STROKE - 1:  # the wrist strikes while the arm continues its motion
+            if start == STROKE - 1:  # The wrist strikes while the arm continues its motion.
                 flick = speed[during][0] - speeds[0]
                 tip[during] = (1 - share) * _eased(t - start, flick)
             leaving = places[0] + _eased(t - start, speeds[0])
@@ -469,26 +466,26 @@ class Play:
 
 
 def _eased(times: Array, speed: float) -> Array:
-    """Return the distance covered since the start of an exponentially decaying speed [pixels]."""
+    """Return the distance that an exponentially decaying speed has covered [pixels]."""
     return np.asarray(speed * FLICK * (1 - np.exp(-times / FLICK)))
 
 
 SIZE = 142, 115
 
-EXPOSURE = 0.45  # share of the frame time for which the shutter is open
-# instants of an exposure: objects move by at most a pixel and a half between two of them
+EXPOSURE = 0.45  # fraction of the frame time for which the shutter is open
+# number of times within an exposure: between two times, objects move by at most 1.5 pixels
 INSTANTS = 8
-WALL_DISTANCE = 16.0  # distance between objects and their shadows on the wall [pixels]
+WALL_DISTANCE = 16.0  # offset of shadows on the wall from their objects [pixels]
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
-def scene(knobs: SceneKnobs) -> "TableTennisScene":
+def scene(parameters: SceneParameters) -> "TableTennisScene":
     """Return the renderer with its ground truth, without rendering."""
-    return TableTennisScene(knobs.scene)
+    return TableTennisScene(parameters.scene)
 
 
 class TableTennisScene(SyntheticScene):
-    """Bat and ball of a player in front of a wall."""
+    """Scene of a player with bat and ball in front of a wall."""
 
     length, size = FRAMES, SIZE
     fps = FRAMES_PER_SECOND
@@ -498,10 +495,10 @@ class TableTennisScene(SyntheticScene):
         self.play = Play(seed, *SIZE)
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        Boxes have the ball's diameter; nothing occludes it. The attribute is `speed-up`: from the
-        stroke to the highest point of the ball.
+        Width and height of a box are the ball's diameter; the ball is never occluded. The attribute
+        `speed-up` is True from the stroke until the ball reaches its highest point.
         """
         frames = np.arange(FRAMES)
         centre = self.play.ball(frames)

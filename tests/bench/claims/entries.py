@@ -10,7 +10,7 @@ TEXTS = {
     "source": "Fig. 1",
     "quote": "it tracks",
     "short": "it tracks",
-    "says": "The target is tracked.",
+    "statement": "The target is tracked.",
     "paper": "1 of 1",
     "sequences": "ball",
     "measure": "kept",

@@ -1,8 +1,5 @@
 """Reading claims: what is accepted, and what an error says."""
 
-from pathlib import Path
-from typing import Any
-
 import pytest
 
 from tests.bench.claims.entries import claim, write_claim
@@ -12,7 +9,7 @@ from trackmark.bench.experiments.experiment import ExperimentError
 SIDES = {"better": "A", "worse": "B"}
 
 
-def test_names_may_be_one_text_or_a_list(tmp_path: Path) -> None:
+def test_names_may_be_one_text_or_a_list(tmp_path):
     path = write_claim(tmp_path, better="A", worse=["B", "C"], test="order", margin=0.02, scenes=12)
     (entry,) = read_claims("any", path).values()
     assert entry.name == "AB-1"
@@ -30,7 +27,7 @@ def test_names_may_be_one_text_or_a_list(tmp_path: Path) -> None:
         ({"of": "A", "test": "number"}, 24),
     ],
 )
-def test_scenes_follow_from_the_kind_of_test(fields: dict[str, Any], scenes: int) -> None:
+def test_scenes_follow_from_the_kind_of_test(fields, scenes):
     assert claim(**fields).n_scenes == scenes
 
 
@@ -45,9 +42,7 @@ def test_scenes_follow_from_the_kind_of_test(fields: dict[str, Any], scenes: int
         ({"of": "A", "test": "share", "margin": -1}, "margin: Input should be greater than 0"),
     ],
 )
-def test_error_names_file_claim_and_field(
-    tmp_path: Path, fields: dict[str, Any], message: str
-) -> None:
+def test_error_names_file_claim_and_field(tmp_path, fields, message):
     path = write_claim(tmp_path, **fields)
     with pytest.raises(ExperimentError) as caught:
         read_claims("any", path)

@@ -143,7 +143,7 @@ def test_demo_runs_and_draws_its_pictures(trackmark_process, workspace):
 
 def test_tracker_without_library_is_described_with_remedy(monkeypatch):
     def describe_nothing(name):
-        raise trackers.TrackerError(f"tracker {name!r} can't be used here: install a library.")
+        raise trackers.TrackerError(f"tracker {name!r} cannot be used: install a library.")
 
     monkeypatch.setattr(trackers, "describe", describe_nothing)
     done = CliRunner().invoke(describe.command, ["opencv-kcf"])

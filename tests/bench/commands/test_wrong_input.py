@@ -50,7 +50,7 @@ run many.toml | an experiment has at most 1000000
 run --trackers static,knob.py:Knob {SMALL} --seeds 1000000000000 | 1000000000001 runs are requested
 run lists.toml | nested too deeply
 run tables.toml | nested too deeply
-run nul-tracker.toml | a\\u0000.py: there is no such tracker file
+run nul-tracker.toml | a\\u0000.py: this tracker file does not exist
 run nul-sequence.toml | a path cannot contain a NUL character
 describe nonsense | nonsense
 describe camshit | Did you mean the tracker 'camshift'?

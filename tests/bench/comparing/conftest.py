@@ -1,4 +1,4 @@
-"""Runs as `load_results` gives them, from numbers."""
+"""Data frames of runs, as `load_results` returns them."""
 
 import numpy as np
 import pandas as pd
@@ -8,7 +8,7 @@ import pytest
 @pytest.fixture
 def make_runs():
     def make(scores, frames=100, lost_at=None, **columns):
-        """`scores`: by tracker, arrays (sequences, repetitions); names are `s0`, `s1`, ..."""
+        """Return runs; `scores` has an array (sequences, repetitions) for each tracker."""
         rows = [
             {
                 "tracker": tracker,

@@ -25,7 +25,7 @@ NOISE = GENERATOR.normal(0, 0.05, (3, SEEDS)).round(5)
 
 
 def entry(overlap, version="0", same=(), failures=()):
-    """Make a entry whose boxes depend on the version, except for the seeds in `same`."""
+    """Return an entry whose boxes depend on the version, except for the seeds in `same`."""
     boxes = [f"{seed:06x}{'00' if seed in same else version:>02}" for seed in range(len(overlap))]
     for seed in failures:
         boxes[seed] = ""
@@ -122,7 +122,7 @@ def test_fact_that_is_not_repeatable_is_inconclusive():
 
 
 def test_tracker_with_new_randomness_is_judged_over_all_seeds():
-    """One run before stands for all seeds: its boxes did not depend on them."""
+    """The single run of the baseline counts for all seeds: its boxes did not depend on them."""
     now = {**BEFORE, "static": {"s0": entry(0.4 + NOISE[0], "1"), "s1": entry(0.5 + NOISE[1], "1")}}
     result = check(baseline(BEFORE), now, MADE_WITH)
     row = next(row for row in result.sequences if (row.tracker, row.sequence) == ("static", "s0"))

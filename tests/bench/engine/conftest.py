@@ -14,23 +14,11 @@ from trackmark.bench.store.results import Results, run_columns
 
 TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 
-TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
-
 
 class Command:
-    """A command that runs, in a session of its own.
+    """Running command in its own session; `variables` are added to its environment."""
 
-    Parameters
-    ----------
-    arguments : list of str
-        What is typed.
-    folder : Path
-        Where.
-    surroundings : str
-        Environment variables.
-    """
-
-    def __init__(self, arguments, folder, **surroundings):
+    def __init__(self, arguments, folder, **variables):
         self._mark = uuid4().hex
         self.process = subprocess.Popen(
             arguments,
@@ -40,15 +28,15 @@ class Command:
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
-            # A terminal's child listens to Ctrl-C; one of a job in the background does not.
+            # A background job ignores SIGINT; a command in a terminal does not.
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-            env=os.environ | {"TRACKMARK_MARK": self._mark} | surroundings,
+            env=os.environ | {"TRACKMARK_MARK": self._mark} | variables,
         )
-        self.said = self.complained = ""
+        self.stdout = self.stderr = ""
 
     def wait(self, seconds=600):
-        """Wait for its end; give its exit status."""
-        self.said, self.complained = self.process.communicate(timeout=seconds)
+        """Wait for the end of the command and return its exit status."""
+        self.stdout, self.stderr = self.process.communicate(timeout=seconds)
         return self.process.returncode
 
     def living(self):
@@ -59,12 +47,12 @@ class Command:
                 state = (place / "stat").read_text().rpartition(")")[2].split()[0]
                 if state not in "ZX" and self._mark.encode() in (place / "environ").read_bytes():
                     numbers.append(int(place.name))
-            except OSError:  # it has ended
+            except OSError:  # the process has ended
                 continue
         return sorted(numbers)
 
     def workers(self):
-        """Numbers of its living processes in which trackers run."""
+        """Return the ids of the living worker processes of the command."""
         return [
             number
             for number in self.living()
@@ -72,7 +60,7 @@ class Command:
         ]
 
     def kill(self):
-        """Kill all that it has started."""
+        """Kill all processes that the command has started."""
         for number in self.living():
             send(number, signal.SIGKILL)
         self.process.communicate()
@@ -96,11 +84,11 @@ def send(number, signal_number):
 
 @pytest.fixture(scope="session")
 def begin():
-    """Start a command; see `Command`. All commands are killed at the end of the session."""
+    """Return a function that starts a command; all are killed at the end of the session."""
     commands = []
 
-    def begin_command(*arguments, **surroundings):
-        commands.append(Command(*arguments, **surroundings))
+    def begin_command(*arguments, **variables):
+        commands.append(Command(*arguments, **variables))
         return commands[-1]
 
     yield begin_command
@@ -111,12 +99,12 @@ def begin():
 
 @pytest.fixture(scope="session")
 def wait_until():
-    """Wait until a condition holds, and fail when it takes too long."""
+    """Return a function that waits until a condition holds and fails after a time limit."""
 
     def wait(condition, seconds=600):
         deadline = time.monotonic() + seconds
         while not condition():
-            assert time.monotonic() < deadline, "waited in vain"
+            assert time.monotonic() < deadline, "the condition did not hold in time"
             time.sleep(0.05)
 
     return wait

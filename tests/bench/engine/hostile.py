@@ -1,7 +1,6 @@
-"""Trackers that do harm in frame 3; each stays where it began until then.
+"""Trackers that harm their process in frame 3. Until then they return the init box.
 
-Errors that they raise and malformed estimates, for which no process is needed, are rows of
-`hostile_answers.py`.
+`hostile_answers.py` has trackers that raise exceptions or return malformed estimates.
 """
 
 HERE = r"^0003\.png: "
@@ -58,7 +57,7 @@ def to_descriptors(call, first=0):
 
 
 class Calm(TrackerPlugin):
-    """Its boxes depend on all pixels, its details on the state of the process."""
+    """Tracker whose boxes depend on all pixels, and its details on the process state."""
 
     randomness = Randomness.GENERATOR
 
@@ -81,13 +80,12 @@ METHODS = {
     "dropped": "__del__(self)",
 }
 
-# Pattern of the failure (empty: none, None: any result); method, unless `strike`; lines.
+# Pattern of the failure (empty: none); method, unless `strike`; lines.
 CLASSES = {
     # Exceptions
     "RaisesWhenMade": (FIRST + "RuntimeError: unmade", "made", "raise RuntimeError('unmade')"),
     "Interrupts": (HERE + "it raised KeyboardInterrupt", "raise KeyboardInterrupt"),
-    "RaisesMemoryError": (HERE + "MemoryError", "raise MemoryError"),
-    # Image that others see
+    # Image that the trackers share
     "WritesToImagesBase": (
         HERE + "ValueError",
         "strike",
@@ -97,16 +95,10 @@ CLASSES = {
         "owner[:] = 0",
     ),
     # Crashes
-    "EndsWell": (HERE + "its process ended with status 0", "os._exit(0)"),
     "EndsAtOnce": (FIRST + "its process ended with status 3", "begin", "os._exit(3)"),
     "Segfaults": (
         HERE + r"its process was killed by SIGSEGV at hostile.py, line \d+, in strike",
         "ctypes.string_at(0)",
-    ),
-    "Aborts": (HERE + "its process was killed by SIGABRT", "os.abort()"),
-    "KillsItself": (
-        HERE + "its process was killed by SIGKILL",
-        "os.kill(os.getpid(), signal.SIGKILL)",
     ),
     "SignalsItself": (HERE + "its process was killed by signal 40", "os.kill(os.getpid(), 40)"),
     "RecursesDeeply": (
@@ -118,32 +110,14 @@ CLASSES = {
     ),
     # Other processes and threads
     "Forks": ("", "os.fork()"),  # both copies return
-    "ForksAndEnds": (HERE + "its process ended with status 0", "os.fork() and os._exit(0)"),
-    "LeavesChildren": ("", "subprocess.Popen(['sleep', '1000'])"),
-    "LeavesDaemons": ("", "subprocess.Popen(['sleep', '1000'], start_new_session=True)"),
-    "LeavesThread": ("", "threading.Thread(target=time.sleep, args=[FOREVER]).start()"),
     # File descriptors: output, channel, shared file
     "ClosesDescriptors": (CUT_OFF, "os.closerange(0, 256)"),
-    "ReopensDescriptors": (
-        CUT_OFF,
-        "strike",
-        "os.closerange(0, 64)",
-        "self.opened = [os.open(os.devnull, os.O_RDWR) for _ in range(64)]",
-    ),
     "WritesToDescriptors": (CUT_OFF, "to_descriptors(lambda d: os.write(d, b'rubbish'))"),
-    # It fails if the pool reads the byte before the worker has written its answer.
-    "SignalsAnAnswer": (None, "to_descriptors(lambda d: os.write(d, b'.'), 3)"),
     "TruncatesFiles": (
         "its process was killed by SIGBUS",
         "to_descriptors(lambda d: os.ftruncate(d, 0))",
     ),
     "OverwritesFiles": ("", "to_descriptors(lambda d: os.pwrite(d, b'\\xff' * 9999, 0), 3)"),
-    "OverwritesAndHangs": (
-        "no answer within",
-        "strike",
-        "to_descriptors(lambda d: os.pwrite(d, b'\\xff' * 9999, 0), 3)",
-        "hang()",
-    ),
     "LeaksDescriptors": (
         "files that its process may open",
         "strike",
@@ -152,7 +126,6 @@ CLASSES = {
         "    while True: self.opened.append(os.open(os.devnull, os.O_RDONLY))",
         "except OSError: pass",
     ),
-    "ForbidsFiles": (".", "resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))"),
     "Prints": (
         "",
         "strike",
@@ -178,7 +151,6 @@ CLASSES = {
         "global random numbers",
         "return Estimate(self.box + [np.random.random(), 0, 0, 0])",
     ),
-    "ReseedsRandom": ("global random numbers", "random.seed(0)"),
     "ChangesSurroundings": (
         "",
         "strike",
@@ -187,9 +159,7 @@ CLASSES = {
         "np.seterr(all='raise')",
         "os.umask(0o777)",
     ),
-    "LimitsRecursion": ("", "sys.setrecursionlimit(150)"),
     # Memory
-    "TakesSharedMemory": ("", "self.taken = mmap.mmap(-1, 4 << 30)"),  # no limit counts it
     "AllocatesAtOnce": (
         HERE + ".*emory",
         "return Estimate(self.box, arrays={'all': np.ones(100 << 30, np.uint8)})",
@@ -207,7 +177,7 @@ CLASSES = {
         "libc.malloc.restype = ctypes.c_void_p",
         "while True: libc.memset(ctypes.c_void_p(libc.malloc(64 << 20)), 1, 1)",
     ),
-    # Hangs; `hang` notes that the process hangs, so that the clock of the tests goes on
+    # Hangs; `hang` writes the process id, so that the clock of the tests advances
     "HangsInPython": (
         HERE + r"no answer within 2 s at hostile.py, line \d+, in strike",
         "strike",
@@ -236,10 +206,8 @@ CLASSES = {
 }
 
 EVERYDAY = [
-    *("Segfaults", "Forks", "ClosesDescriptors", "OverwritesFiles", "TruncatesFiles"),
-    *("WritesToDescriptors", "Prints", "PrintsAndRaises", "PrintsAndEnds", "DrawsFromNumpy"),
-    *("ChangesSurroundings", "Leaks", "WritesToImagesBase", "HangsWithoutThreads"),
-    "StopsItself",
+    *("Segfaults", "Forks", "ClosesDescriptors", "Prints", "PrintsAndRaises", "PrintsAndEnds"),
+    *("DrawsFromNumpy", "Leaks", "HangsWithoutThreads"),
 ]
 
 

@@ -1,7 +1,7 @@
-"""Exceptions and malformed estimates of trackers, which do no harm to the process.
+"""Trackers that raise exceptions or return malformed estimates in frame 3.
 
-A row holds what a tracker does in frame 3, in the terms of `hostile.HEAD`, and a pattern of the
-failure; empty if it is none.
+A row has the statement of frame 3 and a pattern of the failure. An empty pattern means that the run
+finishes.
 """
 
 from tests.bench.engine.hostile import HEAD
@@ -10,29 +10,18 @@ BOX = "the box"
 # Estimates with these boxes.
 BOXES = [
     ("None", BOX),
-    ("'1234'", BOX),
-    ("self.box.tolist()", BOX),
     ("np.zeros(0)", BOX),
-    ("self.box[:3]", BOX),
     ("self.box[None]", BOX),
     ("np.broadcast_to(self.box, (1 << 40, 4))", BOX),
-    ("np.matrix(self.box)", BOX),
     ("np.array(list('1234'))", BOX),
-    ("np.array([None] * 4)", "TypeError"),
-    ("np.array([Decimal('1e400')] * 4)", BOX),
     ("np.array([10**400] * 4)", "OverflowError"),
     ("np.array([Unfloatable()] * 4)", "no number"),
     ("self.box.astype(complex)", BOX),
-    ("self.box.astype('M8[s]')", BOX),
     ("np.array([(1, 2)] * 4, 'i4,i4')", BOX),
     ("np.array([nan, 0, 5, 5])", "finite"),
-    ("np.array([0, 0, 5, nan])", "finite"),
     ("np.array([0, 0, inf, 5])", "finite"),
     ("np.array([0, 0, 5.0, 0])", "positive"),
-    ("np.array([5, 5, -5, -5], np.int8)", "positive"),
     ("np.full(4, np.longdouble('1e4000'))", "finite"),
-    ("np.array([0, 0, np.longdouble('1e-4000'), 1])", "positive"),
-    ("np.full(4, 1e5, np.float16)", "finite"),
     ("self.box.view(Liar)", ""),
     ("np.array([1, 1, 1 << 63, 5], np.uint64)", ""),
     ("np.ma.masked_array(self.box, [True] * 4)", ""),
@@ -40,75 +29,47 @@ BOXES = [
 # Estimates with a valid box.
 OTHERS = [
     ("confidence=1.5", "confidence"),
-    ("confidence=-0.1", "confidence"),
-    ("confidence=None", "TypeError"),
     ("confidence=10**400", "OverflowError"),
-    ("confidence=Unfloatable()", "no number"),
     ("visible=np.ones(2)", "ValueError"),
     ("visible=Undecided()", "undecided"),
     ("details=None", "AttributeError"),
     ("details={'a': None}", ""),
     ("details={'a': 'b'}", "ValueError"),
-    ("details={'a': np.zeros(7)}", "ValueError"),
     ("details={'a': Unfloatable()}", "no number"),
     ("details={5: 1.0}", "detail"),
-    ("details={'x': 1.0}", "detail"),
     ("details={'a\\nb': 1.0}", "detail"),
-    ("details={'\\ud800': 1.0}", "detail"),
     ("details=Unreadable()", "unreadable"),
     ("mask=5", "mask"),
     ("mask=image", "mask"),
-    ("mask=image[..., 0].astype(float)", "mask"),
     ("mask=np.ones((2, 2), bool)", "mask"),
     ("revised=5", "AttributeError"),
-    ("revised=Unreadable()", "unreadable"),
     ("revised={-1: self.box}", "revised"),
-    ("revised={4: self.box}", "revised"),
     ("revised={1.5: self.box}", "revised"),
-    ("revised={True: self.box}", "revised"),
-    ("revised={1: None}", BOX),
     ("revised={1: self.box * nan}", "finite"),
-    ("revised={1: np.full(4, np.longdouble('1e4000'))}", "finite"),
 ]
 # Statements in frame 3.
 ACTS = [
     ("return 5", "returned 5"),
-    ("return self.box", "returned array"),
     ("yield Estimate(self.box)", "generator"),
     ("return Unspeakable()", "no text"),
-    ("return object.__new__(Estimate)", "AttributeError"),
-    ("return Estimate()", "TypeError"),
     ("raise RuntimeError('no wish to go on')", "RuntimeError: no wish to go on"),
-    ("raise 'text'", "TypeError: exceptions must derive"),
     ("raise Unspeakable", "Unspeakable"),
     ("raise type('E' * 10**6, (Exception,), {})", "EEE"),
     ("raise RuntimeError('x' * 5_000_000)", "RuntimeError: xxx"),
     ("raise RuntimeError('a\\nb\\r\\x1b[2Jc')", "RuntimeError: a"),
-    ("raise RuntimeError('\\udcff')", "RuntimeError"),
     ("raise SyntaxError('bad', ('f.py', -5, 10**9, None))", "SyntaxError: bad"),
-    ("raise StopIteration('enough')", "StopIteration: enough"),
     ("raise BaseException('base')", "BaseException: base"),
     ("raise ExceptionGroup('many', [ValueError()] * 10**3)", "many"),
-    ("sys.exit(0)", "SystemExit"),
     ("raise SystemExit(Unspeakable())", "SystemExit"),
     ("return self.strike(image)", "RecursionError"),
-    ("return cv2.resize(image, (0, 0))", "cv2"),
     ("image[:] = 0", "read-only"),
-    ("image += 1", "."),
-    ("np.copyto(image, 0)", "read-only"),
     ("image.ravel().setflags(write=True)", "WRITEABLE"),
-    ("image.flags.writeable = True", "WRITEABLE"),
-    ("image.data[0, 0, 0] = 0", "read-only"),
     ("cv2.rectangle(image, (0, 0), (9, 9), 0, -1)", "cv2|error"),
-    ("self.update = None", ""),
-    ("del self.box", "box"),
     ("type(self).__name__ = 'Innocent'", ""),
-    ("self.parameters.x = 1", "Error"),
     ("return Estimate(self.box, arrays=5)", ""),
 ]
 
 KINDS = """
-from decimal import Decimal
 from math import inf, nan
 
 import cv2

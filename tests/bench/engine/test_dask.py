@@ -11,17 +11,12 @@ import pytest
 
 from tests.bench.engine.conftest import TRACKMARK
 from trackmark.bench.engine import engine
-from trackmark.bench.engine.dask import (
-    ClusterError,
-    _perform_unit,
-    with_absolute_paths,
-)
+from trackmark.bench.engine.dask import ClusterError, _perform_unit, with_absolute_paths
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.store.results import Results
 
 ACTS = {
-    "deadly": "import os; os._exit(3)",
     "slow": "__import__('time').sleep(0.3)",
     # It kills the first Dask worker that performs it, as a lost machine would.
     "killer": """import os, pathlib, signal
@@ -67,25 +62,16 @@ def stored_runs(data, name):
 def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
     for name in ("local", "dask"):
         command = start(name, engine=name)
-        assert command.wait() == 0, command.complained
+        assert command.wait() == 0, command.stderr
     expected = contents(data / "results/local")
     assert len(expected) == 4 * 4
     assert contents(data / "results/dask") == expected
 
 
 @pytest.mark.weekly
-def test_crash_of_a_tracker_does_not_reach_the_worker(data, start):
-    command = start("x", "static,deadly.py:Knob")
-    assert command.wait() == 1, command.complained
-    runs = stored_runs(data, "x")
-    failed = [run.identity.tracker_name for run in runs if run.failure]
-    assert (len(runs), failed) == (4 * 3, ["deadly.py:Knob"] * 8)
-
-
-@pytest.mark.weekly
 def test_unit_of_a_lost_worker_runs_on_another(data, start):
     command = start("x", "static,killer.py:Knob")
-    assert command.wait() == 0, command.complained
+    assert command.wait() == 0, command.stderr
     assert (data / "killed").exists()
     runs = stored_runs(data, "x")
     assert (len(runs), [run.failure for run in runs if run.failure]) == (4 * 3, [])
@@ -137,16 +123,6 @@ def wait_for_workers(address):
 
 
 @pytest.mark.weekly
-def test_worker_in_another_folder_resolves_relative_paths(data, start, scheduler, contents):
-    address, _ = scheduler
-    wait_for_workers(address)
-    for name, options in (("local", {"engine": "local"}), ("far", {"address": address})):
-        command = start(name, **options)
-        assert command.wait() == 0, command.complained
-    assert contents(data / "results/far") == contents(data / "results/local")
-
-
-@pytest.mark.weekly
 def test_lost_scheduler_is_reported_in_one_line(data, start, scheduler):
     address, processes = scheduler
     wait_for_workers(address)
@@ -154,8 +130,8 @@ def test_lost_scheduler_is_reported_in_one_line(data, start, scheduler):
     assert command.process.stdout.readline()
     processes[0].kill()
     assert command.wait() == 2
-    assert "the Dask scheduler is lost" in command.complained
-    assert "run the same command again" in command.complained.splitlines()[-1]
+    assert "the Dask scheduler is lost" in command.stderr
+    assert "run the same command again" in command.stderr.splitlines()[-1]
     assert 1 <= len(stored_runs(data, "x")) < 8
 
 

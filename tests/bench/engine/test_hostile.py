@@ -1,4 +1,4 @@
-"""Hostile trackers: each costs its own run only, and its neighbours' runs are equal to the bit."""
+"""Hostile trackers fail only their own runs; other runs stay equal to the bit."""
 
 import os
 import re
@@ -24,7 +24,7 @@ LIMITS = Limits(frame_seconds=2, memory_bytes=1 << 30)
 
 
 @pytest.fixture(scope="module")
-def ground(tmp_path_factory, otb):
+def data_folder(tmp_path_factory, otb):
     """Folder with a sequence and the trackers; `faulthandler` escapes its name."""
     folder = tmp_path_factory.mktemp("grün")
     (folder / "hostile.py").write_text(hostile.source(folder / "hangs"))
@@ -33,13 +33,13 @@ def ground(tmp_path_factory, otb):
 
 
 @pytest.fixture
-def clock_of_hangs(ground, monkeypatch):
+def clock_of_hangs(data_folder, monkeypatch):
     """Let the pool's clock go on only while a process hangs, however busy the machine is."""
     seconds = 0.0
 
     def monotonic():
         nonlocal seconds
-        marker = ground / "hangs"
+        marker = data_folder / "hangs"
         try:
             os.kill(int(marker.read_text()), 0)
         except (FileNotFoundError, ValueError, ProcessLookupError):
@@ -52,17 +52,17 @@ def clock_of_hangs(ground, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def lock_step(ground):
+def lock_step(data_folder):
     """Return a unit of calm trackers and hostile ones in one process, by their names."""
-    sequence = datasets.load(str(ground / "A"))
+    sequence = datasets.load(str(data_folder / "A"))
 
     def make(*names):
-        texts = ["static", *(f"{ground}/hostile.py:{name}" for name in ("Calm", *names))]
+        texts = ["static", *(f"{data_folder}/hostile.py:{name}" for name in ("Calm", *names))]
         chosen = parse_trackers(texts)
         entries = tuple(
             Entry(text, 0, run_identity(chosen[text], sequence, 0).version) for text in texts
         )
-        source = SequenceSource(str(ground / "A"))
+        source = SequenceSource(str(data_folder / "A"))
         return Unit(source, entries, "accuracy", FRAMES, owner="hostile.py")
 
     return make
@@ -80,10 +80,12 @@ def run_units(units, limits=LIMITS):
 
 
 @pytest.fixture(scope="module")
-def undisturbed(ground):
-    """Boxes and details of the calm trackers in a process of their own."""
-    texts = {"static": "static", "Calm": f"{ground}/hostile.py:Calm"}
-    return {name: content(bench.evaluate(text, str(ground / "A"))) for name, text in texts.items()}
+def undisturbed(data_folder):
+    """Return the content of the calm trackers' runs without hostile trackers."""
+    texts = {"static": "static", "Calm": f"{data_folder}/hostile.py:Calm"}
+    return {
+        name: content(bench.evaluate(text, str(data_folder / "A"))) for name, text in texts.items()
+    }
 
 
 def content(run):
@@ -101,7 +103,7 @@ def wrong(runs, names, undisturbed):
         pattern, run = hostile.CLASSES[name][0], runs[name]
         reason = run.failure.partition("\n")[0]
         as_expected = re.search(pattern, reason) if pattern else not reason
-        if pattern is not None and not as_expected:
+        if not as_expected:
             differences.append((name, pattern, reason))
         assert len(run.failure) < 100_000
         assert len(run.output) < 20_000
@@ -130,11 +132,11 @@ def test_each_hostile_tracker_is_contained_in_lock_step(lock_step, clock_of_hang
     assert [item for items in differences for item in items] == []
 
 
-def test_errors_and_malformed_estimates_cost_one_run(tmp_path, ground):
+def test_errors_and_malformed_estimates_cost_one_run(tmp_path, data_folder):
     """Run the hostile trackers in one pass over a sequence, next to calm trackers."""
     (tmp_path / "answers.py").write_text(hostile_answers.source())
     classes = runpy.run_path(str(tmp_path / "answers.py"))
-    first, *others = parse_trackers([f"{ground}/hostile.py:Calm", "static"]).values()
+    first, *others = parse_trackers([f"{data_folder}/hostile.py:Calm", "static"]).values()
 
     def hostile_tracker(name):
         kind = classes[name]
@@ -143,7 +145,7 @@ def test_errors_and_malformed_estimates_cost_one_run(tmp_path, ground):
         )
 
     rows = hostile_answers.ROWS
-    sequence = datasets.load(str(ground / "A"))
+    sequence = datasets.load(str(data_folder / "A"))
     chosen = [first, *map(hostile_tracker, rows), *others]
     with warnings.catch_warnings(action="ignore"):
         runs = run_protocol([(entry, 0) for entry in chosen], sequence).runs

@@ -1,7 +1,4 @@
-"""Kills at any moment: no finished run is lost or repeated, and the same command continues.
-
-Commands that are stopped by Ctrl-C or paused are part of it.
-"""
+"""Commands that are killed, interrupted or paused: no finished run is lost or repeated."""
 
 import os
 import random
@@ -22,7 +19,7 @@ SEEDS = 3
 RUNS = len(SEQUENCES) * (1 + SEEDS)
 
 TRACKER = '''
-"""Draws; takes its time, and waits once in a frame, where the environment says so."""
+"""Random walk; environment variables slow it down, or stop it once in frame 30."""
 import os
 import time
 from pathlib import Path
@@ -52,7 +49,7 @@ class Draws(TrackerPlugin):
         return Estimate(self.box.copy(), details={"drawn": drawn}, revised={1: self.box.copy()})
 
     def wait(self, here):
-        """Who comes first says that it is here, and waits until somebody has it go on."""
+        """Create the file `here` and wait for `here.on`; only the first process does so."""
         try:
             here.touch(exist_ok=False)
         except FileExistsError:
@@ -63,9 +60,9 @@ class Draws(TrackerPlugin):
 
 
 @pytest.fixture(scope="module")
-def ground(tmp_path_factory, otb):
-    """Two sequences and a tracker in a file."""
-    folder = tmp_path_factory.mktemp("ground")
+def data_folder(tmp_path_factory, otb):
+    """Return a folder with two sequences and a tracker file."""
+    folder = tmp_path_factory.mktemp("data_folder")
     (folder / "walk.py").write_text(TRACKER)
     for name in SEQUENCES:
         otb(folder / name, FRAMES)
@@ -73,16 +70,16 @@ def ground(tmp_path_factory, otb):
 
 
 @pytest.fixture(scope="module")
-def start(ground, begin):
-    """Start a command that makes `RUNS` runs; results lie in `name`."""
+def start(data_folder, begin):
+    """Return a function that starts a command with `RUNS` runs; `name` is its results folder."""
 
-    def start_one(name, jobs=2, **surroundings):
-        sequences = ",".join(str(ground / sequence) for sequence in SEQUENCES)
-        command = [*TRACKMARK, "run", "--trackers", f"static,{ground}/walk.py:Draws"]
+    def start_one(name, jobs=2, **variables):
+        sequences = ",".join(str(data_folder / sequence) for sequence in SEQUENCES)
+        command = [*TRACKMARK, "run", "--trackers", f"static,{data_folder}/walk.py:Draws"]
         command += ["--seeds", str(SEEDS), "--sequences", sequences, "--name", name]
-        command += ["--jobs", str(jobs), "--output", str(ground / "results")]
+        command += ["--jobs", str(jobs), "--output", str(data_folder / "results")]
         command += ["--frame-limit", "600"]
-        return begin(command, ground, TRACKMARK_CACHE=str(ground / "cache"), **surroundings)
+        return begin(command, data_folder, TRACKMARK_CACHE=str(data_folder / "cache"), **variables)
 
     return start_one
 
@@ -94,14 +91,14 @@ def stamps(folder):
 
 
 @pytest.fixture(scope="module")
-def run_here(ground, without_processes):
-    """Do what the command does, in this process; return the folder."""
-    sources = tuple(SequenceSource(str(ground / name)) for name in SEQUENCES)
+def run_here(data_folder, without_processes):
+    """Return a function that performs the runs of the command in this process."""
+    sources = tuple(SequenceSource(str(data_folder / name)) for name in SEQUENCES)
 
     def run(name):
-        chosen = Experiment(name, ("static", f"{ground}/walk.py:Draws"), sources, SEEDS)
+        chosen = Experiment(name, ("static", f"{data_folder}/walk.py:Draws"), sources, SEEDS)
         with without_processes():
-            return bench.run(chosen, ground / "results", jobs=1)
+            return bench.run(chosen, data_folder / "results", jobs=1)
 
     return run
 
@@ -124,23 +121,23 @@ def strike(command, target):
 
 
 def test_work_continues_after_ctrl_c_and_a_kill(
-    ground, start, wait_until, undisturbed, contents, evidence
+    data_folder, start, wait_until, undisturbed, contents, evidence
 ):
     """Check that workers end with the command, even within a frame."""
-    folder = ground / "results" / "stopped"
-    command = start("stopped", TRACKER_WAITS=str(ground / "first"))
-    wait_until(lambda: (ground / "first").exists() and Results(folder).list_keys())
+    folder = data_folder / "results" / "stopped"
+    command = start("stopped", TRACKER_WAITS=str(data_folder / "first"))
+    wait_until(lambda: (data_folder / "first").exists() and Results(folder).list_keys())
     os.killpg(command.process.pid, signal.SIGINT)
     assert command.wait() == 130
     finished_stamps = stamps(folder)
     assert 1 <= len(finished_stamps) < RUNS
-    assert f"{len(finished_stamps)} of {RUNS} runs are in" in command.complained
-    assert "same command" in command.complained
-    assert "Traceback" not in command.complained
+    assert f"{len(finished_stamps)} of {RUNS} runs are in" in command.stderr
+    assert "same command" in command.stderr
+    assert "Traceback" not in command.stderr
     assert command.living() == []
 
-    command = start("stopped", TRACKER_WAITS=str(ground / "second"))
-    wait_until((ground / "second").exists)
+    command = start("stopped", TRACKER_WAITS=str(data_folder / "second"))
+    wait_until((data_folder / "second").exists)
     assert command.workers()
     send(command.process.pid, signal.SIGKILL)
     assert command.wait() == -signal.SIGKILL
@@ -150,7 +147,7 @@ def test_work_continues_after_ctrl_c_and_a_kill(
     assert len(finished_stamps) < RUNS
 
     command = start("stopped")
-    assert command.wait() == 0, command.complained
+    assert command.wait() == 0, command.stderr
     assert finished_stamps.items() <= stamps(folder).items(), "a finished run was lost or repeated"
     assert contents(folder) == undisturbed
     evidence("Ctrl-C and a kill cost nothing that was finished")
@@ -158,12 +155,12 @@ def test_work_continues_after_ctrl_c_and_a_kill(
 
 @pytest.mark.weekly
 @pytest.mark.parametrize("seed", range(1, 6))
-def test_200_kills_cost_no_finished_run(ground, start, undisturbed, contents, evidence, seed):
+def test_200_kills_cost_no_finished_run(data_folder, start, undisturbed, contents, evidence, seed):
     """Kill commands at random moments, one after another, until one ends."""
     began = time.monotonic()
     assert start(f"timed-{seed}", TRACKER_SECONDS="0.001").wait() == 0
     seconds = time.monotonic() - began
-    moments, kills, folder = random.Random(seed), 0, ground / "results" / f"killed-{seed}"
+    moments, kills, folder = random.Random(seed), 0, data_folder / "results" / f"killed-{seed}"
     finished_stamps = {}
     while kills < 40 or finished_stamps:
         command = start(folder.name, TRACKER_SECONDS="0.001")
@@ -174,20 +171,21 @@ def test_200_kills_cost_no_finished_run(ground, start, undisturbed, contents, ev
         now = stamps(folder)
         assert finished_stamps.items() <= now.items(), "a finished run was lost or repeated"
         finished_stamps = now
-        if status == 0:  # it was not hit, or lost a worker only
+        if status == 0:  # the command survived, or lost only a worker
             assert contents(folder) == undisturbed
             shutil.rmtree(folder)
             finished_stamps = {}
         elif status != -signal.SIGKILL:  # two workers were killed while they started
-            assert "a worker process cannot start" in command.complained
+            assert "a worker process cannot start" in command.stderr
     evidence(f"{kills} of {kills} kills cost nothing that was finished")
 
 
+@pytest.mark.slow
 def test_paused_command_overwrites_nothing(
-    ground, start, run_here, wait_until, undisturbed, contents
+    data_folder, start, run_here, wait_until, undisturbed, contents
 ):
     """Let another command finish the work during the pause."""
-    folder, pause_file = ground / "results" / "paused", ground / "here"
+    folder, pause_file = data_folder / "results" / "paused", data_folder / "here"
     slow = start("paused", 1, TRACKER_WAITS=str(pause_file))
     wait_until(pause_file.exists)
     stopped = slow.living()
@@ -202,6 +200,6 @@ def test_paused_command_overwrites_nothing(
     pause_file.with_suffix(".on").touch()
     for number in stopped:
         send(number, signal.SIGCONT)
-    assert slow.wait() == 0, slow.complained
+    assert slow.wait() == 0, slow.stderr
     assert stamps(folder) == before
     assert contents(folder) == undisturbed

@@ -1,4 +1,4 @@
-"""Worker and its parent: shared file, state and memory of the process, errors of decoding."""
+"""Worker and its parent: shared file, process state, memory and decoding errors."""
 
 import os
 import random
@@ -119,6 +119,7 @@ def test_copy_of_the_process_that_returns_from_a_call_ends(shared):
     assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == 0
 
 
+@pytest.mark.slow
 def test_full_disk_of_temporary_files_is_one_line(tmp_path):
     code = f"import tempfile; tempfile.tempdir = {str(tmp_path)!r}; {TRACKMARK[2]}"
     command = [*TRACKMARK[:2], code, "run", "--trackers", "static"]
@@ -135,7 +136,7 @@ def test_full_disk_of_temporary_files_is_one_line(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_worker_without_room_says_so(shared):
+def test_worker_without_disk_space_is_reported(shared):
     Heartbeat(shared).write_no_room()
     with pytest.raises(ResultsError, match="no room for temporary files"):
         read_message(shared, look(shared))
@@ -145,7 +146,7 @@ def test_worker_without_room_says_so(shared):
     ("called", "used", "kind"),
     [(False, False, "error"), (True, False, "harm"), (False, True, "harm")],
 )
-def test_memory_that_decoding_lacks_may_be_held_by_a_tracker(
+def test_decoding_without_memory_is_harm_after_a_tracker_call(
     shared, monkeypatch, called, used, kind
 ):
     def perform(request, observer):
@@ -162,7 +163,7 @@ def test_memory_that_decoding_lacks_may_be_held_by_a_tracker(
 
 
 @pytest.mark.parametrize(("owner", "kind"), [("", "defect"), ("mine.py:Mine", "harm")])
-def test_defect_of_the_harness_is_told_from_harm_by_a_tracker(shared, monkeypatch, owner, kind):
+def test_defect_of_trackmark_is_not_harm_by_a_tracker(shared, monkeypatch, owner, kind):
     monkeypatch.setattr(worker, "_perform_request", lambda *_: 1 / 0)
     request = Request(Unit(UNIT.source, (), "accuracy", 120, owner), 1.0)
     answer = worker._answer(request, Heartbeat(shared), used=False)
@@ -198,7 +199,7 @@ def test_memory_of_a_container_counts(tmp_path, monkeypatch):
     assert machine_memory() == 1 << 20
 
 
-def test_peak_memory_is_that_since_the_reset():
+def test_peak_memory_is_measured_since_the_reset():
     def peak_with(megabytes):
         reset_peak()
         data = np.ones(megabytes << 17)

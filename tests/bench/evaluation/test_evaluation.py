@@ -15,13 +15,7 @@ from trackmark.trackers import Estimate
 from trackmark.trackers.base.sharing import SharingTracker
 
 
-def boxes_of(maker, sequence, repetition=0):
-    return bench.evaluate(maker, sequence, repetition).boxes
-
-
-def test_tracker_starts_with_the_target_and_sees_later_frames(
-    make_sequence,
-):
+def test_tracker_starts_with_the_target_and_sees_later_frames(make_sequence):
     created_trackers = []
 
     def maker(seed):
@@ -41,43 +35,13 @@ def test_tracker_starts_with_the_target_and_sees_later_frames(
     assert np.isnan(run.details["brightness"][:3]).all()
 
 
-def test_boxes_depend_on_the_repetition(make_sequence):
-    sequence = make_sequence()
-    np.testing.assert_array_equal(boxes_of(Walker, sequence), boxes_of(Walker, sequence))
-    assert not np.array_equal(boxes_of(Walker, sequence), boxes_of(Walker, sequence, 1))
-
-
-def test_seed_depends_on_tracker_sequence_and_repetition(make_sequence):
-    seen = []
-
-    def noting(seed):
-        seen.append(seed)
-        return Walker(seed)
-
-    bench.evaluate(noting, make_sequence(name="a/b"), 7)
-    from zlib import crc32
-
-    name = noting.__qualname__
-    assert seen[0].entropy == 7
-    assert seen[0].spawn_key == (crc32(name.encode()), crc32(b"a/b"))
-
-
-def test_lock_step_does_not_change_boxes(make_sequence):
-    sequence = make_sequence()
-    entries = [(parse_tracker(Walker), r) for r in range(3)] + [(parse_tracker("static"), 0)]
-    together = run_protocol(entries, sequence).runs
-    for (entry, repetition), run in zip(entries, together, strict=True):
-        (alone,) = run_protocol([(entry, repetition)], sequence).runs
-        np.testing.assert_array_equal(run.boxes, alone.boxes)
-
-
 def test_frame_is_read_once_for_all_trackers(make_sequence):
     sequence = make_sequence(n=6)
     frames = sequence.frames
     sequence.check_runnable()
-    frames.asked.clear()
+    frames.requested.clear()
     run_protocol([(parse_tracker(Walker), r) for r in range(4)], sequence)
-    fetched = [frame for frame in frames.asked if frame > 0]
+    fetched = [frame for frame in frames.requested if frame > 0]
     assert fetched == [1, 2, 3, 4, 5]
 
 
@@ -90,7 +54,7 @@ def costly(image, power):
 
 
 class Sharer(SharingTracker):
-    """Moves by something that it shares with others."""
+    """Tracker that moves by a value shared with other trackers."""
 
     def init_shared(self, frame, box, mask=None):
         self.box = box
@@ -152,7 +116,7 @@ def test_tracker_without_a_file_runs(make_sequence):
     assert bench.evaluate(names["make"], make_sequence()).status == "finished"
 
 
-def test_identity_is_that_before_the_run(make_sequence, tmp_path):
+def test_identity_is_computed_before_the_run(make_sequence, tmp_path):
     file = tmp_path / "editing.py"
     file.write_text(
         "from pathlib import Path\n"
@@ -170,7 +134,7 @@ def test_identity_is_that_before_the_run(make_sequence, tmp_path):
     assert parse_tracker(f"{file}:Editing").version != before
 
 
-def test_tracker_that_can_not_be_made_is_a_failed_run(make_sequence):
+def test_tracker_that_cannot_be_created_is_a_failed_run(make_sequence):
     def unmakeable(seed):
         raise RuntimeError("no licence")
 

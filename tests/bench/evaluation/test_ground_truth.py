@@ -1,4 +1,4 @@
-"""Runs that start from a region of the sequence's truth, and are scored by it."""
+"""Runs that start from a region of the ground truth and are scored against it."""
 
 import numpy as np
 import pytest
@@ -28,14 +28,14 @@ def sequence():
     return Sequence("person", images, upper, fingerprint="f", regions={"full": whole, "late": late})
 
 
-def test_a_run_starts_from_the_region_that_its_text_names(sequence):
+def test_run_starts_from_the_region_of_its_spec(sequence):
     run = bench.evaluate("static:init=full", sequence)
     np.testing.assert_array_equal(run.boxes, np.tile(sequence.regions["full"][0], (N, 1)))
     assert run.identity.init == "full"
     assert run.identity.tracker == "static:init=full"
 
 
-def test_it_is_scored_by_the_region_that_it_started_from(sequence):
+def test_run_is_scored_by_the_region_of_its_start(sequence):
     run = bench.evaluate("static:init=full", sequence)
     by_hand = bench.score_boxes(
         run.boxes, Sequence("p", sequence.frames, sequence.regions["full"], fingerprint="g")
@@ -55,7 +55,7 @@ def test_region_changes_identity_but_not_seed(sequence):
     assert parse_tracker("static:init=boxes").label == "static"
 
 
-def test_a_region_that_is_not_there_is_named_with_those_that_are(sequence):
+def test_unknown_region_is_named_with_the_known_ones(sequence):
     words = r"person has no region 'ful' .*Did you mean 'full'\? Known: boxes, full, late"
     with pytest.raises(SequenceError, match=words):
         bench.evaluate("static:init=ful", sequence)
@@ -66,7 +66,7 @@ def test_region_absent_in_first_target_frame_is_rejected(sequence):
         bench.evaluate("static:init=late", sequence)
 
 
-def test_a_timing_run_starts_from_the_region_too(sequence):
+def test_timing_run_starts_from_the_region(sequence):
     (run,) = run_protocol([(parse_tracker("static:init=full"), 0)], sequence, TIMING).runs
     np.testing.assert_array_equal(run.boxes[-1], sequence.regions["full"][0])
 

@@ -32,16 +32,16 @@ def test_revised_frames_count_the_shown_ones(make_sequence):
         return Estimate(tracker.box, revised={np.int64(0): tracker.box, 3: tracker.box})
 
     run = bench.evaluate(misbehaving(revise), make_sequence(n=8, absent=(0, 1)))
-    assert np.isnan(run.revised[:2]).all(), "it has not seen these"
+    assert np.isnan(run.revised[:2]).all(), "frames before the target"
     np.testing.assert_array_equal(run.revised[[2, 5]], run.boxes[[5, 5]])
 
 
-def finishing(last_word, call_number=99, act=None):
-    """Return a tracker class whose final corrections are `last_word(tracker)`."""
+def finishing(final_boxes, call_number=99, act=None):
+    """Return a tracker class whose final corrections are `final_boxes(tracker)`."""
 
     class Finishing(misbehaving(act, call_number)):
         def finish(self):
-            return last_word(self)
+            return final_boxes(self)
 
     return Finishing
 
@@ -50,11 +50,11 @@ def test_final_corrections_are_revised_boxes(make_sequence):
     sequence = make_sequence(n=6)
     frame_counts = []
 
-    def last_word(tracker):
+    def final_boxes(tracker):
         frame_counts.append(len(tracker.shown))
         return {2: tracker.box, 5: tracker.box + [1, 0, 0, 0]}
 
-    maker = finishing(last_word)
+    maker = finishing(final_boxes)
     maker.__qualname__ = Walker.__qualname__  # for the same random numbers
     run = bench.evaluate(maker, sequence)
     assert frame_counts == [6]  # once, when all frames were shown
@@ -65,15 +65,15 @@ def test_final_corrections_are_revised_boxes(make_sequence):
 
 
 @pytest.mark.parametrize(
-    ("last_word", "reason"),
+    ("final_boxes", "reason"),
     [
         (lambda tracker: 1 / 0, "ZeroDivisionError"),
         (lambda tracker: {6: tracker.box}, "revised frame 6 is not one of the frames 0 to 5"),
         (lambda tracker: {3: tracker.box * np.nan}, "box"),
     ],
 )
-def test_malformed_final_correction_fails_its_run(make_sequence, last_word, reason):
-    entries = [(parse_tracker(finishing(last_word)), 0), (parse_tracker("static"), 0)]
+def test_malformed_final_correction_fails_its_run(make_sequence, final_boxes, reason):
+    entries = [(parse_tracker(finishing(final_boxes)), 0), (parse_tracker("static"), 0)]
     bad, other = run_protocol(entries, make_sequence(n=6)).runs
     assert bad.failure.startswith("frame 5: ")
     assert reason in bad.failure
@@ -93,7 +93,7 @@ def test_failed_tracker_is_not_asked_for_corrections(make_sequence):
 
 
 class Watching(Walker):
-    """Writes down which frames it was shown before it was initialised."""
+    """Walker that records the frames it was shown before initialisation."""
 
     seen = None
 
@@ -111,13 +111,13 @@ class Watching(Walker):
 
 @pytest.fixture
 def late(make_sequence):
-    """A sequence in which the target comes in frame 3."""
+    """Return a sequence whose target appears in frame 3."""
     return make_sequence(8, absent=(0, 1, 2))
 
 
 def test_watcher_is_shown_frames_before_the_target(late):
     bench.evaluate(Walker, late)
-    assert set(late.frames.asked) == set(range(3, 8)), "nobody watches"
+    assert set(late.frames.requested) == set(range(3, 8)), "no tracker watches"
     run = bench.evaluate(lambda seed: Watching(seed), late)
     assert not run.failure
     assert Watching.seen == [int(late[frame].sum()) for frame in range(3)]

@@ -1,4 +1,4 @@
-"""Trackers clocked in turns, in processes of their own; their clock is made up."""
+"""Trackers timed in turns, each in its own process, with a simulated clock."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ class Mine(TrackerPlugin):
 
 @pytest.fixture
 def clips(tmp_path):
-    """One of eight frames, which show their number; the target comes with frame 2."""
+    """Return a clip of eight frames: pixels are frame numbers, the target appears in frame 2."""
     frames = np.zeros((8, 4, 5, 3), np.uint8) + np.arange(8, dtype=np.uint8)[:, None, None, None]
     np.save(tmp_path / "frames.npy", frames)
     np.save(tmp_path / "mask.npy", np.ones((2, 3), bool))
@@ -51,7 +51,7 @@ def tracker(tmp_path):
     return make_setup
 
 
-def test_both_are_shown_the_same_and_the_dearer_one_takes_longer(tracker, clips):
+def test_slower_tracker_takes_twice_as_long_on_equal_frames(tracker, clips):
     times = in_turns([tracker("cheap"), tracker("dear", 0.002)], clips)
     passes, turns = times.shape[1:]
     assert passes >= 3
@@ -60,7 +60,7 @@ def test_both_are_shown_the_same_and_the_dearer_one_takes_longer(tracker, clips)
     assert times[1] == pytest.approx(2 * times[0])
 
 
-def test_modules_beside_an_old_file_are_old_too(tracker, clips, tmp_path, monkeypatch):
+def test_old_tracker_imports_old_modules(tracker, clips, tmp_path, monkeypatch):
     folders = [tmp_path / name for name in ("now", "then")]
     for folder, cost in zip(folders, (0.002, 0.001), strict=True):
         folder.mkdir()
@@ -82,6 +82,6 @@ def test_modules_beside_an_old_file_are_old_too(tracker, clips, tmp_path, monkey
         ("ticks = 0.0", "0.0 is not a duration"),
     ],
 )
-def test_one_that_cannot_be_clocked_says_why(tracker, clips, then, words):
+def test_tracker_that_cannot_be_timed_is_reported(tracker, clips, then, words):
     with pytest.raises(TurnError, match=words):
         in_turns([tracker("bad", then=then)], clips)

@@ -1,6 +1,5 @@
-"""Masks of trackers: compared with the true ones, stored, scored and shown."""
+"""Masks of trackers: compared with ground truth, stored, scored and shown in tables."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +9,7 @@ from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.metrics.regions import (
-    Segmentation,
-    contour_accuracy,
-    region_similarity,
-    segmentation_scores,
-)
+from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.data_frames import load_results
@@ -140,18 +134,6 @@ def test_masks_are_never_compared_in_timing_runs(make):
     assert set(masks.requested) == {0}
 
 
-def test_scores_are_mean_recall_and_decay():
-    values = np.array([np.nan, np.nan, 1.0, 0.8, 0.6, 0.4, 0.2])
-    scores = segmentation_scores(Segmentation(values, 1 - values), 1)
-    assert tuple(scores) == NAMES
-    assert scores["mean_region_similarity"] == pytest.approx(0.6)
-    assert scores["region_recall"] == pytest.approx(3 / 5)
-    assert scores["region_decay"] == pytest.approx(0.9 - 0.3)
-    assert scores["mean_contour_accuracy"] == pytest.approx(0.4)
-    assert scores["contour_recall"] == pytest.approx(2 / 5)
-    assert scores["contour_decay"] == pytest.approx(0.1 - 0.7)
-
-
 def test_segmentation_is_stored_with_the_run(make, tmp_path):
     run = bench.evaluate(segmenting(lambda call: square(3 + call)), make()[0])
     for name, stored in (("with", run), ("without", replace(run, segmentation=None))):
@@ -184,7 +166,7 @@ SEQUENCES = [f"plain/target:length=12:scene={scene}" for scene in (0, 1)]
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory, without_processes):
-    """An experiment with a tracker that segments and one that does not."""
+    """Return results of a tracker with masks and a tracker without."""
     folder = tmp_path_factory.mktemp("segmentation")
     (folder / "segmenter.py").write_text(SEGMENTER)
     trackers = ("static", f"{folder}/segmenter.py:Segmenter")
@@ -228,7 +210,7 @@ def test_tables_have_columns_of_masks(stored):
             for row in tables_by_name["sequences"].rows
         ]
         assert texts == ["—", f"{scores[name].iloc[0]:.3f}", "—", f"{scores[name].iloc[1]:.3f}"]
-    _, last = tables_by_name["segmentation"].rows  # of the tracker that segments alone
+    _, last = tables_by_name["segmentation"].rows  # only the tracker with masks has a row
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
     assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"
 
@@ -240,20 +222,3 @@ def test_tables_without_masks_have_no_such_columns(stored):
     assert [table.name for table in tables_without_masks] == ["summary", "sequences"]
     for table in tables_without_masks:
         assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
-
-
-def test_commands_show_scores_of_masks(trackmark, workspace):
-    (workspace / "segmenter.py").write_text(SEGMENTER)
-    arguments = ("--trackers", "static,segmenter.py:Segmenter", "--sequences", SEQUENCES[0])
-    lines = trackmark("run", *arguments, "--name", "mine", "--json").stdout.splitlines()
-    scores = {row["tracker_name"]: row["scores"] for row in map(json.loads, lines)}
-    assert not set(NAMES) & scores.pop("static").keys()
-    (mask_scores,) = scores.values()
-    assert set(NAMES) <= mask_scores.keys()
-    report = trackmark("report", "results/mine").stdout
-    assert "region similarity J" in report
-    assert f"{mask_scores['mean_region_similarity']:.3f}" in report
-    assert f"{mask_scores['contour_decay']:.3f}" in report
-    listed = trackmark("results", "list", "results/mine", "--json").stdout.splitlines()
-    assert mask_scores in [json.loads(line)["scores"] for line in listed]
-    trackmark("results", "check", "results/mine")

@@ -19,7 +19,7 @@ OLD = VersionEntry(["abc"], "old tree", GOLDEN, ["numpy"])
 
 @pytest.fixture
 def sealing(tmp_path, monkeypatch):
-    """Seal a scene with a present seal and present digests; return output and new seal."""
+    """Return a function that seals one scene and returns the output and the new entry."""
     file = tmp_path / "golden.json"
 
     def seal(present, images, *arguments, tree="new tree"):
@@ -76,7 +76,7 @@ def tracker_seals():
     return read_versions(Path(trackers.__file__).with_name("golden.json"))
 
 
-def test_every_tracker_has_a_seal():
+def test_every_tracker_has_a_version():
     assert list(tracker_seals()) == [name for name in trackers.names() if ":" not in name]
 
 
@@ -95,7 +95,7 @@ def slow(key):
         for key in seal.golden
     ],
 )
-def test_boxes_are_the_sealed_ones(key):
+def test_boxes_equal_golden_digests(key):
     seal = tracker_seals()[key.partition(" on ")[0].partition(":")[0]]
     if library_versions(set(seal.libraries)) != library_versions_of_constraints(seal.libraries):
         pytest.skip("other versions of libraries than those that boxes were sealed with")
@@ -109,8 +109,8 @@ def library_versions_of_constraints(libraries):
     return {name: pinned[name] for name in library_versions(set(libraries))}
 
 
-def test_every_source_is_the_sealed_one():
+def test_every_source_has_its_golden_digest():
     changed = [
         entry.name for entry in sealed() if entry.seal is None or entry.seal.tree != entry.tree
     ]
-    assert not changed, "their source changed: `make seal` proves that they give the same"
+    assert not changed, "their source changed: run `make seal`"

@@ -1,4 +1,4 @@
-"""Trackers that walk at random, and do something else when a test wants it."""
+"""Trackers that walk at random and misbehave on request."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from trackmark.trackers import Estimate
 
 
 class Walker:
-    """Takes a random step a frame; writes down what it was shown."""
+    """Tracker that takes a random step per frame and records the sums of its images."""
 
     def __init__(self, seed):
         self.random = np.random.default_rng(seed)

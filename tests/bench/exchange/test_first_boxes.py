@@ -1,7 +1,6 @@
 """First boxes and headers of imported results against the ground truth and the request."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +9,6 @@ from trackmark.bench.exchange.importing import ImportedTracker, ResultSequence, 
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.store.results import Results
 
-SHARED = Path(__file__).parents[4] / "shared"
-PUBLISHED = SHARED / "published" / "boxes"
 TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44, 26, 60]], float)
 ONE_BASED = TRUTH + [1, 1, 0, 0]
 
@@ -134,11 +131,3 @@ def test_otb_json_header_counts_image_files_of_otb(tmp_path):
     on = ResultSequence("David", "fingerprint", TRUTH, "/data/David")
     trackers = [ImportedTracker("theirs", "otb-json", tmp_path / "theirs")]
     assert import_results(trackers, [on], tmp_path / "results", pytest.fail) == 1
-
-
-@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="published boxes lie beside the project alone")
-def test_published_boxes_are_imported(trackmark):
-    texts = [f"{folder.name}={folder}" for folder in sorted(PUBLISHED.iterdir())]
-    message = trackmark("results", "import", *texts, "--sequences", f"{SHARED}/sequences/otb/*")
-    assert "9 runs" in message.stdout
-    assert "overlaps the ground truth" not in message.stderr

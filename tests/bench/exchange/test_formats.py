@@ -70,9 +70,6 @@ def test_round_trip_keeps_boxes_and_format_is_detected(kind, origin, tmp_path):
 
 
 TOOLKIT_READERS = {
-    # got10k, experiments/otb.py and got10k.py
-    "otb": lambda file: np.loadtxt(file, delimiter=","),
-    "got10k": lambda file: np.loadtxt(file, delimiter=","),
     # STVIR/pysot, toolkit/datasets/video.py
     "pysot": lambda file: [
         list(map(float, line.strip().split(","))) for line in file.read_text().splitlines()
@@ -153,7 +150,7 @@ def test_repetitions_have_a_file_each_if_there_is_room(kind, tmp_path):
         (lambda text: text.replace("\n", "\n\n\n", 1), "line 2"),
         (lambda text: text.replace("5", "five"), "five"),
         (lambda text: text.replace("5", "5_0", 3), "5_0"),
-        (lambda text: text + text, "24 rows for the 12 frames of Some-one_1: line 13 is one"),
+        (lambda text: text + text, "24 rows for the 12 frames of Some-one_1: line 13 is too many"),
         (lambda text: text.rpartition("\n")[0].rpartition("\n")[0] + "\n", "ends after line 11"),
     ],
 )

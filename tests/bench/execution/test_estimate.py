@@ -39,49 +39,51 @@ class Sleeper(TrackerPlugin):
 
 
 @pytest.fixture
-def ground(workspace):
+def data_folder(workspace):
     (workspace / "sleeper.py").write_text(SLEEPER)
     shutil.copytree(workspace / "data" / "Small", workspace / "data" / "Other")
     return workspace
 
 
-def make_experiment(ground, milliseconds, sequences=("Small",), name="trial"):
-    trackers = tuple(f"{ground / 'sleeper.py'}:Sleeper:milliseconds={ms}" for ms in milliseconds)
-    sources = tuple(SequenceSource(str(ground / "data" / sequence)) for sequence in sequences)
+def make_experiment(data_folder, milliseconds, sequences=("Small",), name="trial"):
+    trackers = tuple(
+        f"{data_folder / 'sleeper.py'}:Sleeper:milliseconds={ms}" for ms in milliseconds
+    )
+    sources = tuple(SequenceSource(str(data_folder / "data" / sequence)) for sequence in sequences)
     return Experiment(name, trackers, sources)
 
 
-def estimated(ground, chosen, **limits):
-    plan = make_plan(chosen, Results(ground / "results" / chosen.name))
+def estimated(data_folder, chosen, **limits):
+    plan = make_plan(chosen, Results(data_folder / "results" / chosen.name))
     units = left_of(plan, workers=1)
-    return estimate(units, measured_before(ground / "results"), Limits(**limits))
+    return estimate(units, measured_before(data_folder / "results"), Limits(**limits))
 
 
-def test_estimate_uses_the_nearest_measurement(ground, in_this_process):
-    run(make_experiment(ground, [100]), ground / "results", jobs=1)
-    chosen = make_experiment(ground, [100, 50], ("Small", "Other"), name="next")
-    estimate = estimated(ground, chosen)
+def test_estimate_uses_the_nearest_measurement(data_folder, in_this_process):
+    run(make_experiment(data_folder, [100]), data_folder / "results", jobs=1)
+    chosen = make_experiment(data_folder, [100, 50], ("Small", "Other"), name="next")
+    estimate = estimated(data_folder, chosen)
     assert estimate.bases == {Basis.NAME: 2, Basis.TRACKER: 1, Basis.SEQUENCE: 1}
-    # Four calls of the tracker in five frames, 0.1 s each as far as is known, in four runs.
+    # Each of four runs calls the tracker four times, with at most 0.1 s per call.
     assert estimate.high > 1.6
     assert 0 < estimate.low < estimate.high
 
 
-def test_unmeasured_tracker_is_probed_and_nothing_is_stored(ground, in_this_process):
-    estimate = estimated(ground, make_experiment(ground, [20]))
+def test_unmeasured_tracker_is_probed_and_nothing_is_stored(data_folder, in_this_process):
+    estimate = estimated(data_folder, make_experiment(data_folder, [20]))
     assert estimate.bases == {Basis.PROBE: 1}
-    assert not (ground / "results").exists()
-    assert estimated(ground, make_experiment(ground, [20, 200])).high > 4 * 0.2
+    assert not (data_folder / "results").exists()
+    assert estimated(data_folder, make_experiment(data_folder, [20, 200])).high > 4 * 0.2
 
 
-def test_tracker_that_hangs_in_probe_is_reported(ground):
-    estimate = estimated(ground, make_experiment(ground, [1, 60_000]), frame_seconds=1.0)
+def test_tracker_that_hangs_in_probe_is_reported(data_folder):
+    estimate = estimated(data_folder, make_experiment(data_folder, [1, 60_000]), frame_seconds=1.0)
     assert estimate.bases == {Basis.PROBE: 1, Basis.NOTHING: 1}
 
 
-def test_nothing_takes_no_time(ground, in_this_process):
-    run(make_experiment(ground, [1]), ground / "results", jobs=1)
-    assert estimated(ground, make_experiment(ground, [1])) == Estimate(0.0, 0.0, {})
+def test_plan_without_missing_runs_takes_no_time(data_folder, in_this_process):
+    run(make_experiment(data_folder, [1]), data_folder / "results", jobs=1)
+    assert estimated(data_folder, make_experiment(data_folder, [1])) == Estimate(0.0, 0.0, {})
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Tests of plans: finished runs, stale runs and the division of the rest into work units."""
 
 import shutil
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
@@ -56,7 +57,7 @@ def test_deterministic_tracker_runs_once(workspace):
     }
 
 
-def test_a_tracker_can_have_a_number_of_repetitions_of_its_own(workspace):
+def test_tracker_can_have_its_own_number_of_repetitions(workspace):
     knob = f"{workspace / 'knob.py'}:Knob"
     assert len(states(workspace, repeated={knob: 1})) == 2
 
@@ -78,7 +79,7 @@ def test_changed_tracker_makes_only_its_runs_stale(finished):
     assert set(run_states.values()) == {"stale"}
 
 
-def test_a_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
+def test_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
     copy = tmp_path / "copy" / "trackers"
     shutil.copytree(Path(trackers.__file__).parent, copy)
     monkeypatch.setattr("trackmark.bench.experiments.tracker_spec.PACKAGE", copy)
@@ -90,12 +91,6 @@ def test_a_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_pat
     shutil.copy(Path(trackers.__file__).parent / "base" / "interface.py", interface)
     catalogue.write_text("NOTHING_DEPENDS_ON_THIS = True\n")
     assert states(finished)["knob.py:Knob", 0] == "done"
-
-
-def test_a_changed_parameter_is_another_run(finished):
-    knob = f"{finished / 'knob.py'}:Knob:knob=2"
-    assert set(states(finished, trackers=(knob,)).values()) == {"left"}
-    assert set(states(finished).values()) == {"done"}
 
 
 def change_a_pixel(data):
@@ -123,22 +118,12 @@ def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, 
     assert set(states(finished).values()) == {state}
 
 
-def test_timing_runs_are_runs_of_their_own(finished, in_this_process):
-    assert set(states(finished, timing=True).values()) == {"left"}
-    run(experiment(finished, timing=True), finished / "results")
-    assert set(states(finished, timing=True).values()) == {"done"}
+def test_timing_runs_are_runs_of_their_own(finished):
+    timing = {"timing": True, "repetitions": 1}
+    assert set(states(finished, **timing).values()) == {"left"}
+    run(experiment(finished, **timing), finished / "results")
+    assert set(states(finished, **timing).values()) == {"done"}
     assert set(states(finished).values()) == {"done"}
-
-
-def test_unit_holds_all_trackers_that_may_share_a_process(workspace):
-    chosen = experiment(workspace, trackers=("static", "camshift", "opencv-mil"), repetitions=2)
-    plan = make_plan(chosen, Results(workspace / "none"))
-    entries = [tuple(entry[:2] for entry in unit.entries) for unit in left_of(plan)]
-    assert entries == [
-        (("opencv-mil", 0),),
-        (("opencv-mil", 1),),
-        (("static", 0), ("camshift", 0)),
-    ]
 
 
 def test_external_and_timed_trackers_share_no_process(workspace):
@@ -163,7 +148,7 @@ def test_external_and_timed_trackers_share_no_process(workspace):
     assert len(set(owners)) == 5
 
 
-def test_what_is_the_same_tracker_is_planned_once(workspace):
+def test_equal_trackers_are_planned_once(workspace):
     chosen = ("camshift", "camshift:window=fixed", "camshift:hue_bins=32")
     assert list(states(workspace, trackers=chosen)) == [("camshift", 0)]
 
@@ -204,7 +189,7 @@ def test_failed_runs_are_repeated_only_on_request(workspace):
 
 
 def small_plan(workspace, sequences=1, **changes):
-    """A plan of 1 + 3 runs on each of some sequences of five frames."""
+    """Return a plan of 1 + 3 runs on each of some sequences of five frames."""
     for i in range(1, sequences):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / f"Other{i}")
     sources = tuple(SequenceSource(str(path)) for path in sorted((workspace / "data").iterdir()))
@@ -228,21 +213,21 @@ def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, w
     assert len(runs) == units.runs
     if sequences % workers == 0:
         assert len(all_units) == 2 * sequences, "two per sequence: static and the rest"
-    # As a pool takes them: none has more to do than its share and one run.
+    # Distribute units as a pool does: no worker has more than its share and one run.
     busy = [0] * workers
     for unit in all_units:
         busy[busy.index(min(busy))] += unit.work
     assert max(busy) <= units.work / workers + 5
 
 
-def test_the_longest_sequences_come_first(workspace):
-    sources = tuple(SequenceSource(name) for name in ("samples/bow-tie", "stress/twin"))
-    plan = make_plan(experiment(workspace, sequences=sources), Results(workspace / "none"))
-    work = [unit.work for unit in left_of(plan)]
-    assert work == sorted(work, reverse=True)
+def test_longest_sequences_are_planned_first(workspace, otb):
+    sources = [SequenceSource(str(workspace / "data" / "Small"))]
+    sources.append(SequenceSource(str(otb(workspace / "data" / "Longer", 9))))
+    plan = make_plan(experiment(workspace, sequences=tuple(sources)), Results(workspace / "none"))
+    assert [unit.work for unit in left_of(plan)] == [27, 15, 9, 5]
 
 
-def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
+def test_unit_has_the_replaced_version_of_each_run(finished):
     before = make_plan(experiment(finished), Results(finished / "results" / "trial"))
     append(finished / "knob.py", "CHANGED = True\n")
     chosen = experiment(finished, repetitions=4)
@@ -275,10 +260,8 @@ def test_versions_and_cells_are_those_of_the_runs(finished):
 
 
 def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
-    names = ["plain/target", *(f"plain/target:scene={scene}" for scene in range(1, 4))]
-    large = Experiment(
-        name="large", trackers=("static",), sequences=tuple(map(SequenceSource, names))
-    )
+    sources = [SequenceSource(f"plain/target:scene={scene}") for scene in range(40)]
+    large = Experiment("large", ("static",), tuple(sources[:4]))
     results, progress = Results(workspace / "results" / "large"), []
     alone = make_plan(large, results)
     monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
@@ -288,22 +271,11 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
         assert [getattr(sequence, field) for sequence in shared.sequences] == [
             getattr(sequence, field) for sequence in alone.sequences
         ]
-    broken = Experiment(
-        name="large", trackers=("static",), sequences=(*large.sequences, SequenceSource("no/where"))
-    )
-    with pytest.raises(SequenceError, match="no/where"):
-        make_plan(broken, results, jobs=2)
-
-
-def test_sequence_that_workers_cannot_open_raises_one_error(workspace, monkeypatch):
     logged = []
     monkeypatch.setattr(
         "loky.process_executor.LOGGER.critical", lambda *words, **_: logged.append(words)
     )
-    names = ["no/where", *(f"plain/target:scene={scene}" for scene in range(1, 40))]
-    broken = Experiment(
-        name="broken", trackers=("static",), sequences=tuple(map(SequenceSource, names))
-    )
+    broken = replace(large, sequences=(SequenceSource("no/where"), *sources[1:]))
     with pytest.raises(SequenceError, match="no/where"):
-        make_plan(broken, Results(workspace / "results"), jobs=2)
+        make_plan(broken, results, jobs=2)
     assert not logged

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from trackmark import datasets
+from trackmark.bench.execution.plan import PlannedSequence, make_plan
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
@@ -13,6 +14,7 @@ from trackmark.bench.experiments.experiment import (
     experiment_names,
     read_experiment,
 )
+from trackmark.bench.store.results import Results
 from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.suite import suites
 
@@ -102,25 +104,16 @@ def test_unknown_experiment_and_invalid_name_are_refused(tmp_path):
             Experiment(name, ("static",), (SequenceSource("samples/face"),))
 
 
-def planned(experiment, folder, opened_sequences):
-    from trackmark.bench.execution.plan import make_plan
-    from trackmark.bench.store.results import Results
-
-    return make_plan(experiment, Results(folder / "none"), opened_sequences)
-
-
 outline = cache(datasets.describe)
 
 
 def unopened(source):
     """Return the plan of a sequence from its sealed outline; its parameters are checked."""
-    from trackmark.bench.execution.plan import PlannedSequence
-
     name, options = parse_text(source.text)
     about = outline(name)
     for suite in suites():
         if name in suite.names():
-            name = suite.entries[name].knobs.checked(name, options).canonical_name(name)
+            name = suite.entries[name].parameters.checked(name, options).canonical_name(name)
     starts = frozenset(["boxes", *about.regions])
     return PlannedSequence(source, name, about.fingerprint, about.length, 0, starts, 0.0)
 
@@ -129,18 +122,7 @@ def unopened(source):
 def test_every_experiment_of_the_package_is_planned(name, tmp_path):
     experiment = read_experiment(name)
     opened_sequences = {source: unopened(source) for source in experiment.sequences}
-    plan = planned(experiment, tmp_path, opened_sequences)
-    assert len(plan) == len(set(plan.manifest().versions)) > 0
-
-
-OPENED = {}
-"""Sequences that are open, as several experiments share some."""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", experiment_names())
-def test_every_experiment_is_planned_with_open_sequences(name, tmp_path):
-    plan = planned(read_experiment(name), tmp_path, OPENED)
+    plan = make_plan(experiment, Results(tmp_path / "none"), opened_sequences)
     assert len(plan) == len(set(plan.manifest().versions)) > 0
 
 

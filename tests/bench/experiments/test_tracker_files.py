@@ -29,9 +29,13 @@ UNPRINTABLE = """class Error(Exception):
         raise ValueError
 raise Error"""
 
-REFUSED = {  # what stands before the class, or after it, and what is said
-    "exits": ("import sys; sys.exit(0)", "", "it can't be imported: SystemExit: 0 (line 1)"),
-    "no syntax": ("\nclass:", "", "it can't be imported: SyntaxError: invalid syntax (line 2)"),
+REFUSED = {  # code before the class, code in or after it, words of the error
+    "exits": ("import sys; sys.exit(0)", "", "the file cannot be imported: SystemExit: 0 (line 1)"),
+    "no syntax": (
+        "\nclass:",
+        "",
+        "the file cannot be imported: SyntaxError: invalid syntax (line 2)",
+    ),
     "raises": ("raise RuntimeError('no\\nlicence')", "", "RuntimeError: no licence (line 1)"),
     "lacks a file": ("open('/gone')", "", "FileNotFoundError: [Errno 2] No such file"),
     "lacks a library": (
@@ -41,22 +45,46 @@ REFUSED = {  # what stands before the class, or after it, and what is said
     ),
     "recurses": ("def f(): f()\nf()", "", "RecursionError: maximum recursion depth exceeded"),
     "holds NUL": ("\0", "", "null bytes"),
-    "interrupts": (
-        "raise KeyboardInterrupt",
-        "",
-        "its description raises KeyboardInterrupt",
-    ),
+    "interrupts": ("raise KeyboardInterrupt", "", "its description raises KeyboardInterrupt"),
     "can't be printed": (UNPRINTABLE, "", "<exception str() failed>"),
-    "presets of no kind": ("", "    presets = 5", "presets are parameter values by preset name"),
-    "a preset of no kind": ("", "    presets = {'a': 5}", "presets are parameter values by preset"),
+    "presets of no kind": (
+        "",
+        "    presets = 5",
+        "`presets` must be a dict of parameter values by preset name",
+    ),
+    "a preset of no kind": (
+        "",
+        "    presets = {'a': 5}",
+        "`presets` must be a dict of parameter values",
+    ),
     "a preset of nothing": ("", "    presets = {'recommended': {'a': 5}}", "unknown parameter of"),
-    "parameters of no kind": ("", "    Parameters = int", "Parameters derives from trackers.Par"),
-    "randomness in words": ("", "    randomness = 'none'", "randomness is one of trackers.Random"),
+    "parameters of no kind": (
+        "",
+        "    Parameters = int",
+        "`Parameters` must be a class derived from trackers.Par",
+    ),
+    "randomness in words": (
+        "",
+        "    randomness = 'none'",
+        "`randomness` must be a member of trackers.Random",
+    ),
     "no update": ("", "    update = TrackerPlugin.update", "it lacks update"),
-    "called like another": ("", "    name = 'static'", "'static' is another tracker's name"),
-    "called like a folder": ("", "    name = '../x'", "a tracker can't be called '../x'"),
-    "two of them": ("", "class Other(Calm):\n    pass", "it holds Calm, Other; say which: "),
-    "none of them": ("", "del Calm", "it holds no class derived from trackers.TrackerPlugin"),
+    "called like another": (
+        "",
+        "    name = 'static'",
+        "the name 'static' belongs to another tracker",
+    ),
+    "called like a folder": ("", "    name = '../x'", "'../x' is not a valid name of a tracker"),
+    "two of them": (
+        "",
+        "class Other(Calm):\n    pass",
+        "the file defines several trackers: Calm, Other. Select one",
+    ),
+    "none of them": (
+        "",
+        "del Calm",
+        "the file defines no class derived from trackers.TrackerPlugin",
+    ),
 }
 TAKEN = {
     "prints": "print('hello')",
@@ -113,9 +141,9 @@ def test_file_that_ends_the_child_is_named(calm, case):
 
 
 def test_import_that_never_ends_is_stopped(calm, monkeypatch):
-    monkeypatch.setattr(tracker_files, "_SECONDS", 2)
+    monkeypatch.setattr(tracker_files, "_SECONDS", 0.2)
     with pytest.raises(
-        TrackerError, match=r"file\.py: while it is imported, nothing happens for 2 s"
+        TrackerError, match=r"file\.py: while it is imported, nothing happens for 0.2 s"
     ):
         describe_tracker(str(calm("file", "while True: pass")))
 
@@ -140,7 +168,9 @@ def test_command_survives_files_that_exit_or_print(
     options = ("--sequences", "data/Small", "--json")
     done = trackmark("run", "--trackers", "exits.py", *options, status=2)
     assert done.stdout == ""
-    assert one_line(done) == "trackmark: exits.py: it can't be imported: SystemExit: 0 (line 1)"
+    assert (
+        one_line(done) == "trackmark: exits.py: the file cannot be imported: SystemExit: 0 (line 1)"
+    )
     (workspace / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
     done = trackmark_process("run", "--trackers", "prints.py:as=mine", *options)
     assert [json.loads(line)["tracker"] for line in done.stdout.splitlines()] == ["mine"]

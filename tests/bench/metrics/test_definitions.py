@@ -1,6 +1,5 @@
-"""Presets against slow definitions, written frame by frame, and published scores."""
+"""Presets against slow definitions that are written frame by frame."""
 
-import csv
 import json
 from itertools import pairwise
 from math import hypot, isfinite, isnan, nan, nextafter, sqrt
@@ -17,9 +16,6 @@ from tests.bench.metrics.made import SIZE, answer_of, noisy, states_of, truth_of
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
-
-SHARED = Path(__file__).parents[3].parent / "shared"
-PUBLISHED = SHARED / "published"
 
 
 def scores(name, truth, boxes, **further):
@@ -341,22 +337,3 @@ def test_exact_overlap_with_mask_equals_shapely(seed, box):
     expected = (squares & other).area / (squares | other).area
     truth = np.array([[0, 0, 9, 9.0]])
     assert exact_overlap(truth, box[None], None, [mask])[0] == pytest.approx(expected, abs=1e-9)
-
-
-# Published figures.
-
-
-@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="published boxes lie beside the project alone")
-@pytest.mark.parametrize("tracker", ["STRUCK", "MEEM", "MUSTer"])
-@pytest.mark.parametrize("name", ["Couple", "Crossing", "Football1"])
-def test_otb_gives_the_published_mean_overlap(tracker, name):
-    with (PUBLISHED / "otb-per-sequence.csv").open() as file:
-        rows = {(row["tracker"], row["sequence"]): row for row in csv.DictReader(file)}
-    row = rows[tracker, name]
-    lines = (SHARED / "sequences/otb" / name / "groundtruth_rect.txt").read_text().split("\n")
-    truth = np.array([line.replace(",", " ").split() for line in lines if line.strip()], float)
-    (run,) = json.loads((PUBLISHED / "boxes" / tracker / f"{name}.json").read_text())
-    ours = scores("otb", truth - [1, 1, 0, 0], np.array(run["res"]) - [1, 1, 0, 0])
-    assert ours["mean_overlap"] == pytest.approx(float(row["mean_iou_overlapScores"]), abs=1e-6)
-    published = float(row["success_at_0.5_from_errorNum"])
-    assert ours["success_published"] == pytest.approx(published, abs=1e-6)

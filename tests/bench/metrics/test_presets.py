@@ -86,7 +86,7 @@ def test_malformed_boxes_are_no_better_than_distant_ones(name):
         malformed = noisy(TRUTH)
         malformed[20:60] = bad
         judged = judge(name, TRUTH, malformed)
-        if name != "lasot":  # it repeats the box before a malformed one
+        if name != "lasot":  # LaSOT repeats the box before a malformed one
             assert shares_of(name, judged) == pytest.approx(shares_of(name, expected), abs=1e-12)
         assert not np.isnan([*judged.scores.values()]).any() or name in ("native", "vot-anchor")
     judged = judge(name, TRUTH, np.full((N, 4), np.nan))
@@ -117,7 +117,7 @@ def test_scores_begin_after_the_first_frame_with_a_target(name):
     late = np.vstack([np.full((7, 4), np.nan), TRUTH])
     states = np.concatenate([np.zeros(7, int), answer_of(boxes).states])
     later = judge(name, late, np.vstack([np.zeros((7, 4)), boxes]), states=states).scores
-    for key in scores.keys() - {"first_loss"}:  # which counts frames from the first
+    for key in scores.keys() - {"first_loss"}:  # it counts from the first frame
         assert later[key] == pytest.approx(scores[key], nan_ok=True), key
 
 

@@ -1,4 +1,4 @@
-"""Artificial boxes with the scores of toolkits: recorded once, compared in the tests.
+"""Artificial boxes with recorded scores of toolkits, which the tests compare with ours.
 
 The toolkits need other versions of Python and libraries. To record the scores again, install
 `numpy<2 six got10k shapely` for Python 3.10 and `vot-toolkit==0.7.1` for Python 3.7. Then run:
@@ -12,8 +12,6 @@ its numbers are equal in all versions.
 
 import json
 import sys
-import tempfile
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -101,62 +99,17 @@ SMALL = (60, 50)
 """Size of the image for `pairs`, which also reach beyond it."""
 
 
-class _Data:
-    """Data set for the experiments of got10k."""
-
-    def __init__(self, sequences):
-        self.seq_names = [str(i) for i in range(3)]
-        self._sequences = sequences
-
-    def __len__(self):
-        return len(self._sequences)
-
-    def __getitem__(self, name):
-        return self._sequences[int(name)] if int(name) < len(self) else self._stop()
-
-    def _stop(self):
-        raise IndexError
-
-
 def record_got10k():
-    """Return the reports of the experiments of got10k."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from got10k.experiments import ExperimentGOT10k, ExperimentOTB
-
-    reports = {}
-    with tempfile.TemporaryDirectory() as folder:
-        for name, kind in (("otb", ExperimentOTB), ("got10k", ExperimentGOT10k)):
-            experiment = object.__new__(kind)
-            experiment.result_dir, experiment.report_dir = folder + "/" + name, folder + "/reports"
-            experiment.nbins_iou = 21 if name == "otb" else 101
-            experiment.nbins_ce, experiment.subset = 51, "val"
-            experiment.dataset = _Data(
-                [
-                    (None, truth(i, False), {"cover": cover(i), "resolution": str(SIZE)})[
-                        : 2 if name == "otb" else 3
-                    ]
-                    for i in range(3)
-                ]
-            )
-            for i in range(3):
-                for run in range(1 if name == "otb" else 2):
-                    file = "{0}.txt" if name == "otb" else "{0}/{0}_{1:03d}.txt"
-                    path = Path(folder, name, "made", file.format(i, run + 1))
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    np.savetxt(str(path), estimate(i, run), delimiter=",", fmt="%.2f")
-                    np.savetxt(str(path.parent / (str(i) + "_time.txt")), np.ones(3))
-            reports[name] = experiment.report(["made"])["made"]
+    """Return what the functions of got10k compute from malformed boxes."""
     from got10k.utils.metrics import center_error, rect_iou
 
     truth_boxes, estimates = np.array([TARGET] * len(MALFORMED), float), np.array(MALFORMED, float)
-    reports["malformed"] = {
+    malformed = {
         "distance": center_error(estimates, truth_boxes).tolist(),
         "overlap": rect_iou(estimates, truth_boxes).tolist(),
         "overlap cut": rect_iou(estimates, truth_boxes, SIZE).tolist(),
     }
-    return reports
+    return {"malformed": malformed}
 
 
 class _Sequence:
@@ -184,17 +137,14 @@ class _Sequence:
 class _Trajectory:
     """Estimates of a tracker for the analyses of vot-toolkit."""
 
-    def __init__(self, regions, confidence=None):
-        self._regions, self._confidence = regions, confidence
+    def __init__(self, regions):
+        self._regions = regions
 
     def __len__(self):
         return len(self._regions)
 
     def regions(self):
         return self._regions
-
-    def properties(self, i):
-        return {} if i == 0 else {"confidence": self._confidence[i]}
 
     @classmethod
     def exists(cls, results, name):
@@ -210,21 +160,14 @@ class _Trajectory:
 class _Experiment:
     anchor = "anchor"
 
-    def __init__(self, gather=None):
-        self._gather = gather
-
     def results(self, tracker, sequence):
         return None
 
-    def gather(self, tracker, sequence):
-        return self._gather(sequence.i)
 
-
-def _regions(boxes, codes=None, first=None):
+def _regions(boxes, first=3):
     from vot.region import Rectangle, Special
 
-    codes = [3] * len(boxes) if codes is None else list(codes)
-    codes[0] = codes[0] if first is None else first
+    codes = [first] + [3] * (len(boxes) - 1)
     return [
         Rectangle(*box) if code == 3 and not np.isnan(box[0]) else Special(code % 3)
         for box, code in zip(boxes.tolist(), codes)  # noqa: B905  # Python 3.7 knows no strict
@@ -233,28 +176,11 @@ def _regions(boxes, codes=None, first=None):
 
 def record_vot():
     """Return the scores of the analyses of vot-toolkit."""
-    from vot.analysis import longterm, multistart, supervised
+    from vot.analysis import multistart
     from vot.region import Polygon, Rectangle, calculate_overlap
 
     sequences = [_Sequence(i) for i in range(3)]
     scores = {}
-
-    supervised_runs = _Experiment(
-        lambda i: [_Trajectory(_regions(estimate(i, run), states(i, run))) for run in (0, 1)]
-    )
-    alone = supervised.AccuracyRobustness()
-    each = [alone.subcompute(supervised_runs, None, sequence, []) for sequence in sequences]
-    accuracy, failures, (robustness, _), _ = supervised.AverageAccuracyRobustness().aggregate(
-        None, sequences, each
-    )
-    (curve,) = supervised.EAOCurve().subcompute(supervised_runs, None, sequences, [])
-    scores["supervised"] = {
-        "sequences": [[a, f, r] for a, f, (r, _), _ in each],
-        "accuracy": accuracy,
-        "failures": failures,
-        "robustness": robustness,
-        "curve": list(curve),
-    }
 
     multistart.Trajectory = _Trajectory
     each = [
@@ -271,22 +197,6 @@ def record_vot():
         "accuracy": accuracy,
         "robustness": robustness,
         "curve": list(curve),
-    }
-
-    scores = [[0, *confidence(i)[1:]] for i in range(3)]
-    thresholds = longterm.determine_thresholds(chain(*scores), 100)
-    each = [
-        longterm.compute_tpr_curves(_regions(estimate(i), first=1), scores[i], s, thresholds)
-        for i, s in enumerate(sequences)
-    ]
-    precision, recall = np.mean(each, axis=0)
-    f = 2 * precision * recall / (precision + recall)
-    best = int(f.argmax())
-    scores["longterm"] = {
-        "precision": precision[best],
-        "recall": recall[best],
-        "f": f[best],
-        "curve": np.column_stack([recall, precision]).tolist(),
     }
 
     scores["thin"] = [calculate_overlap(Rectangle(*a), Rectangle(*b), SIZE) for a, b in THIN]

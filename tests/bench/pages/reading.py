@@ -5,6 +5,8 @@ import re
 from html.parser import HTMLParser
 from urllib.parse import urlencode
 
+import numpy as np
+
 from trackmark import datasets
 from trackmark.bench.pages.report import Commands, write_report_page
 from trackmark.bench.reporting.tables import tables
@@ -80,10 +82,18 @@ def filter_tables(browser, words):
     browser.run("byId('filter').dispatchEvent(new Event('input'))")
 
 
-def scroll_to(browser, chart):
-    """Scroll to a chart and wait until it is drawn."""
-    browser.wait(
-        f"new Promise((done) => {{ byId('{chart}').scrollIntoView({{block: 'center', behavior: "
-        "'instant'}); requestAnimationFrame(() => "
-        f"done(document.querySelector('#{chart} svg') !== null)); }})"
+def curves_of(text, chart):
+    """Return points and places of the lines of a chart by tracker: arrays x, y, and texts."""
+    figure = re.search(f'<figure class="chart" id="{chart}".*?</figure>', text, re.S)[0]
+    left, right, low, high, bottom, top, least, most = map(
+        float, re.search(r'data-scale="(.*?)"', figure)[1].split()
     )
+    labels, curves = data_of(text)["labels"], {}
+    for number, path, _, places in re.findall(
+        r'data-k="(\d+)"[^>]* d="(.*?)"( data-places="(.*?)")?/>', figure
+    ):
+        points = np.array([pair.split(",") for pair in re.findall(r"[-\d.]+,[-\d.]+", path)], float)
+        x = low + (points[:, 0] - left) / (right - left) * (high - low)
+        y = least + (bottom - points[:, 1]) / (bottom - top) * (most - least)
+        curves[labels[int(number)]] = x, y, places.split()
+    return curves

@@ -15,7 +15,6 @@ from tests.bench.pages.reading import (
     canonical_name,
     data_of,
     open_frame,
-    scroll_to,
     state,
     write_experiment_page,
 )
@@ -261,7 +260,7 @@ def test_finger_opens_points_holds_a_run_and_moves_the_magnifier(opened_page, pa
     opened_page.call("Emulation.setTouchEmulationEnabled", enabled=True)
     opened_page.open(page.as_uri())
     assert opened_page.run("document.documentElement.scrollWidth") == 390
-    scroll_to(opened_page, "errors-2")
+    opened_page.point("#errors-2 svg")
     middle = (
         "(({{x, y, width, height}}) => ({{x: x + width / 2, y: y + height / 2}}))"
         "(document.querySelector('{}').getBoundingClientRect())"

@@ -21,7 +21,6 @@ CUT = """[...document.querySelectorAll("main *")]
     .filter(one => one.scrollWidth > one.clientWidth + 1)
     .filter(one => getComputedStyle(one).overflowX !== "visible")
     .map(one => one.outerHTML)"""
-UNDRAWN = "document.querySelectorAll('figure.chart:not(:has(svg))').length"
 
 
 def table(name, columns, rows=40):
@@ -55,7 +54,6 @@ def on_paper(chromium):
 
     def on_paper(page, *, dark=False):
         chromium.open(page.as_uri())
-        assert chromium.run("document.querySelectorAll('figure.chart > svg').length") < 6
         chromium.size(LINE, 900)
         features = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         chromium.call("Emulation.setEmulatedMedia", media="print", features=features)
@@ -72,7 +70,7 @@ def test_paper_has_whole_tables_and_charts_on_light_ground(on_paper, tables, dar
     printed = on_paper(tables, dark=dark)
     assert printed.run(STICKING_OUT) == []
     assert printed.run(CUT) == []
-    assert printed.run(UNDRAWN) == 0
+    assert printed.run("document.querySelectorAll('figure.chart > svg').length") == 6
     texts = "[...document.querySelectorAll('main :is(th, td, dd, p)')]"
     assert printed.run(f"{texts}.filter(one => !one.checkVisibility()).length") == 0
     style = "getComputedStyle(document.documentElement)"
@@ -106,7 +104,6 @@ def test_printing_leaves_the_page_as_it_was(chromium, tables):
     chromium.open(tables.as_uri())
     printed = chromium.call("Page.printToPDF", displayHeaderFooter=False)
     assert b64decode(printed["data"]).startswith(b"%PDF")
-    assert chromium.run(UNDRAWN) == 0
     assert chromium.run("document.querySelectorAll('details[open]').length") == 0
     assert chromium.run("document.body.className") == ""
     styles = "[...document.querySelectorAll('table')].map(one => one.getAttribute('style') || '')"

@@ -1,4 +1,4 @@
-"""A tiny paper of two trackers on twelve short scenes, reproduced in seconds, and stored runs."""
+"""Tiny paper with two trackers and twelve short scenes, and its stored runs."""
 
 import sys
 from dataclasses import dataclass
@@ -176,12 +176,6 @@ def stored_runs(folder, trackers, sequences):
     return set(versions)
 
 
-@pytest.fixture(scope="session")
-def store_runs():
-    """Return `stored_runs`."""
-    return stored_runs
-
-
 @dataclass(frozen=True)
 class Tiny:
     """The tiny paper with its stored runs; `folder` holds its files, `results` its experiments."""
@@ -214,7 +208,7 @@ class Tiny:
 
 @pytest.fixture(scope="module")
 def tiny(tmp_path_factory):
-    """The tiny paper as the only one that there is, for the tests of a module."""
+    """Install the tiny paper as the only paper during the tests of a module."""
     papers = tmp_path_factory.mktemp("papers")
     for name, text in FILES.items():
         (papers / "tiny" / name).parent.mkdir(exist_ok=True)

@@ -1,14 +1,21 @@
-"""Runs that a paper needs: scenes that meet the criteria, settings, experiments."""
+"""Runs that a paper needs: scenes that meet the criteria, settings, experiments, a new claim."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from tests.bench.claims.entries import claim
+from trackmark.bench.claims.claims_file import read_claims
+from trackmark.bench.claims.row_verdicts import judge_row
+from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.papers import Effort, plan
-from trackmark.bench.papers.description import Description, read_description
+from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers.evidence import evidence
+from trackmark.bench.papers.measures import check_measure
 from trackmark.bench.papers.plan import experiments, requests, scene_names, tracker_text
+from trackmark.bench.papers.runs import Context, StoredRuns
 
 PAPER = """
 version = 1
@@ -41,14 +48,14 @@ measures = "kept"
 """
 
 
-def described(folder: Path, repetitions: str = "repetitions = 3", tracker: str = "CamShift"):
+def described(folder, repetitions="repetitions = 3", tracker="CamShift"):
     path = folder / "paper.toml"
     path.write_text(PAPER.format(repetitions=repetitions, tracker=tracker), "utf-8")
     return read_description("wang2010", path)
 
 
 @pytest.fixture
-def description(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Description:
+def description(tmp_path, monkeypatch):
     passing = {"wang2010/cup": tuple(range(200, 240)), "wang2010/hand": (200, *range(202, 240))}
     monkeypatch.setattr(plan, "verdict_scenes", lambda _, sequence: passing[sequence])
     return described(tmp_path)
@@ -57,19 +64,19 @@ def description(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Description:
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"repetitions": "repetitions = 2"}, "give an odd number"),
+        ({"repetitions": "repetitions = 2"}, "expected: an odd number"),
         ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; known: proposed, CamShift"),
         ({"repetitions": "colour = 1"}, "colour: Extra inputs"),
     ],
 )
-def test_error_names_file_and_entry(tmp_path: Path, fields: dict[str, str], message: str) -> None:
+def test_error_names_file_and_entry(tmp_path, fields, message):
     with pytest.raises(ExperimentError) as caught:
         described(tmp_path, **fields)
     assert str(tmp_path / "paper.toml") in str(caught.value)
     assert message in str(caught.value)
 
 
-def test_tracker_keeps_its_own_options_in_a_setting(description: Description) -> None:
+def test_tracker_keeps_its_own_options_in_a_setting(description):
     assert tracker_text(description, "proposed", "as-written") == (
         "wang2010:preset=as-written:particles=15"
     )
@@ -79,7 +86,7 @@ def test_tracker_keeps_its_own_options_in_a_setting(description: Description) ->
     assert changed == "wang2010:preset=recommended:particles=7"
 
 
-def test_scenes_that_fail_the_criteria_are_skipped(description: Description) -> None:
+def test_scenes_that_fail_the_criteria_are_skipped(description):
     names = scene_names(description, "hand", 2, "background=face")
     assert names == [
         ["wang2010/hand:background=face:scene=200"],
@@ -89,14 +96,14 @@ def test_scenes_that_fail_the_criteria_are_skipped(description: Description) -> 
         scene_names(description, "hand", 40)
 
 
-def test_group_has_the_passing_scenes_of_all_members(description: Description) -> None:
+def test_group_has_the_passing_scenes_of_all_members(description):
     assert scene_names(description, "both", 2) == [
         ["wang2010/cup:scene=200", "wang2010/hand:scene=200"],
         ["wang2010/cup:scene=201", "wang2010/hand:scene=202"],
     ]
 
 
-def test_claim_requests_both_settings_and_its_scenes(description: Description) -> None:
+def test_claim_requests_both_settings_and_its_scenes(description):
     claims = {"AB-1": claim(sequences="both", of=["proposed", "CamShift"], test="share")}
     by_name = {e.name: e for e in experiments(description, requests(description, claims, Effort()))}
     assert by_name.keys() == {"wang2010-cup", "wang2010-both"}
@@ -111,3 +118,57 @@ def test_claim_requests_both_settings_and_its_scenes(description: Description) -
     )
     (quick,) = experiments(description, requests(description, claims, Effort(quick=True)))
     assert (quick.name, len(quick.sequences), quick.repetitions) == ("wang2010-cup", 3, 1)
+
+
+# The recipe for a claim in CONTRIBUTING.md
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module")
+def recipe():
+    section = (ROOT / "CONTRIBUTING.md").read_text("utf-8").partition("### A claim")[2]
+    (claim,) = re.findall(r"```toml\n(.*?)```", section.partition("\n## ")[0], re.DOTALL)
+    return str(claim)
+
+
+@pytest.fixture
+def claims(recipe, tmp_path):
+    path = tmp_path / "claims.toml"
+    path.write_text(recipe, "utf-8")
+    return read_claims("wang2010", path)
+
+
+@pytest.fixture
+def plain_description():
+    """Return the description of wang2010 without main table and figures."""
+    whole = read_description("wang2010")
+    main = whole.main.model_copy(update={"rows": ()})
+    return whole.model_copy(update={"figure": {}, "main": main})
+
+
+def test_claim_of_contributing_is_planned(claims, plain_description):
+    (claim,) = claims.values()
+    check_measure(claim.measure, "wang2010")
+    (experiment,) = experiments(plain_description, requests(plain_description, claims, Effort()))
+    assert (experiment.name, len(experiment.sequences)) == ("wang2010-hand", 12)
+
+
+@pytest.mark.slow
+def test_claim_is_judged_from_its_toml_alone(claims, plain_description, tmp_path):
+    requested = {}
+    for experiment in experiments(
+        plain_description, requests(plain_description, claims, Effort(seeds=1))
+    ):
+        execution = Execution(experiment, tmp_path, jobs=1)
+        assert list(execution.rows()) is not None
+        requested[experiment.name] = execution.plan.manifest().versions
+    runs = StoredRuns(tmp_path, requested, plain_description)
+    context = Context(plain_description, claims, runs, tmp_path, Effort())
+    (claim,) = claims.values()
+    settings = ("as-written", "recommended")
+    row = judge_row(claim, {name: evidence(claim, name, context) for name in settings})
+    verdicts = [row.verdicts[name] for name in settings]
+    assert [verdict.cells for verdict in verdicts] == [12, 12]
+    assert all(verdict.effect.endswith("px, 12 scenes") for verdict in verdicts)
+    assert verdicts[0].verdict == "holds"

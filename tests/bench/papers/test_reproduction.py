@@ -1,11 +1,29 @@
-"""A reproduction of a tiny paper: evidence, verdicts, tables, page and terminal output."""
+"""Reproduction of a tiny paper: verdicts, tables, figures, pages and terminal output."""
 
+import json
+import re
 from dataclasses import replace
+from html import unescape
+from urllib.parse import parse_qsl
 
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests import browser
+from trackmark import datasets
+from trackmark.bench.claims.claim_tests import Evidence
+from trackmark.bench.papers import evidence_frames, figures, markdown_page
 from trackmark.bench.papers.evidence import evidence
-from trackmark.bench.papers.markdown_page import page, write_page
+from trackmark.bench.papers.evidence_frames import claim_scenes
+from trackmark.bench.papers.figures import draw_figures, figure_label
+from trackmark.bench.papers.html_page import write_html_page
+from trackmark.bench.papers.index_page import write_front_page
 from trackmark.bench.papers.reproduction import report_data
+from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.terminal_report import screen
+from trackmark.bench.store.files import ResultsError
 
 
 def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):
@@ -39,11 +57,11 @@ def test_sensitivity_table_changes_one_choice(report):
 
 
 def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
-    write_page(tmp_path / "tiny.md", report)
+    markdown_page.write_page(tmp_path / "tiny.md", report)
     text = (tmp_path / "tiny.md").read_text("utf-8")
-    assert text == page(report, tmp_path)
+    assert text == markdown_page.page(report, tmp_path)
     (file, *_) = (drawing.path for drawing in report.figures)
-    assert f"[{file.name}]({file.name}): " in page(report, file.parent)
+    assert f"[{file.name}]({file.name}): " in markdown_page.page(report, file.parent)
     assert f"`{file.name}`: " in text  # the figures lie in another folder
     places = [
         "# A tiny paper",
@@ -81,11 +99,13 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
     quick = tiny.report(quick=True)
     text = screen(quick, tmp_path)
     assert quick.verdicts == []
+    names = [drawing.name for drawing in quick.figures]
+    assert names == ["figure-1", "figure-10", "figure-10-later"]
     assert len(quick.main) == 1  # nothing is timed
     assert "2 scenes per sequence" in text
     assert "TI-1" not in text
     assert "not run" not in text
-    assert "## 3 Verdicts" not in page(quick, tmp_path)
+    assert "## 3 Verdicts" not in markdown_page.page(quick, tmp_path)
 
 
 def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
@@ -99,5 +119,234 @@ def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
     )
     values = evidence(tiny.paper.claims["TI-2"], "recommended", report.context)
     assert values.first["value"].iloc[0] == 0
-    assert values.failed.startswith("1 of 12 runs failed and count as lost, the first on plain/")
+    assert values.failed.startswith("1 of 12 runs failed and count as lost. First: plain/")
     assert values.failed.endswith("frame 3: ValueError: no")
+
+
+# Figures
+
+SCENES = [f"plain/target:length=20:scene={number}" for number in (200, *range(202, 213))]
+ADAPTIVE = "camshift:window=adaptive"
+
+
+@pytest.fixture
+def redraw(report, tmp_path):
+    """`redraw(NAME=updates)` draws the figures again, the named entry with other fields."""
+
+    def redraw(name, **updates):
+        tiny_paper = report.context.description
+        figure = {name: tiny_paper.figure[name].model_copy(update=updates)}
+        description = tiny_paper.model_copy(update={"figure": figure})
+        return draw_figures(replace(report.context, description=description, folder=tmp_path))
+
+    return redraw
+
+
+def test_figure_label_is_the_papers_name():
+    assert figure_label("figure-1a") == "Fig. 1a"
+    assert figure_label("figure-5-as-written") == "Fig. 5, as written"
+    assert figure_label("particle-times") == "Particle times"
+
+
+def test_figures_are_drawn_in_order_of_the_entries(report):
+    names = ["figure-1", "figure-2", "figure-10", "figure-10-later"]
+    assert [drawing.name for drawing in report.figures] == names
+    for drawing in report.figures:
+        assert cv2.imread(str(drawing.path)) is not None
+    assert report.figures[0].caption == "Frames 1, 10 and 20 with both trackers."
+
+
+def test_strip_shows_the_scene_of_median_error(report):
+    errors = {
+        scene: report.context.runs.judged_runs(ADAPTIVE, scene)[0].error.mean() for scene in SCENES
+    }
+    middle = sorted(errors, key=errors.__getitem__)[5]  # the lower one of twelve
+    assert f"Frames 1, 10, 20 of {middle}, the scene" in report.figures[0].words
+
+
+def test_strip_has_a_row_per_tracker_and_setting(report, redraw, monkeypatch):
+    titles, numbering = [], []
+    draw = figures.film_strip
+
+    def film_strip(image_of, numbers, boxes, title, *arguments, **options):
+        titles.append(title)
+        numbering.append((numbers, options["count_from"]))
+        return draw(image_of, numbers, boxes, title, *arguments, **options)
+
+    monkeypatch.setattr(figures, "film_strip", film_strip)
+    redraw("figure-1")
+    assert [title.partition(":")[0] for title in titles] == [
+        "camshift, as written", "camshift, recommended", "static, both settings",
+    ]  # fmt: skip
+    assert numbering == [([0, 9, 19], 1)] * 3
+    assert titles[0].endswith("the same frames tracked in 12 of 12 scenes")
+    judged_runs = [report.context.runs.judged_runs(ADAPTIVE, scene)[0] for scene in SCENES]
+    patterns = [tuple(judged.on_target[[0, 9, 19]].tolist()) for judged in judged_runs]
+    scene = report.figures[0].words.split(" of ")[1].partition(",")[0]
+    same = patterns.count(patterns[SCENES.index(scene)])
+    assert titles[1].endswith(f"the same frames tracked in {same} of 12 scenes")
+
+
+def test_series_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
+    panels, draw = [], figures.series_plot
+    monkeypatch.setattr(figures, "series_plot", lambda *a: panels.append(a[0]) or draw(*a))
+    (drawing,) = redraw("figure-2", of="overlap", quantity="overlap [share]")
+    assert "overlap [share]: median and quartiles over 12 scenes of target" in drawing.words
+    (panel,) = panels
+    assert list(panel) == ["as written", "recommended"]
+    expected = [report.context.runs.judged_runs(ADAPTIVE, scene)[0].overlap for scene in SCENES]
+    np.testing.assert_allclose(panel["recommended"]["camshift"], expected)
+
+
+def test_hook_gives_several_images(report):
+    sequence = datasets.load(SCENES[0])
+    captions = ["Two frames.", "The later frame."]
+    assert [drawing.caption for drawing in report.figures[2:]] == captions
+    for drawing, frame in zip(report.figures[2:], (0, 9), strict=True):
+        np.testing.assert_array_equal(cv2.imread(str(drawing.path)), sequence[frame])
+        assert drawing.words == "Frames 1 and 10 of scene 200."
+
+
+def test_hook_without_a_figure_is_left_out(redraw, monkeypatch):
+    monkeypatch.setattr(Context, "function", lambda *_: lambda _: None)
+    assert redraw("figure-10") == []
+
+
+# HTML pages
+
+TEXTS = ("camshift:window=adaptive", "static")
+
+
+@pytest.fixture(scope="module")
+def page(tiny, report):
+    return write_html_page(tiny.results / "tiny" / "report.html", report)[0]
+
+
+def sections(page):
+    """Parts of a page by their headings."""
+    parts = re.split(r"<h2>(.*?)</h2>", page.read_text())[1:]
+    return dict(zip(parts[::2], parts[1::2], strict=True))
+
+
+def opened(text):
+    """Addresses of the player that links of a text lead to."""
+    links = re.findall(r'href="#(sequence=[^"]*)"', text)
+    return [dict(parse_qsl(unescape(link))) for link in links]
+
+
+def test_page_shows_citation_result_figures_and_folded_history(page):
+    parts = sections(page)
+    assert "<p>A. Author. A tiny paper. 2001.</p>" in parts["The paper"]
+    assert "CamShift follows the target." in parts["The paper"]
+    assert parts["Figures"].count("<figure") == 4
+    assert "Fig. 1. Paper: Frames 1, 10 and 20 with both trackers. Ours:" in parts["Figures"]
+    assert "<p>The window.</p>" in parts["What differs and why"]
+    assert "Skipped scenes of target: 201." in parts["The scenes"]
+    assert "trackmark reproduce tiny --all" in parts["How to run it"]
+    assert re.search(r"<details.*One scene was replaced.*</details>", parts["History"], re.S)
+
+
+def test_page_counts_verdicts_in_both_settings(page, report):
+    text = sections(page)["Verdicts"]
+    assert "as-written: 2 hold, 1 does not hold." in text
+    assert re.search(r"recommended: 1 holds, 1 does not hold, 1 inconclusive.", text)
+    assert text.count('href="#claim-') == len(report.verdicts)
+
+
+def test_scenes_of_a_claim_are_sorted_worst_first(report):
+    row = report.verdicts[0]
+    for setting in ("as-written", "recommended"):
+        ahead = [scene_row.numbers[0] for scene_row in claim_scenes(row, setting, report.context)]
+        assert ahead == sorted(ahead)
+        first, second = row.evidence[setting].first, row.evidence[setting].second
+        worst = min(second["value"].to_numpy() - first["value"].to_numpy())
+        assert ahead[0] == pytest.approx(worst)
+
+
+def test_scenes_of_a_share_are_those_that_fail_first(report):
+    (_, row, timed) = report.verdicts
+    scene_rows = claim_scenes(row, "recommended", report.context)
+    assert [scene_row.runs[1].tracker for scene_row in scene_rows] == ["static"] * 6
+    assert {scene_row.numbers[1] for scene_row in scene_rows} == {0.0}
+    assert claim_scenes(timed, "recommended", report.context) == []
+
+
+def test_scenes_without_runs_have_values_alone(report):
+    values = {
+        "sequence": "target",
+        "rank": range(8),
+        "scene": "a",
+        "tracker": "",
+        "value": range(8),
+    }
+    row = replace(report.verdicts[1], evidence={"recommended": Evidence(pd.DataFrame(values))})
+    scene_rows = claim_scenes(row, "recommended", report.context)
+    assert [scene_row.numbers[1] for scene_row in scene_rows] == [0, 1, 2, 3, 4, 5]
+    assert {run for scene_row in scene_rows for run in scene_row.runs} == {None}
+
+
+def test_cell_of_main_table_opens_its_worst_run(page, report):
+    *_, cell = opened(sections(page)["The paper&#39;s numbers and ours"])
+    judged_runs = report.context.runs.judged_runs
+    scenes = report.verdicts[0].evidence["recommended"].first["scene"]
+    frames = {(text, s): judged_runs(text, s)[0].on_target.sum() for text in TEXTS for s in scenes}
+    assert frames[cell["tracker"], cell["sequence"]] == min(frames.values())
+
+
+@pytest.mark.parametrize("most", [0, 10_000])
+def test_numbers_open_frames_that_are_in_the_page(tiny, report, monkeypatch, most):
+    monkeypatch.setattr(evidence_frames, "MAX_FRAMES", most)
+    path = tiny.results / "tiny" / "few.html"
+    text = write_html_page(path, report)[0].read_text()
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    stored_frames = {scene["name"]: scene["kept"] for scene in data["scenes"]}
+    assert any(stored_frames.values()) == (most == 0)
+    places = opened(text)
+    assert len(places) > 20
+    for place in places:
+        frames = stored_frames[place["sequence"]]
+        assert frames is None or int(place["frame"]) in frames
+
+
+def test_quick_page_has_numbers_and_strips_without_verdicts(tiny):
+    quick = tiny.report(quick=True)
+    text = write_html_page(tiny.results / "tiny" / "quick.html", quick)[0]
+    parts = sections(text)
+    assert "Quick report" in parts["The paper"]
+    assert not {"Verdicts", "Scenes behind the verdicts", "Sensitivity (no verdicts)"} & {*parts}
+    assert opened(parts["The paper&#39;s numbers and ours"])
+
+
+def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
+    text = json.dumps(report_data(report, 75.0))
+    (tiny.results / "tiny" / "report.json").write_text(text)
+    front = write_front_page(tiny.results).read_text()
+    assert '<a href="tiny/report.html">tiny</a>' in front
+    assert "2 hold, 1 does not hold" in front
+    assert "trackmark reproduce tiny --all (1 min)" in front
+
+
+def test_front_page_names_a_report_that_cannot_be_read(tiny):
+    (tiny.results / "tiny" / "report.json").write_text('{"claims": [{}]}')
+    with pytest.raises(ResultsError, match=r"report.json: the report cannot be read"):
+        write_front_page(tiny.results)
+
+
+@browser.needs_browser
+def test_click_on_verdict_opens_scenes_and_player(page, tmp_path):
+    player = browser.Browser(tmp_path)
+    try:
+        player.size(400, 800, mobile=True)
+        player.open(page.as_uri())
+        player.run("document.documentElement.style.scrollBehavior = 'auto'")  # a click hits
+        player.click("#verdicts tbody tr:nth-child(1) td:nth-child(3)")
+        player.wait("byId('claim-TI-1').open")
+        assert not player.run("byId('claim-TI-2').open")
+        assert player.run("document.documentElement.scrollWidth") <= 400
+        player.click("#scenes-TI-1-recommended tbody tr:nth-child(1) td:nth-child(2) a")
+        player.wait("byId('player').open && !!painted")
+        assert player.run("state.get('tracker')") == "camshift:window=adaptive"
+        assert player.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
+        assert player.console == []
+    finally:
+        player.close()

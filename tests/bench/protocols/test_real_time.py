@@ -4,7 +4,6 @@ from fractions import Fraction
 from math import nan
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -55,20 +54,6 @@ def test_source_frames_equal_slow_simulation(n, times, first):
     assert source_frames[:first].tolist() == [-1] * first
     assert (source_frames[first:] - first).tolist() == sources
     assert [frame - first for frame in visited] == expected
-
-
-@pytest.mark.parametrize(
-    ("time", "sources", "frames"),
-    [
-        (Fraction(0), [0, 1, 2, 3, 4, 5], [1, 2, 3, 4, 5]),
-        (Fraction(1), [0, 1, 2, 3, 4, 5], [1, 2, 3, 4, 5]),
-        (Fraction(3, 2), [0, 0, 1, 2, 2, 4], [1, 2, 4, 5]),
-        (Fraction(2), [0, 0, 1, 1, 3, 3], [1, 3, 5]),
-    ],
-)
-def test_source_frames_equal_hand_computed_values(time, sources, frames):
-    source_frames, visited = controlled(6, [time])
-    assert (source_frames.tolist(), visited) == (sources, frames)
 
 
 def test_rows_hold_boxes_of_their_source_frames(make_sequence):

@@ -101,7 +101,7 @@ def compared(n, spread, generator):
 @pytest.mark.parametrize("sequences", [5, 6, 12])
 def test_summary_has_marks_of_comparison(spread, sequences):
     generator = np.random.default_rng(sequences)
-    for _ in range(10):
+    for _ in range(3):
         runs = compared(sequences, spread, generator)
         summary, _ = score_tables(runs, runs[:0], "T")
         standings, *_ = files(compare(runs, SUMMARY[0]))

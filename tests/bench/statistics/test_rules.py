@@ -7,7 +7,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from trackmark.bench.statistics.intervals import mean_interval, share_interval
 from trackmark.bench.statistics.rules import (
     MARGIN,
     MIN_UNITS,
@@ -20,26 +19,6 @@ from trackmark.bench.statistics.rules import (
 
 EIGHT = [0.12, 0.08, 0.15, -0.02, 0.2, 0.05, 0.11, 0.09]
 differences = st.lists(st.floats(-1, 1, width=32), min_size=MIN_UNITS, max_size=40)
-
-
-@pytest.mark.parametrize(
-    ("values", "level", "ends"),
-    [
-        (EIGHT, 0.95, (0.0373, 0.1525)),
-        (EIGHT, 1 - 0.05 / 6, (0.0002, 0.1821)),
-        ([0.0] * 9 + [0.3], 0.95, (-0.0379, 0.2444)),
-        ([1.0, 2.0, 3.0, 4.0, 5.0, 9.0], 0.95, (1.0317, 9.8342)),
-    ],
-)
-def test_mean_interval_reference_values(values, level, ends):
-    assert mean_interval(values, level) == pytest.approx(ends, abs=6e-5)
-
-
-@pytest.mark.parametrize(("good", "ends"), [(19, (0.751, 0.999)), (20, (0.832, 1.0))])
-def test_share_interval_reference_values(good, ends):
-    single_runs = share_interval([1] * good + [0] * (20 - good), [1] * 20)
-    three_runs = share_interval([2] * good + [1] * (20 - good), [3] * 20)
-    assert single_runs == three_runs == pytest.approx(ends, abs=6e-4)
 
 
 @given(differences, st.integers(1, 15))

@@ -13,8 +13,7 @@ from trackmark.bench.comparing.baseline import DECIMALS, Baseline, BaselineEntry
 from trackmark.bench.comparing.regression_check import check
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.statistics import verdict_rules
-from trackmark.bench.statistics.accuracy_drop import advised_seeds, pooled_spread
-from trackmark.bench.statistics.intervals import interval_ends, share_interval
+from trackmark.bench.statistics.intervals import interval_ends
 from trackmark.bench.statistics.rules import (
     CLAIM_MARGIN,
     DEFAULT_SEEDS,
@@ -73,17 +72,6 @@ def rare(k):
     """Return a population in which one unit of k decides; its mean is 0."""
     pairs = (0.3 - 0.3 / k, 0.01), (-0.3 / k, 0.01)
     return lambda random, shape: lose_some(random, shape, 1 / k, *pairs)
-
-
-def score(probability):
-    """Return a population of scores of a tracker with lost sequences; its mean is 0."""
-
-    def draw(random, shape):
-        is_lost = random.random(shape) < probability
-        scores = np.where(is_lost, random.beta(2, 18, shape), random.beta(14, 6, shape))
-        return scores - (0.7 - 0.6 * probability)
-
-    return draw
 
 
 # ------------------------------------------------------------- Rules for many experiments at once
@@ -165,41 +153,6 @@ def test_intervals_cover_as_documented(population):
     assert covered == pytest.approx(expected, abs=2)
 
 
-@pytest.mark.parametrize("population", [name for name in COVERAGE if "decides" not in name])
-def test_corrected_intervals_cover_as_documented(population):
-    draw, _ = COVERAGE[population]
-    random = np.random.default_rng(2)
-    level = corrected_level(6)
-    units = [n for n in UNITS if n >= MIN_UNITS]
-    covered = [coverage(draw(random, (INTERVALS, n)), level=level) for n in units]
-    lowest = 96.0 if population == "lognormal" else 98.8
-    # Three standard errors of this simulation and of the documented one.
-    assert min(covered) >= lowest - 0.7
-
-
-@pytest.mark.parametrize(
-    ("probability", "expected"),
-    [
-        (0.1, (89.7, 88.5, 88.5, 91.1, 96.7)),
-        (0.3, (90.6, 94.6, 98.1, 98.3, 96.6)),
-        (0.5, (97.0, 99.2, 99.8, 98.1, 96.5)),
-    ],
-)
-def test_intervals_of_own_means_cover_as_documented(probability, expected):
-    random, draw = np.random.default_rng(3), score(probability)
-    covered = [coverage(draw(random, (INTERVALS, n))) for n in (6, 8, 12, 20, 40)]
-    assert covered == pytest.approx(expected, abs=2)
-
-
-@pytest.mark.parametrize("n", [6, 8, 20])
-@pytest.mark.parametrize("seeds", [1, 2, 5, 20])
-def test_intervals_cover_means_over_seeds(n, seeds):
-    random = np.random.default_rng(4)
-    first, second = -0.6 * random.binomial(seeds, 0.1, (2, INTERVALS, n)) / seeds
-    covered = coverage(first - second + random.normal(0, 0.05, first.shape))
-    assert 93 <= covered <= 100
-
-
 @pytest.mark.parametrize(
     ("families", "scenes", "by_scenes", "by_families"),
     [
@@ -216,14 +169,6 @@ def test_families_as_units_cover_new_families(families, scenes, by_scenes, by_fa
     values = random.normal(means, (1 - correlation) ** 0.5, (INTERVALS, families, scenes))
     covered = [coverage(values.reshape(INTERVALS, -1)), coverage(values.mean(axis=2))]
     assert covered == pytest.approx([by_scenes, by_families], abs=2)
-
-
-def test_equivalent_needs_thirty_units():
-    random = np.random.default_rng(6)
-    expected = {6: 0, 8: 0, 12: 0, 20: 0, 30: 4, 40: 1, 60: 0}
-    draws = {n: lose_some(random, (INTERVALS, n), 0.1, (0.3, 0.002), (0, 0.002)) for n in expected}
-    shares = [100 * np.mean(labels(values) == "equivalent") for values in draws.values()]
-    assert shares == pytest.approx(list(expected.values()), abs=2)
 
 
 def spread_evenly(random, shape):
@@ -300,46 +245,6 @@ def test_check_accuses_as_documented(kind):
         assert shares[0] <= 6
 
 
-ADVISED = {  # percentage of accused trackers, median number of seeds
-    "0.08": (4.2, 68),
-    "lost in 1-20 %": (5.0, 331),
-    "lost in 3 %": (4.3, 120),
-    "skewed": (5.9, 39),
-}
-
-
-@pytest.mark.parametrize("kind", ADVISED)
-def test_check_with_advised_seeds_accuses_as_documented(kind):
-    """Check the advised number of seeds, estimated from the first 20 seeds of each experiment."""
-    random, draw = np.random.default_rng(15), seed_scores(kind)
-    accusations, numbers = [], []
-    for _ in range(CHECKS):
-        loss = 0.03
-        if kind == "lost in 1-20 %":
-            loss = random.uniform(0.01, 0.2, (N_CHECKED, 1))
-        first = draw(random, (N_CHECKED, DEFAULT_SEEDS), 0, loss)
-        seeds = advised_seeds(pooled_spread(first), N_CHECKED, DETECT)
-        before, after = draw(random, (2, N_CHECKED, max(seeds, DEFAULT_SEEDS)), 0, loss)
-        before[:, :DEFAULT_SEEDS] = first
-        accusations.append(accused(before[None, :, :seeds], after[None, :, :seeds])[0])
-        numbers.append(seeds)
-    expected, typical = ADVISED[kind]
-    # Three standard errors of this simulation and of the documented one.
-    assert 100 * np.mean(accusations) == pytest.approx(expected, abs=2.5)
-    assert 100 * np.mean(accusations) <= 6
-    assert np.median(numbers) == pytest.approx(typical, rel=0.1)
-
-
-@pytest.mark.parametrize(("part", "expected"), [(0.1, 13), (0.3, 88), (1.0, 100)])
-def test_check_finds_a_change_of_some_runs(part, expected):
-    random = np.random.default_rng(9)
-    before = random.normal(0.6, 0.15, (CHECKS, N_CHECKED, 20))
-    is_changed = random.random(before.shape) < part
-    is_changed[:, 1:] = False
-    after = before - np.where(is_changed, DETECT / part, 0.0)
-    assert 100 * np.mean(accused(before, after)) == pytest.approx(expected, abs=6)
-
-
 def scored_cells(scores, version):
     """Return the entries of one tracker with these scores, shape (sequences, R)."""
     boxes = tuple(f"{version}{seed:07x}" for seed in range(scores.shape[1]))
@@ -391,56 +296,6 @@ def test_verdicts_are_reached_as_documented(rule, draw, scale, mean, holds, fail
     shares = np.transpose([percent(rule(values)) for values in draws])
     assert shares[0] == pytest.approx(holds, abs=4)
     assert shares[1] == pytest.approx(fails, abs=4)
-
-
-def successes(random, n, runs, correlation, truth):
-    """Draw successful runs by scene from a beta-binomial law, shape (experiments, n)."""
-    shape = (EXPERIMENTS, n)
-    if correlation == 1:
-        return runs * random.binomial(1, truth, shape)
-    size = (1 - correlation) / correlation if correlation else None
-    shares = random.beta(truth * size, (1 - truth) * size, shape) if size else truth
-    return random.binomial(runs, shares, shape)
-
-
-def share_ends(good, runs):
-    """Return both ends of the interval of a share for every experiment."""
-    n = good.shape[1]
-    by_count = [share_interval([runs] * k + [0] * (n - k), [runs] * n) for k in range(n + 1)]
-    return np.array(by_count)[(2 * good > runs).sum(axis=1)].T
-
-
-# The rows "3 runs a scene, correlation 0.1" and "20 runs a scene, correlation 0.5" of the
-# specification are left out. They judge all runs by a beta-binomial law, which was rejected: a
-# scene counts as one success if most of its runs succeed.
-SHARES = {
-    12: ((0, 1), (0, 0), (0, 0)),
-    20: ((3, 2), (17, 0), (74, 0)),
-    40: ((2, 1), (28, 0), (95, 0)),
-}
-
-
-@pytest.mark.parametrize("n", SHARES)
-@pytest.mark.parametrize("runs", [1, 3])
-def test_shares_are_judged_as_documented(n, runs):
-    random, limit = np.random.default_rng(11), 0.75
-    for truth, expected in zip((0.75, 0.85, 0.95), SHARES[n], strict=True):
-        # With equal runs on a scene, their number does not matter.
-        low, high = share_ends(successes(random, n, runs, 1, truth), runs)
-        shares = [100 * np.mean(low > limit), 100 * np.mean(high < limit)]
-        assert shares == pytest.approx(expected, abs=6), truth
-
-
-@pytest.mark.parametrize("runs", [1, 3, 20])
-@pytest.mark.parametrize("correlation", [0.0, 0.1, 0.5, 1.0])
-def test_intervals_cover_share_of_scenes_with_most_successes(runs, correlation):
-    random = np.random.default_rng(12)
-    for truth in (0.6, 0.75, 0.85, 0.95):
-        many = 2 * successes(random, 500, runs, correlation, truth) > runs
-        for n in (12, 20, 40):
-            low, high = share_ends(successes(random, n, runs, correlation, truth), runs)
-            covered = 100 * np.mean((low <= many.mean()) & (many.mean() <= high))
-            assert covered >= 93, (truth, n)
 
 
 def test_labels_of_many_experiments_agree_with_decide():

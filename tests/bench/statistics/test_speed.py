@@ -25,13 +25,13 @@ def sample(change, spread=0.01, n=8):
     ("change", "spread", "n", "state"),
     [
         (0.0, 0.01, 8, "as fast"),
-        (0.008, 0.001, 50, "as fast"),  # sure, and too little to mean anything
+        (0.008, 0.001, 50, "as fast"),  # significant, but irrelevant
         (0.05, 0.01, 8, "slower"),
         (-0.05, 0.01, 8, "faster"),
         (1.0, 0.1, 6, "slower"),
         (0.03, 0.04, 6, "inconclusive"),
         (0.05, 0.08, 6, "inconclusive"),
-        (0.5, 0.0, 6, "slower"),  # a clock that ticks slowly
+        (0.5, 0.0, 6, "slower"),  # coarse clock
     ],
 )
 def test_log_ratio_compares_two_sides(change, spread, n, state):
@@ -78,7 +78,7 @@ def session(generator, ratio, busy, layout):
     """
     passes, turns = 30, 16
     steps = passes * turns
-    drift = np.cumsum(generator.normal(0, 0.004 * busy, steps))  # the processor's clock, say
+    drift = np.cumsum(generator.normal(0, 0.004 * busy, steps))  # for example the processor's clock
     bursts = np.repeat(generator.random(steps // 8) < 0.2, 8) * generator.exponential(0.2 * busy)
     noise = generator.exponential(0.11 * busy, (2, steps))
     jolts = (generator.random((2, steps)) < 0.01) * np.log1p(generator.pareto(2.0, (2, steps)))

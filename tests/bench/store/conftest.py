@@ -17,12 +17,12 @@ from trackmark.bench.store.truth import write_truth
 
 
 def of_version(run, source):
-    """The run, as another version of its tracker would have made it."""
+    """Return the run with another version of its tracker."""
     return replace(run, identity=replace(run.identity, tracker_version={"source": source}))
 
 
 def full_run(sequence, repetition=2):
-    """A failed timing run with everything that a run can have."""
+    """Return a failed timing run with all optional parts."""
     n = len(sequence)
     rng = np.random.default_rng(3)
     return Run(
@@ -47,13 +47,13 @@ def full_run(sequence, repetition=2):
 
 
 def request(results, *runs, title="Trial"):
-    """Request runs in their versions."""
+    """Store the request of these runs."""
     results.prepare(Manifest(title, {run_key(r.identity): r.identity.version for r in runs}))
 
 
 @pytest.fixture
 def results(tmp_path):
-    """Results of an experiment without runs."""
+    """Return results without runs."""
     results = Results(tmp_path / "trial")
     results.prepare(Manifest("Trial", {}))
     return results
@@ -61,13 +61,13 @@ def results(tmp_path):
 
 @pytest.fixture
 def sequence(make_sequence):
-    """A short sequence whose target is absent once."""
+    """Return a short sequence whose target is absent once."""
     return make_sequence(n=12, absent=(4,))
 
 
 @pytest.fixture
 def store():
-    """Evaluate a tracker and write the run with its ground truth; return it."""
+    """Return a function that evaluates a tracker, stores the run and returns it."""
 
     def stored(results, sequence, tracker="static", repetition=0):
         run = bench.evaluate(tracker, sequence, repetition)
@@ -80,7 +80,7 @@ def store():
 
 @pytest.fixture
 def several(results, sequence, store):
-    """Results with something in every table."""
+    """Return results with rows in every table."""
     runs = [store(results, sequence, "static", repetition) for repetition in range(3)]
     runs.append(full_run(sequence))
     assert results.write(runs[-1])

@@ -1,6 +1,5 @@
-"""Kills, full disks, flipped bits and other processes: nothing acknowledged is lost or changed."""
+"""Kills, full disks, flipped bits and other processes lose or change no acknowledged run."""
 
-import os
 import shutil
 import signal
 import sqlite3
@@ -285,20 +284,6 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
     assert assert_whole(results, range(stored + 1)) == stored + 1
 
 
-def test_a_size_limit_of_files_leaves_everything_readable(tmp_path):
-    """The system refuses to write in the middle of a transaction, as a full disk does."""
-    limit = "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-    limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))\n"
-    command = [sys.executable, "-c", limit + WRITER, str(tmp_path / "trial"), "0"]
-    root = Path(__file__).parents[3]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=root)
-    assert "ResultsError" in done.stderr
-    assert "runs.db cannot be read or written" in done.stderr
-    reported = [int(line) for line in done.stdout.split()]
-    assert len(reported) > 5
-    assert assert_whole(Results(tmp_path / "trial"), reported) == len(reported)
-
-
 def write_some(folder, first):
     results = Results(folder)
     for number in range(first, first + 20):
@@ -316,7 +301,7 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
         work = [executor.submit(write_some, folder, first) for first in (0, 100)]
         while not all(future.done() for future in work):
             if folder.exists():
-                Results(folder).list_keys()  # a reader among them
+                Results(folder).list_keys()  # reads while the others write
         assert [future.result() for future in work] == [0, 100]
     numbers = [*range(20), *range(100, 120)]
     assert assert_whole(Results(folder), numbers) == 40
@@ -354,18 +339,6 @@ def test_a_folder_that_can_only_be_read_is_read(several, monkeypatch):
     with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
         several.write(make_run(0))
     assert database.read_bytes() == before
-
-
-@pytest.mark.skipif(os.geteuid() != 0, reason="mounting needs root")
-def test_results_on_a_read_only_file_system(several, tmp_path):
-    mount = f"mount --bind {several.folder} {several.folder} && "
-    mount += f"mount -o remount,bind,ro {several.folder} && "
-    code = "import sys; from trackmark import bench; print(len(bench.load_results(sys.argv[1])))"
-    command = f"{mount} exec {sys.executable} -c '{code}' {several.folder}"
-    done = subprocess.run(["unshare", "-m", "sh", "-c", command], capture_output=True, text=True)
-    if "mount" in done.stderr or "unshare" in done.stderr:
-        pytest.skip(done.stderr)
-    assert (done.stdout.strip(), done.stderr) == ("4", "")
 
 
 def test_parquet_results_are_refused_with_convert_command(tmp_path):

@@ -25,7 +25,7 @@ N = 12
 
 @pytest.fixture
 def old(tmp_path):
-    """The folder of the stored results."""
+    """Return a folder with results in the old format."""
     with zipfile.ZipFile(Path(__file__).parent / "parquet_results.zip") as archive:
         archive.extractall(tmp_path / "old")
     return tmp_path / "old"
@@ -33,7 +33,7 @@ def old(tmp_path):
 
 @pytest.fixture
 def written(make_sequence):
-    """The sequence of the stored results."""
+    """Return the sequence of the old results."""
     shapes = {
         0: np.array([[1.5, 2], [9.1, 2], [9, 8], [0.1, 7]]),
         1: EncodedMask(3, 4, 5, 2, np.array([2, 5, 3])),

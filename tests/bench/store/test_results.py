@@ -135,7 +135,7 @@ def test_too_many_requests_are_refused(results, monkeypatch):
         results.prepare(Manifest("", cells))
 
 
-def test_a_late_run_never_replaces_what_another_process_finished(results, sequence):
+def test_late_run_never_replaces_a_finished_run(results, sequence):
     run = replace(full_run(sequence), failure="")
     a, b, c = (of_version(run, source) for source in "ABC")
     cell = run_key(run.identity)
@@ -271,7 +271,7 @@ def test_columns_are_readable_without_trackmark(several):
     database.close()
 
 
-def test_missing_things_are_named(several, sequence, tmp_path):
+def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     with pytest.raises(ResultsError, match="there are no results here"):
         bench.load_results(tmp_path / "nothing")
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):

@@ -7,7 +7,9 @@ from trackmark.datasets.synthetic import plain
 
 @pytest.fixture(scope="session")
 def target():
-    def open_target(**knobs):
-        return plain.SUITE.load("plain/target", {key: str(value) for key, value in knobs.items()})
+    def open_target(**parameters):
+        return plain.SUITE.load(
+            "plain/target", {key: str(value) for key, value in parameters.items()}
+        )
 
     return open_target

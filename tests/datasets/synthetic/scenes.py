@@ -18,13 +18,13 @@ def scenes_of(name):
     (entry,) = (suite.entries[name] for suite in suites() if name in suite.names())
 
     @lru_cache(maxsize=32)
-    def opened(seed, **knobs):
-        parameters, module = entry.opened({"scene": str(seed), **knobs})
+    def opened(seed, **parameters):
+        parameters, module = entry.opened({"scene": str(seed), **parameters})
         return module.scene(parameters, *entry.which)
 
     @lru_cache(maxsize=64)
-    def image(seed, frame, **knobs):
-        return opened(seed, **knobs).render(frame).astype(float)
+    def image(seed, frame, **parameters):
+        return opened(seed, **parameters).render(frame).astype(float)
 
     return opened, image
 

@@ -50,12 +50,13 @@ def parse_specification(text):
     """Return suite, entry and parameters of a text without computing the ground truth."""
     name, options = parse_text(text)
     (suite,) = (suite for suite in SUITES if name in suite.names())
-    return suite, suite.entries[name], suite.entries[name].knobs.checked(name, options)
+    return suite, suite.entries[name], suite.entries[name].parameters.checked(name, options)
 
 
 def test_golden_keys_are_canonical():
     names = [
-        knobs.canonical_name(entry.name) for _, entry, knobs in map(parse_specification, GOLDEN)
+        parameters.canonical_name(entry.name)
+        for _, entry, parameters in map(parse_specification, GOLDEN)
     ]
     assert names == list(GOLDEN)
 
@@ -122,6 +123,6 @@ class TestFingerprint:
 
     @pytest.mark.parametrize(("text", "stored"), FIRST_VERSIONS.items())
     def test_fingerprint_of_first_version_is_stored_one(self, edited, text, stored):
-        suite, entry, knobs = parse_specification(text)
+        suite, entry, parameters = parse_specification(text)
         edited(find_version(entry.name, suite.golden).tree)
-        assert suite._fingerprint(entry, knobs) == stored
+        assert suite._fingerprint(entry, parameters) == stored

@@ -7,8 +7,8 @@ from pydantic import Field
 
 from trackmark.datasets import SequenceError
 from trackmark.datasets.spec_string import parse_text
-from trackmark.datasets.synthetic.knobs import Knobs, Seed, seed
-from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.parameters import Seed, SequenceParameters, seed
+from trackmark.datasets.synthetic.plain.parameters import TargetParameters
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 
@@ -26,17 +26,17 @@ def test_canonical_name_lists_sorted_non_default_parameters(target):
     clutter=st.integers(0, 20),
 )
 def test_canonical_name_round_trips(scene, speed, light, clutter):
-    knobs = TargetKnobs(scene=scene, speed=speed, light=light, clutter=clutter)
-    name, options = parse_text(knobs.canonical_name("plain/target"))
-    assert TargetKnobs.checked(name, options) == knobs
+    parameters = TargetParameters(scene=scene, speed=speed, light=light, clutter=clutter)
+    name, options = parse_text(parameters.canonical_name("plain/target"))
+    assert TargetParameters.checked(name, options) == parameters
 
 
 def test_unknown_parameter_error_lists_valid_names(target):
     with pytest.raises(
-        SequenceError, match=r"plain/target: unknown knob 'oclusion'.*'occlusion'"
+        SequenceError, match=r"plain/target: unknown parameter 'oclusion'.*'occlusion'"
     ) as e:
         target(oclusion=0.5)
-    assert all(knob in str(e.value) for knob in TargetKnobs.model_fields)
+    assert all(knob in str(e.value) for knob in TargetParameters.model_fields)
 
 
 OUT_OF_BOUNDS = [("occlusion", 1.2), ("occlusion", "nan"), ("length", 9), ("length", 20.5)]
@@ -45,7 +45,7 @@ OUT_OF_BOUNDS += [("speed", -1), ("scale", 0), ("light", 1), ("noise", "much"), 
 
 @pytest.mark.parametrize(("knob", "value"), OUT_OF_BOUNDS)
 def test_value_out_of_bounds_is_rejected_by_name(target, knob, value):
-    with pytest.raises(SequenceError, match=f"^plain/target: knob {knob}={value}: [^\n]+$"):
+    with pytest.raises(SequenceError, match=f"^plain/target: parameter {knob}={value}: [^\n]+$"):
         target(**{knob: value})
 
 
@@ -54,7 +54,7 @@ def test_too_long_absence_error_names_the_maximum(target):
         target(absence=31, length=90)
 
 
-class Before(Knobs):
+class Before(SequenceParameters):
     scene: Seed = seed("all")
 
 

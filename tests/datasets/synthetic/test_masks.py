@@ -13,7 +13,7 @@ import pytest
 from tests.datasets.synthetic.scenes import grown, mask_edges, unless_sealed
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
-from trackmark.datasets.synthetic.render.figure.head import ROWS
+from trackmark.datasets.synthetic.render.figure.body import ROWS
 from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, MATERIAL, SKIN
 
 
@@ -64,7 +64,7 @@ def other_leaf(scene, frame):
 @contextmanager
 def other_target(scene, frame):
     """Repaint the target green where it is opaque."""
-    first, second = scene._target._looks
+    first, second = scene._target._textures
     with restored(first), restored(second):
         for look in (first, second):
             look[..., :3] = np.round(look[..., 3:] / 255 * (40, 250, 40))

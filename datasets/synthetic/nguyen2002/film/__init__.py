@@ -1,1 +1,1 @@
-"""Clips of an action film: targets, occluders and six settings."""
+"""Clips that imitate an action film: targets, occluders and six settings."""

@@ -1,12 +1,12 @@
 """`nguyen2002/clip-01` to `clip-20`: clips of an action film.
 
-The paper uses 20 clips of an action film with 21 complete occlusions, of 150 frames on average; the
-light hardly changes abruptly. All other properties are our choice: rigid targets with print,
-windows and marks, six settings, and a camera that moves with a target or around it. So are the
-occluders, the film's grain, the slow changes of exposure and the coarse colour.
+The paper uses 20 clips of an action film, with 150 frames on average and 21 complete occlusions in
+total. The light hardly changes abruptly. All other properties are our choice: rigid targets with
+printed marks and windows, six settings, the motion of the camera, the occluders, film grain, slow
+changes of exposure, and the low resolution of colour.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import cv2
@@ -14,39 +14,263 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.nguyen2002.film.occluders import OCCLUDERS
-from trackmark.datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, clip_plan
-from trackmark.datasets.synthetic.nguyen2002.film.props import CARRIERS, paint_carrier, paint_shadow
-from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Place
+from trackmark.datasets.synthetic.nguyen2002.film.objects import (
+    CARRIERS,
+    OCCLUDERS,
+    paint_carrier,
+    paint_shadow,
+)
+from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Surroundings
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import UNIT, RigidObject
-from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
-from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
+from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_textures
+from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 from trackmark.datasets.synthetic.render.camera import Camera, random_bytes
+from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.sprite import Sprite, instants
 from trackmark.datasets.synthetic.render.texture import fractal
+from trackmark.datasets.synthetic.render.views import Viewpoint, random_wander
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Array = NDArray[np.float64]
+
+SIZE = 320, 240
+EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
+NEAR = 45.0  # scale at the depth of the target [pixels/metre]
+EYE = 1.6  # height of the camera above the ground [metres]
+FASTEST = 5.0  # maximum speed of the camera, measured at the depth of the target [pixels/frame]
+# maximum speed of the target in the image, horizontal and vertical, as the camera follows
+# [pixels/frame]
+DRIFT = 3.0
+
+CLIPS = 20
+# complete occlusions per clip: 21 in 20 clips, as in the paper; their distribution is our choice
+OCCLUSIONS = (0,) * 5 + (1,) * 10 + (2,) * 4 + (3,)
+MEAN_FRAMES = 150  # mean number of frames per clip, as in the paper
+SHORTEST, LONGEST = 110, 190
+PARTIAL = 8  # number of clips with an object that occludes only a part of the target
+# minimum number of frames before the first, between consecutive, and after the last occluder
+LEAD, GAP, END = 16, 12, 20
+WIDTHS = 2.1, 3.0  # range of the width of objects that occlude the whole target [target widths]
+SPEEDS = 0.08, 0.15  # range of the speed of occluders in the image [target widths/frame]
+# Maximum number of frames in which more than a quarter of the target is occluded. The paper limits
+# an occlusion to L frames, 35 in its list of the frames that it visits.
+LONGEST_OCCLUSION = 33
+
+
+@dataclass(frozen=True)
+class Shot:
+    """Setting, target and number of occlusions of a clip."""
+
+    frames: int
+    setting: str  # name in `SETTINGS`
+    target: str  # name in `KINDS`
+    occlusions: int  # number of complete occlusions
+    partial: bool  # True if one more object occludes a part of the target
+
+
+@lru_cache(maxsize=4)
+def clip_script(seed: int) -> tuple[Shot, ...]:
+    """Return setting, target and number of occlusions of each clip of a set."""
+    random = part_generator(seed, "nguyen2002/clip script")
+    occlusions = random.permutation(OCCLUSIONS)
+    frames = _lengths(random, occlusions)
+    settings = random.permutation([list(SETTINGS)[k % len(SETTINGS)] for k in range(CLIPS)])
+    calm = random.permutation(np.flatnonzero(occlusions < 2))[:PARTIAL]
+    # About half of the targets in every setting are ellipses.
+    turn = {name: int(random.integers(2)) for name in SETTINGS}
+    shots = []
+    for clip in range(CLIPS):
+        setting = str(settings[clip])
+        turn[setting] += 1
+        is_round = turn[setting] % 2 == 0
+        kinds = [kind for kind in SETTINGS[setting].targets if KINDS[kind].round == is_round]
+        target = kinds[int(random.integers(len(kinds)))]
+        shots.append(Shot(int(frames[clip]), setting, target, int(occlusions[clip]), clip in calm))
+    return tuple(shots)
+
+
+def _lengths(
+    random: np.random.Generator, occlusions: np.ndarray[tuple[int], np.dtype[np.int64]]
+) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Return the number of frames of each clip, with the mean of the paper."""
+    least = np.array([SHORTEST, SHORTEST, 140, 175])[occlusions]
+    frames = random.integers(least, LONGEST + 1)
+    # Lengthen or shorten random clips until the mean is the paper's.
+    while (excess := int(frames.sum()) - CLIPS * MEAN_FRAMES) != 0:
+        clip = int(random.integers(CLIPS))
+        frames[clip] = np.clip(frames[clip] - np.sign(excess), least[clip], LONGEST)
+    return frames
+
+
+@dataclass(frozen=True)
+class Passage:
+    """Object that passes in front of the target, and its path."""
+
+    kind: str  # name in `objects.OCCLUDERS`
+    size: tuple[float, float]  # width and height of the object [pixels]
+    path: Array  # (frames, 2): positions of its anchor [pixels]
+
+
+@dataclass(frozen=True)
+class ClipPlan:
+    """Plan of a clip; nothing is painted yet."""
+
+    shot: Shot
+    size: tuple[float, float]  # width and height of the target at scale 1 [pixels]
+    centre: Array  # (frames, 2): position of the target [pixels]
+    scale: Array  # (frames,): scale of the target
+    angle: Array  # (frames,): clockwise rotation of the target [radians]
+    mixture: Array  # (frames,): share of the second of the target's two textures, in [0, 1]
+    still: Viewpoint  # the camera at the left end of its path
+    travel: Array  # (frames,): travel of the camera along its path [metres]
+    nod: Array  # (frames,): vertical shift of the image by the camera, downwards [pixels]
+    ground: Array  # (frames,): row of the ground below the target [pixels]
+    gain: Array  # (frames,): gain of the exposure
+    passages: tuple[Passage, ...]  # occluders in order of time
+
+    @property
+    def boxes(self) -> Array:
+        """Boxes around the untilted target, shape (frames, 4) [pixels]."""
+        sides = self.scale[:, None] * self.size
+        return np.concatenate([self.centre - sides / 2, sides], axis=1)
+
+
+@lru_cache(maxsize=32)
+def clip_plan(seed: int, clip: int) -> ClipPlan:
+    """Return the plan of a clip of a set; `clip` counts from 1."""
+    shot = clip_script(seed)[clip - 1]
+    n = shot.frames
+    random = part_generator(seed, f"nguyen2002/clip-{clip:02} plan")
+    width = float(random.uniform(50, 70))
+    size = width, float(np.clip(width * random.uniform(1.05, 1.35), 60, 85))
+    scale = np.exp(_swinging(random, n, (3.0, 9.0), np.log(1 + random.uniform(0.05, 0.16))))
+    angle = _swinging(random, n, (1.5, 6.0), np.radians(random.uniform(1.0, 3.5)))
+    mixture = 0.5 + _swinging(random, n, (4.0, 12.0), 0.5)
+    across = SIZE[0] / 2 + _drifting(random, n, (3.0, 9.0), random.uniform(25, 75))
+    still = Viewpoint(700.0, EYE, float(random.uniform(86, 104)), SIZE[0] / 2)
+    tilt = _drifting(random, n, (2.0, 7.0), random.uniform(4, 12))
+    nod = quantised(tilt + random_wander(random, n, (0.5, 3.0), random.uniform(0.2, 1.4)))
+    ground = still.horizon + nod + EYE * NEAR * scale
+    drop = CARRIERS[KINDS[shot.target].carrier].drop
+    level = ground - drop * size[1] * scale if drop else still.horizon + nod + 26
+    centre = np.stack([across, level], axis=1)
+    centre += random_wander(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 0.6]
+    gain = 1 + _swinging(random, n, (2.0, 8.0), random.uniform(0.03, 0.10))
+
+    acts = _sample_passages(random, shot, width)
+    static_speeds = [
+        act.speed * width * float(scale.min()) for act in acts if OCCLUDERS[act.kind].fixed
+    ]
+    rate = _sample_camera_speed(random, static_speeds)
+    hand = random_wander(random, n, (1.0, 4.0), random.uniform(0.3, 1.5))
+    seen = rate * np.arange(n) + hand
+    passages = []
+    for act in acts:
+        hider, middle = OCCLUDERS[act.kind], round(act.middle)
+        side = width * scale[middle]
+        direction = -np.sign(rate) if hider.fixed else random.choice([-1.0, 1.0])
+        speed = direction * act.speed * side
+        depth = speed / -rate if hider.fixed else 1.0
+        x = speed * (np.arange(n) - act.middle) - depth * (hand - hand[middle])
+        down = np.full(n, SIZE[1] / 2) if hider.tall else np.full(n, centre[middle, 1])
+        tall = SIZE[1] + 40.0 if hider.tall else size[1] * float(scale[middle]) + 32
+        if hider.stands:
+            below = ground[middle] if drop else SIZE[1]
+            tall = max(tall, 2 * float(below - centre[middle, 1]) - 36)
+        if act.low:
+            edge = centre[middle, 1] + (0.5 - act.low) * size[1] * scale[middle]
+            tall = SIZE[1] + 20 - float(edge)
+            down = np.full(n, edge + tall / 2)
+        path = quantised(np.stack([centre[middle, 0] + x, down + nod - nod[middle]], axis=1))
+        passages.append(Passage(act.kind, (act.width * side, tall), path))
+    return ClipPlan(
+        shot, size, quantised(centre), scale, angle, mixture, still,
+        quantised(seen - seen.min()) / NEAR, nod, ground, gain, tuple(passages),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _PassageSample:
+    """Time, kind and speed of an occluder's passage; lengths are in target widths."""
+
+    kind: str
+    middle: float
+    width: float
+    speed: float
+    low: float = 0.0
+
+
+def _sample_passages(random: np.random.Generator, shot: Shot, width: float) -> list[_PassageSample]:
+    """Sample the passages of a clip in order of time, at random times that keep their distances."""
+    samples = []
+    for _ in range(shot.occlusions):
+        kind = str(random.choice(SETTINGS[shot.setting].occluders))
+        wide = random.uniform(*WIDTHS)
+        slowest = max(SPEEDS[0], (wide + 0.5) / LONGEST_OCCLUSION)
+        samples.append((kind, wide, random.uniform(slowest, SPEEDS[1]), 0.0))
+    if shot.partial:
+        fixed = [OCCLUDERS[kind].fixed for kind, *_ in samples]
+        if random.random() < 0.5 and all(fixed):
+            part = "post", random.uniform(0.15, 0.4), random.uniform(*SPEEDS), 0.0
+        else:
+            part = "heap", random.uniform(0.9, 1.4), SPEEDS[1], random.uniform(0.2, 0.4)
+        samples.insert(int(random.integers(len(samples) + 1)), part)
+    lasting = np.array([(1 + wide) / speed for _, wide, speed, _ in samples])
+    spare = shot.frames - LEAD - END - lasting.sum() - GAP * max(len(samples) - 1, 0)
+    shares = np.sort(random.uniform(0, max(spare, 0.0), len(samples)))
+    acts, start = [], float(LEAD)
+    for (kind, wide, speed, low), length, share in zip(samples, lasting, shares, strict=True):
+        acts.append(_PassageSample(kind, start + share + length / 2, wide, speed, low))
+        start += length + GAP
+    return acts
+
+
+def _sample_camera_speed(random: np.random.Generator, static_speeds: list[float]) -> float:
+    """Sample the camera's speed at the target's depth, below `static_speeds` [pixels/frame]."""
+    side = float(random.choice([-1.0, 1.0]))
+    if static_speeds:
+        return side * min(FASTEST, min(static_speeds) / float(random.uniform(1.15, 1.7)))
+    return side * float(
+        random.choice([0.0, random.uniform(0.5, 2.0), random.uniform(2.0, FASTEST)])
+    )
+
+
+def _swinging(
+    random: np.random.Generator, frames: int, periods: tuple[float, float], most: float
+) -> Array:
+    """Return a sum of waves with random periods [seconds], scaled to the maximum `most`."""
+    waves = random_wander(random, frames, periods, 1.0)
+    waves = waves - (waves.max() + waves.min()) / 2
+    return np.asarray(waves * (most / np.abs(waves).max()))
+
+
+def _drifting(
+    random: np.random.Generator, frames: int, periods: tuple[float, float], most: float
+) -> Array:
+    """Return a sum of waves [pixels] whose speed does not exceed `DRIFT`."""
+    path = _swinging(random, frames, periods, most)
+    return np.asarray(path * min(1.0, DRIFT / float(np.abs(np.diff(path)).max())))
+
 
 # standard deviations of the film's grain: of brightness, and of either colour difference at the
 # resolution of colour [grey levels]
 GRAIN, DYES = 2.6, 2.5
 CAMERA = Camera(SIZE, noise=1.6, fall=(0.10, 0.12))
 COARSE = SIZE[0] // 2, SIZE[1] // 2  # resolution of colour
-PRINTS = 0.65, 1.1  # light of a clip, from dusk to noon
+PRINTS = 0.65, 1.1  # range of the light of a clip, from dusk to noon
 # saturation of a print relative to the scene's; film of that time is often bleached
 SATURATION = 0.3, 0.5
 SHADOW = 0.55  # darkness of a shadow on the ground, in its centre
-WHOLE = 0.99  # visibility from which on the target counts as not occluded
+WHOLE = 0.99  # minimum visibility at which the target counts as not occluded
 
 
-def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
-    """Return the renderer of a clip, 1 to 20, with its ground truth, without rendering."""
-    return _scene(knobs.scene, clip)
+def scene(parameters: FilmParameters, clip: int) -> "FilmScene":
+    """Return the renderer of a clip (1 to 20) with its ground truth, without rendering."""
+    return _scene(parameters.scene, clip)
 
 
 class FilmScene(SyntheticScene):
-    """Clip of the set with a seed; clips count from 1."""
+    """Scene of a clip in the set with a seed; `clip` counts from 1."""
 
     size = SIZE
 
@@ -57,11 +281,11 @@ class FilmScene(SyntheticScene):
         self.length = self.plan.shot.frames
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        A box follows the target's position and scale; the slight rotation of the target does not
-        enlarge it. Attributes are `occluded` (less than half of it is visible) and `partly
-        occluded` (half or more, but not all).
+        Boxes have the position and scale of the target, but ignore its slight rotation. Attributes
+        are `occluded` (less than half of the target is visible) and `partly occluded` (half of the
+        target or more is visible, but not all of it).
         """
         return _truth(self._seed, self._clip)
 
@@ -70,14 +294,14 @@ class FilmScene(SyntheticScene):
         canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         x, nod = float(plan.travel[frame]), float(plan.nod[frame])
         travel = EXPOSURE * float(np.gradient(plan.travel)[frame])
-        self._place.draw(canvas, replace(plan.still, x=x, shift_y=nod), travel)
+        self._surroundings.draw(canvas, replace(plan.still, x=x, shift_y=nod), travel)
         places = _places(plan.centre, frame)
         pose = float(plan.scale[frame]), float(plan.angle[frame])
         if self._shadow is not None:
             ground = np.column_stack([places[:, 0], np.full(len(places), plan.ground[frame])])
             self._shadow.draw(canvas, ground, pose[0], 0.0)
         self._carrier.draw(canvas, places, *pose)
-        self._target.draw(canvas, places, *pose, float(plan.look[frame]))
+        self._target.draw(canvas, places, *pose, float(plan.mixture[frame]))
         for passage, (sprite, offset) in zip(plan.passages, self._occluders, strict=True):
             sprite.draw(canvas, _places(passage.path, frame) + offset, 1.0)
         return self._develop(canvas, frame)
@@ -86,7 +310,7 @@ class FilmScene(SyntheticScene):
         return np.asarray(self.seen(frame)[1] >= 128)
 
     def seen(self, frame: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return the coverage of each pixel by the target, and its visible part, in [0, 255]."""
+        """Return the target's coverage of each pixel, whole and visible part, in [0, 255]."""
         plan = self.plan
         whole = self._target.coverage(
             SIZE, plan.centre[frame], float(plan.scale[frame]), float(plan.angle[frame])
@@ -97,7 +321,7 @@ class FilmScene(SyntheticScene):
         return whole, visible[..., 0]
 
     def _develop(self, canvas: Image, frame: int) -> Image:
-        """Apply the film and its copy to an image: grading, exposure, grain and coarse colour."""
+        """Apply grading, exposure, grain and a low resolution of colour to an image."""
         canvas = np.asarray(cv2.LUT(canvas, self._grading), np.uint8)
         canvas = np.asarray(cv2.transform(canvas, self._bleaching), np.uint8)
         number = 1000 * self._clip + frame
@@ -113,9 +337,9 @@ class FilmScene(SyntheticScene):
         return np.asarray(picture, np.uint8)
 
     @cached_property
-    def _place(self) -> Place:
+    def _surroundings(self) -> Surroundings:
         plan = self.plan
-        return Place(
+        return Surroundings(
             self._random("place"),
             SETTINGS[plan.shot.setting],
             plan.still,
@@ -128,7 +352,7 @@ class FilmScene(SyntheticScene):
     def _target(self) -> RigidObject:
         random, size = self._random("target"), self._largest
         colour, coverage = paint_target(random, KINDS[self.plan.shot.target], *size).reduced()
-        return RigidObject(two_looks(random, colour), coverage, size[0] / self.plan.size[0])
+        return RigidObject(two_textures(random, colour), coverage, size[0] / self.plan.size[0])
 
     @cached_property
     def _carrier(self) -> RigidObject:
@@ -147,7 +371,7 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _occluders(self) -> list[tuple[Sprite, Array]]:
-        """Sprites of the occluders, and their centres relative to their anchors [pixels]."""
+        """Sprites of the occluders, with the offset of each centre from its anchor [pixels]."""
         hiders = []
         for number, passage in enumerate(self.plan.passages):
             random, size = self._random(f"hider {number}"), np.array(passage.size) / UNIT
@@ -163,17 +387,17 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _grain(self) -> NDArray[np.int16]:
-        """Grain of brightness, wider than the film by the margin of its random shifts."""
+        """Grain of brightness, larger than the image by the maximum random shift."""
         return _shiftable(fractal(self._random("grain"), 512, 128, 256, 1.0), GRAIN)
 
     @cached_property
     def _dyes(self) -> NDArray[np.int16]:
-        """Grain of the dyes, at the resolution of colour."""
+        """Grain of the two colour differences, at the resolution of colour."""
         return _shiftable(fractal(self._random("dyes"), 512, 128, 256, 1.0), DYES)
 
     @cached_property
     def _grading(self) -> NDArray[np.uint8]:
-        """Level table of the print by channel: light, contrast and tint of a clip."""
+        """Lookup table of grey levels per channel: light, contrast and tint of the clip."""
         random = self._random("grading")
         level = np.linspace(0, 1, 256)[:, None]
         contrast = random.uniform(0.0, 0.9)
@@ -184,7 +408,7 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _bleaching(self) -> Array:
-        """Channel mixing matrix, shape (3, 3), that reduces the saturation."""
+        """Matrix, shape (3, 3), that mixes the channels to reduce the saturation."""
         saturation = self._random("saturation").uniform(*SATURATION)
         return np.asarray(
             saturation * np.eye(3) + (1 - saturation) * np.array([0.114, 0.587, 0.299])
@@ -192,7 +416,7 @@ class FilmScene(SyntheticScene):
 
     @property
     def _largest(self) -> tuple[float, float]:
-        """Width and height of the target at its largest, in whole pixels."""
+        """Maximum width and height of the target over all frames [whole pixels]."""
         width, height = (np.ceil(side * self.plan.scale.max()) for side in self.plan.size)
         return float(width), float(height)
 
@@ -201,7 +425,7 @@ class FilmScene(SyntheticScene):
 
 
 def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
-    """Return grain of a standard deviation, wide enough for shifts by up to 255 pixels."""
+    """Return grain that is 255 pixels larger than the image, with a standard deviation."""
     wide = np.tile(grain, (1, 2))[:, : SIZE[0] + 256]
     return np.asarray(np.round(wide * (deviation / grain.std())), np.int16)
 
@@ -209,13 +433,13 @@ def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
 def _cut(
     grain: NDArray[np.int16], place: NDArray[np.int_], size: tuple[int, int]
 ) -> NDArray[np.int16]:
-    """Return the part of a grain with a width and height from a row and column on."""
+    """Return the part of a grain with a width and height that starts at a row and column."""
     row, column = place.tolist()
     return grain[row : row + size[1], column : column + size[0]]
 
 
 def _places(path: Array, frame: int) -> Array:
-    """Return positions at the instants of a frame's exposure."""
+    """Return the positions at the times that represent the exposure of a frame."""
     before, after = path[max(frame - 1, 0)], path[min(frame + 1, len(path) - 1)]
     step = EXPOSURE * (after - before) / (min(frame + 1, len(path) - 1) - max(frame - 1, 0))
     return np.asarray(path[frame] + instants(float(np.abs(step).max()))[:, None] * step)
@@ -223,7 +447,7 @@ def _places(path: Array, frame: int) -> Array:
 
 @lru_cache(maxsize=8)
 def _scene(seed: int, clip: int) -> FilmScene:
-    """Cache clips, so that images reuse what the ground truth painted."""
+    """Return a cached clip, so that rendering reuses objects painted for the ground truth."""
     return FilmScene(seed, clip)
 
 

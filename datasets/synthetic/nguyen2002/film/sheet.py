@@ -1,4 +1,4 @@
-"""Painted pictures of single objects with their coverage, and rigid objects that move."""
+"""Painted images of single objects with their coverage, and moving rigid objects."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,11 +13,11 @@ from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 
-# scale of sheets painted at their size in the image [pixels/metre]; not the world's metres
+# pixels per unit of length of sheets that are painted at their size in the image
 UNIT = 100.0
-FINE = 3  # painted pixels per pixel of the image
+FINE = 3  # supersampling per axis
 
-# colours that the film's objects share, BGR in [0, 255]
+# colours of several objects, BGR in [0, 255]
 PAINTS = (
     (44, 48, 168), (140, 86, 36), (70, 120, 58), (52, 150, 206), (172, 182, 186), (120, 64, 96),
     (92, 104, 116), (150, 136, 60), (66, 92, 148), (190, 160, 120), (58, 62, 70), (98, 150, 170),
@@ -28,7 +28,7 @@ GLASS, DARK = np.array([104.0, 92.0, 80.0]), np.array([42.0, 40.0, 40.0])
 
 
 def point_list(x: Array, y: Array) -> list[tuple[float, float]]:
-    """Return points from their coordinates, in the format of a `Painting`."""
+    """Return the points with the given coordinates as pairs (x, y)."""
     return list(zip(x.tolist(), y.tolist(), strict=True))
 
 
@@ -39,9 +39,9 @@ def adjacent_spans(
     gap: float = 0.0,
     rest: float = 0.01,
 ) -> Iterator[tuple[float, float]]:
-    """Yield left ends and widths of adjacent objects until at most `rest` of the width is left.
+    """Yield left ends and widths of adjacent objects, until at most `rest` of the width is free.
 
-    Each width is sampled on demand, between the minimum and maximum `wide`.
+    Each width is sampled when it is requested, from the range `wide`.
     """
     left = 0.0
     while left < width - rest:
@@ -51,10 +51,10 @@ def adjacent_spans(
 
 
 class PaintedSheet:
-    """Painted object on a transparent sheet, with a size [metres] and a scale [pixels/metre].
+    """Object painted on a transparent sheet with a size [metres] and a scale [pixels/metre].
 
-    `colour`: initial colour of the whole `painting`, BGR in [0, 255]. `anchor`: point by which it
-    is placed, initially its centre [metres].
+    `colour` is the initial colour of the whole `painting`, BGR in [0, 255]. `anchor` is the point
+    by which the object is positioned; initially it is the centre [metres].
     """
 
     def __init__(self, width: float, height: float, scale: float, colour: ArrayLike) -> None:
@@ -66,7 +66,7 @@ class PaintedSheet:
         self._coverage = np.zeros(fine.shape[:2], np.uint8)
 
     def cover(self, *outline: tuple[float, float]) -> None:
-        """Mark the inside of an outline as covered [metres]."""
+        """Mark the inside of a polygon as covered [metres]."""
         points = np.round(np.array(outline) * self.painting.scale * 16).astype(np.int32)
         cv2.fillPoly(self._coverage, [points], 255, shift=4)
 
@@ -82,25 +82,25 @@ class PaintedSheet:
     def wheel(
         self, x: float, y: float, radius: float, tyre: ArrayLike, hub: float, cap: ArrayLike
     ) -> None:
-        """Paint a covered wheel with a hub of a smaller radius [metres]."""
+        """Paint a wheel with a hub and mark it as covered [metres]."""
         self.painting.disc(x, y, radius, tyre)
         self.painting.disc(x, y, hub, cap)
         self.cover_round(x, y, radius, radius)
 
     def places(self) -> tuple[Array, Array]:
-        """Return the positions of the painted pixels, across and down, in [0, 1]."""
+        """Return the relative column and row of the painted pixels, in [0, 1]."""
         height, width = self._coverage.shape
         across, down = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
         places = np.broadcast_arrays(across, down[:, None])
         return places[0], places[1]
 
     def light(self, gain: Array) -> None:
-        """Multiply by a light gain that broadcasts to the shape of `places`."""
+        """Multiply the colours by a gain that broadcasts to the shape of `places`."""
         picture = self.painting.picture
         _light(picture, np.broadcast_to(gain, picture.shape[:2]))
 
     def rounded(self, bright: float, fall: float, middle: float) -> None:
-        """Light it like a pillar, brightest where twice the relative column is `middle`."""
+        """Shade the object like a pillar that is brightest at the relative column `middle` / 2."""
         across, _ = self.places()
         self.light(bright - fall * np.square(2 * across - middle))
 
@@ -108,7 +108,7 @@ class PaintedSheet:
         self, random: np.random.Generator, strength: float, coarsest: int, finest: int,
         stretch: int = 1, side: int = 256,
     ) -> None:  # fmt: skip
-        """Add grain of `coarsest` to `finest` cells per `side` pixels, stretched vertically."""
+        """Add vertically stretched noise with `coarsest` to `finest` cells per `side` pixels."""
         grain = fractal(random, side, coarsest, finest, 0.75)
         rows, columns = (np.arange(size) for size in self._coverage.shape)
         self.light(1 + strength * grain[np.ix_(rows // stretch % side, columns % side)])
@@ -122,7 +122,7 @@ class PaintedSheet:
 
 @njit(cache=True)
 def _light(picture: NDArray[np.uint8], gain: Array) -> None:
-    """Multiply a picture by a gain (h, w), in place and in whole grey levels."""
+    """Multiply an image by a gain (h, w) in place and round down to whole grey levels."""
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             for c in range(3):
@@ -131,44 +131,44 @@ def _light(picture: NDArray[np.uint8], gain: Array) -> None:
 
 
 class RigidObject:
-    """Flat rigid object that moves, rotates and scales, and whose look changes slowly.
+    """Flat rigid object that moves, rotates, scales, and slowly changes between two textures.
 
-    `looks`: one or two looks (h, w, 3), BGR in [0, 255]. `coverage`: shape (h, w), in [0, 1].
-    `oversize`: pixels of these per pixel of the object at scale 1.
+    `textures` are one or two textures (h, w, 3), BGR in [0, 255]. `coverage`, shape (h, w), is in
+    [0, 1]. `oversize` is the number of texture pixels per image pixel at scale 1.
     """
 
-    def __init__(self, looks: Sequence[Array], coverage: Array, oversize: float) -> None:
+    def __init__(self, textures: Sequence[Array], coverage: Array, oversize: float) -> None:
         alpha = np.full((*coverage.shape, 1), 255.0)
-        self._looks = []
-        for look in (looks[0], looks[-1]):
-            image = np.concatenate([np.clip(look, 0, 255), alpha], axis=2) * coverage[..., None]
+        self._textures = []
+        for texture in (textures[0], textures[-1]):
+            image = np.concatenate([np.clip(texture, 0, 255), alpha], axis=2) * coverage[..., None]
             padded = np.pad(image, [(1, 1), (1, 1), (0, 0)])
-            self._looks.append(np.round(padded).astype(np.uint8))
-        self._silhouette = np.repeat(self._looks[0][..., 3:], 4, axis=2)
+            self._textures.append(np.round(padded).astype(np.uint8))
+        self._silhouette = np.repeat(self._textures[0][..., 3:], 4, axis=2)
         self._oversize = oversize
 
     def draw(
-        self, canvas: Image, places: Array, scale: float, angle: float, look: float = 0.0
+        self, canvas: Image, places: Array, scale: float, angle: float, share: float = 0.0
     ) -> None:
-        """Blend it over a canvas, averaged over the positions (k, 2) of its centre [pixels].
+        """Blend the object over a canvas, averaged over positions (k, 2) of its centre [pixels].
 
-        The angle is clockwise [radians]; `look` is in [0, 1], from the first to the second.
+        The angle is clockwise [radians]. `share` in [0, 1] is the share of the second texture.
         """
         matrices = self._matrices(places, scale, angle)
-        first, second = self._looks
-        lay_mixture(canvas, first, second, round(256 * look), matrices)
+        first, second = self._textures
+        lay_mixture(canvas, first, second, round(256 * share), matrices)
 
     def coverage(
         self, size: tuple[int, int], place: Array, scale: float, angle: float
     ) -> NDArray[np.uint8]:
-        """Return its coverage of each pixel of a canvas (width, height), in [0, 255]."""
+        """Return the object's coverage of each pixel of a canvas (width, height), in [0, 255]."""
         canvas = np.zeros((size[1], size[0], 3), np.uint8)
         matrices = self._matrices(place[None], scale, angle)
         lay_mixture(canvas, self._silhouette, self._silhouette, 0, matrices)
         return canvas[..., 0]
 
     def _matrices(self, places: Array, scale: float, angle: float) -> NDArray[np.int64]:
-        """Return maps from canvas pixels to the object's, by position; see `lay_mixture`."""
+        """Return one map from canvas to texture pixels per position; see `lay_mixture`."""
         step = self._oversize / scale
         turn = step * np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
         middle = np.array(self._silhouette.shape[1::-1]) / 2 - 0.5
@@ -185,12 +185,13 @@ def lay_mixture(
     share: int,
     matrices: NDArray[np.int64],
 ) -> None:
-    """Blend a mixture of two pictures over a canvas, averaged over positions, bilinear.
+    """Blend a mixture of two textures over a canvas, averaged over positions, bilinear.
 
     `canvas`, shape (height, width, 3), is changed in place. `first` and `second`, shape (h, w, 4),
-    are premultiplied by the last channel, coverage, which is equal in both; the border of one pixel
-    is transparent. `share` is that of the second, in [0, 256]. `matrices`, shape (k, 2, 3), map
-    column and row of the canvas to those of the pictures, times 65536.
+    are premultiplied by the coverage, which is the last channel and equal in both textures. They
+    have a transparent border of one pixel. `share` in [0, 256] is the share of the second texture.
+    `matrices`, shape (k, 2, 3), map column and row of the canvas to column and row of the textures,
+    times 65536.
     """
     height, width = canvas.shape[:2]
     h, w = first.shape[:2]

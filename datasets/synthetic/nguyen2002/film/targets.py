@@ -1,7 +1,7 @@
-"""Targets of the film: outlines, painted marks and changes of their look.
+"""Targets of the clips: outlines, painted marks, and two textures under different light.
 
-A mark is print, a window, a band, a lamp, a strap or similar. Its function paints it from random
-numbers on a painting, within a width and height, in the colours of a look.
+A mark is a print, window, band, lamp, strap or similar. The function of a mark takes a painting, a
+generator, width and height, and the colours of the target.
 """
 
 from collections.abc import Callable
@@ -24,8 +24,7 @@ from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colo
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
-BODY = 0.87
-"""Height of a van without its wheels [its height]."""
+BODY = 0.87  # height of a van's body relative to the height of the van with its wheels
 
 
 def _cover_ellipse(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
@@ -41,7 +40,6 @@ def _cover_box(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
 
 
 def _cover_van(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
-    """Cover a body on wheels, seen from behind, and paint the wheels."""
     body = BODY * h
     sheet.cover((cut, 0), (w - cut, 0), (w, cut), (w, body), (0, body), (0, cut))
     sheet.painting.patch(0, body, w, h - body, DARK * 0.7)
@@ -51,16 +49,15 @@ def _cover_van(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
 
 
 def _cover_boat(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
-    """Cover a hull with a narrower cabin on it."""
     across = (0.14, 0.86, 0.92, 1.0, 0.98, 0.88, 0.12, 0.02, 0.0, 0.08)
     down = (0.0, 0.0, 0.38, 0.38, 0.6, 1.0, 1.0, 0.6, 0.38, 0.38)
     sheet.cover(*point_list(np.array(across) * w, np.array(down) * h))
 
 
+# functions by shape that cover an outline of a width and height with cut corners [UNIT]
 OUTLINES = {
     "round": _cover_ellipse, "box": _cover_box, "van": _cover_van, "boat": _cover_boat,
 }  # fmt: skip
-"""Outlines by shape: cover a sheet of a width and height [UNIT], with cut corners [UNIT]."""
 
 
 Array = NDArray[np.float64]
@@ -81,7 +78,6 @@ Mark = Callable[[np.random.Generator, Painting, float, float, TargetLook], None]
 def _writing(
     random: np.random.Generator, p: Painting, box: tuple[float, float, float, float], ink: Colour
 ) -> None:
-    """Paint letter-like shapes: upright strokes with bars."""
     left, top, width, height = box
     x, thick = left, 0.16 * height
     while x + 0.35 * height <= left + width:
@@ -98,7 +94,7 @@ def _writing(
 def lettering(
     random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook
 ) -> None:
-    """Paint a name, and a smaller line below it."""
+    """Paint a line of large letters, and a line of smaller letters below it."""
     top, tall = random.uniform(0.38, 0.5) * h, random.uniform(0.13, 0.19) * h
     _writing(random, p, (0.14 * w, top, 0.72 * w, tall), look.ink)
     _writing(random, p, (0.2 * w, top + 1.35 * tall, 0.6 * w, 0.45 * tall), look.second)
@@ -306,7 +302,7 @@ def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Paint a printed picture: ground and sky, a disc, triangles."""
+    """Paint a poster with ground, sky, a disc and triangles."""
     sky, ground, sun = (sample_colour(random, PAINTS) for _ in range(3))
     p.patch(0.07 * w, 0.06 * h, 0.86 * w, 0.56 * h, sky)
     level = random.uniform(0.38, 0.5) * h
@@ -321,7 +317,7 @@ def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: T
 
 
 def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Paint rubber around a painted cover."""
+    """Paint a rubber tyre around a painted cover."""
     turn = np.linspace(0, 2 * np.pi, 61)
     for far, paint in ((0.47, DARK), (0.43, DARK * 1.5), (0.405, look.ink)):
         x, y = (0.5 + far * np.cos(turn)) * w, (0.5 + far * np.sin(turn)) * h
@@ -329,7 +325,7 @@ def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 
 def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
-    """Paint a bow: cabin above, planking, a stripe, the water line."""
+    """Paint the front of a boat: cabin, planks, a stripe, the water line."""
     p.patch(0.0, 0, w, 0.4 * h, vary_colour(random, LIGHTS[0]))
     for x in (0.18, 0.42, 0.66):
         p.hole(x * w, 0.1 * h, 0.17 * w, 0.17 * h, vary_colour(random, GLASS, 0.3))
@@ -353,24 +349,24 @@ def foam(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
 
 @dataclass(frozen=True)
 class TargetKind:
-    """Common properties of the targets of one kind."""
+    """Kind of target: shape, marks and carrier."""
 
     shape: str  # `round` (an ellipse: the corners of its box are background), `box`, `van`, `boat`
-    corner: float  # size of the cut-off corners of other outlines [share of the width]
+    corner: float  # size of the cut corners of the other shapes, relative to the width
     marks: tuple[Mark, ...]  # marks that are painted on it, in order
     paints: tuple[tuple[int, int, int], ...]
-    carrier: str  # name in `props.CARRIERS`
+    carrier: str  # name in `objects.CARRIERS`
 
     @property
     def round(self) -> bool:
-        """True if the outline is an ellipse."""
+        """True if the shape is an ellipse."""
         return self.shape == "round"
 
 
 def paint_target(
     random: np.random.Generator, kind: TargetKind, width: float, height: float
 ) -> PaintedSheet:
-    """Paint a target of a kind with a width and a height [pixels]."""
+    """Return a painted target of a kind with a width and height [pixels]."""
     w, h = width / UNIT, height / UNIT
     body = sample_colour(random, kind.paints)
     others = [paint for paint in PAINTS if np.abs(np.subtract(paint, body)).sum() > 110]
@@ -385,21 +381,22 @@ def paint_target(
     return sheet
 
 
-def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
-    """Return a surface (h, w, 3) in two lights; the second has another highlight and more dust."""
+def two_textures(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
+    """Return a texture (h, w, 3) in two variants that differ in highlight and dust."""
     height, width = colour.shape[:2]
     across = np.linspace(-1, 1, width) * random.choice([-1.0, 1.0])
     slant = across + random.uniform(-0.5, 0.5) * np.linspace(-1, 1, height)[:, None]
     lean, gloss = random.uniform(0.06, 0.18), random.uniform(5, 30)
-    looks = []
+    textures = []
     for side in (-1, 1):
         shine = np.clip(1 - np.square((slant - 0.5 * side) / 0.3), 0, 1)
-        looks.append(colour * (1 + lean * side * slant)[..., None] + gloss * shine[..., None])
+        textures.append(colour * (1 + lean * side * slant)[..., None] + gloss * shine[..., None])
     dust = 0.5 + 0.5 * fractal(random, 256, 8, 128)[:height, :width]
-    dusty = lerp(looks[1], np.array([150.0, 168.0, 182.0]), dust * random.uniform(0.0, 0.3))
-    return looks[0], dusty
+    dusty = lerp(textures[1], np.array([150.0, 168.0, 182.0]), dust * random.uniform(0.0, 0.3))
+    return textures[0], dusty
 
 
+# kinds of targets by name
 KINDS = {
     "van": TargetKind("van", 0.05, (band, door, window, lettering, lamps), PAINTS, "wheels"),
     "helmet": TargetKind("round", 0.0, (crest, visor, number), PAINTS, "rider"),
@@ -416,4 +413,3 @@ KINDS = {
     "clock": TargetKind("round", 0.0, (dial,), PAINTS, "trailer"),
     "lantern": TargetKind("round", 0.0, (slanted, ribs, emblem), PAINTS[:6], "ropes"),
 }
-"""Kinds of targets by name."""

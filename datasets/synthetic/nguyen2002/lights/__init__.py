@@ -1,1 +1,1 @@
-"""Room with two lamps in which a hand moves a printed object."""
+"""Scene in which a hand moves a printed object in a room with two lamps."""

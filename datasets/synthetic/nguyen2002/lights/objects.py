@@ -1,6 +1,6 @@
-"""Moving objects: a printed object in a hand that enters from below, and the occluders.
+"""Moving objects: a printed object, the hand that holds it, and the occluders.
 
-The centre of each is the origin. Occluders are taller than the image.
+The origin of each object is its centre. Occluders are taller than the image.
 """
 
 import numpy as np
@@ -29,15 +29,15 @@ from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 
-HALF_WIDTH, HALF_HEIGHT = 108, 130  # half size of a window that holds any occluder [pixels]
-LENGTH = 175.0  # half height of an occluder, so that its ends are out of view [pixels]
-PRINT_FINE = 6  # printed dots per pixel and axis
-SATURATION = 0.5  # saturation of the faded print relative to its inks
+HALF_WIDTH, HALF_HEIGHT = 108, 130  # half size of a window that contains any occluder [pixels]
+LENGTH = 175.0  # half height of an occluder, whose ends are outside the image [pixels]
+PRINT_FINE = 6  # resolution of the print [dots/pixel]
+SATURATION = 0.5  # saturation of the faded print relative to fresh ink
 DEPTHS = {"book": 5.0, "tea": 11.0, "toy": 13.0}  # half the thickness by kind of object [pixels]
 
 
 def held_objects(random: np.random.Generator) -> list[SceneObject]:
-    """Return a printed object, the hand that holds it and its sleeve; it leans back slightly."""
+    """Return a printed object that leans back slightly, the hand that holds it, and a sleeve."""
     kind = KINDS[int(random.integers(len(KINDS)))]
     wide = random.uniform(28, 31)
     half = np.array([wide, wide * random.uniform(1.28, 1.36), DEPTHS[kind]])
@@ -62,7 +62,7 @@ def _faded(picture: Image) -> Image:
 
 
 def _hand(half: Array, side: float, slope: float) -> list[Array]:
-    """Return thumb in front of an object of a half size, fingers behind it, and palm below."""
+    """Return the thumb in front of an object, the fingers behind it, and the palm below it."""
     _, high, deep = half
     low = -high
     wrist = np.array([8.0 + 26 * slope, low - 40, 4.0])
@@ -110,7 +110,6 @@ def _sample_colour(random: np.random.Generator, colours: tuple[tuple[int, int, i
 
 
 def _board(random: np.random.Generator) -> list[SceneObject]:
-    """Return three planks joined by two battens, with a dark surface behind the gaps."""
     half = random.uniform(56, 62)
     wood = _sample_colour(random, COUNTERS[:3])
     things = [
@@ -135,7 +134,6 @@ def _board(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
-    """Return sawn wood grain along an axis."""
     warp = fractal(random, 256, 2, 16)
     fine = fractal(random, 256, 16, 128, 0.8)
     shift, pace = random.uniform(0, 256), random.uniform(0.35, 0.55)
@@ -151,7 +149,6 @@ def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
 
 
 def _door(random: np.random.Generator) -> list[SceneObject]:
-    """Return a painted cupboard door: frame, sunk panels, a knob."""
     half = random.uniform(58, 66)
     colour = _sample_colour(random, (*ACCENTS[:5], *NEUTRALS[2:]))
     paint, panel = grain(random, 0.03), grain(random, 0.03)
@@ -172,7 +169,6 @@ def _door(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _cloth(random: np.random.Generator) -> list[SceneObject]:
-    """Return a printed curtain in folds."""
     half = random.uniform(60, 68)
     folds = random.uniform(3.0, 4.2), random.uniform(0.17, 0.24)
     ground, ink = _sample_colour(random, (*CLOTHES, *NEUTRALS)), _sample_colour(random, ACCENTS[:5])
@@ -185,7 +181,7 @@ def _cloth(random: np.random.Generator) -> list[SceneObject]:
 
 
 def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
-    """Return woven rows of flowers or dots, every other row shifted."""
+    """Return a pattern of flowers or dots; every other row is shifted by half a distance."""
     pitch, petals = random.uniform(17, 24), int(random.choice([0, 5, 6]))
     weave = grain(random, 0.05, coarsest=32)
     second = 0.5 + 0.5 * ink[::-1]
@@ -202,7 +198,6 @@ def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
 
 
 def _back(random: np.random.Generator) -> list[SceneObject]:
-    """Return a person's back, from the shoulders to the hips, with both arms."""
     shirt, trousers = (
         _sample_colour(random, (*CLOTHES, *ACCENTS[:5])),
         _sample_colour(random, CLOTHES[:2]),

@@ -1,8 +1,8 @@
 """`nguyen2002/lights`: a hand moves a printed object in a room with two lamps.
 
-The paper describes a sequence of its own with several complete occlusions and abrupt changes of
-illumination, made by turning off one of the light sources. All other properties are our choice: the
-object, its motion, what passes in front of it and how often, and that the lamp is turned on again.
+The authors of the paper recorded a sequence with several complete occlusions. They changed the
+illumination abruptly by turning off one of the light sources. All other properties are our choice:
+the object, its motion, the occluders and their number, and that the lamp is turned on again.
 """
 
 from collections.abc import Sequence
@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.nguyen2002.knobs import LightsKnobs
 from trackmark.datasets.synthetic.nguyen2002.lights.objects import (
     HALF_HEIGHT,
     HALF_WIDTH,
     held_objects,
     occluder_objects,
 )
+from trackmark.datasets.synthetic.nguyen2002.parameters import LightsParameters
 from trackmark.datasets.synthetic.render.camera import LENS, Camera
 from trackmark.datasets.synthetic.render.desk import render_room
 from trackmark.datasets.synthetic.render.finish import (
@@ -49,28 +49,30 @@ FRAMES = 300
 SIZE = 320, 240
 OCCLUDERS = "board", "door", "cloth", "back"
 
-# approximate times at which an occluder is in front of the object: with both lamps, one, both
+# approximate times of the occlusions: two lamps are on at the first and third, one at the second
 CROSSING_TIMES = (60, 166, 252)
-# approximate times at which a lamp is turned off and on again: far from the crossings
+# approximate times at which a lamp is turned off and on again, far from the occlusions
 OFF, ON = 110, 215
 
 
 @dataclass(frozen=True)
-class Crossing:
-    """Occluder that passes in front of the object."""
+class Passage:
+    """Passage of an occluder in front of the object."""
 
-    kind: str  # of `OCCLUDERS`: a wooden board, a panelled door, a patterned cloth, a person's back
-    middle: float  # time at which its centre is in front of the object's [frames]
-    pace: float  # to the right [pixels/frame]
+    # name in `OCCLUDERS`: a wooden board, a panelled door, a patterned cloth, a person's back
+    kind: str
+    middle: float  # time at which the centres of occluder and object are in one column [frames]
+    pace: float  # velocity to the right [pixels/frame]
 
 
 @dataclass(frozen=True)
 class LightsPlan:
-    """Motion of the object, crossings and lamp times."""
+    """Motion of the object, passages of occluders, and times at which the lamp is switched."""
 
     loop: Loop  # path of the object's centre [pixels]
-    waves: Array  # (4, 3): of its scale, tilt, yaw and pitch: amplitude, period [frames], phase
-    passings: tuple[Crossing, ...]  # in order of time
+    # (4, 3): rows are scale, tilt, yaw, pitch; columns are amplitude, period [frames], phase
+    waves: Array
+    passages: tuple[Passage, ...]  # passages in order of time
     off: int  # first frame without the lamp
     on: int  # first frame in which the lamp is on again
 
@@ -87,16 +89,16 @@ class LightsPlan:
         return self._wave(1, times)
 
     def facing(self, times: ArrayLike) -> Array:
-        """Return its rotation to the right and down [radians], shape `times.shape + (2,)`."""
+        """Return yaw and pitch of the object [radians], shape `times.shape + (2,)`."""
         return np.stack([self._wave(2, times), self._wave(3, times)], axis=-1)
 
-    def passer(self, passing: Crossing, times: ArrayLike) -> Array:
-        """Return the column of an occluder's centre [pixels]."""
-        since = np.asarray(times, np.float64) - passing.middle
-        return quantised(self.place(passing.middle)[0] + passing.pace * since)
+    def occluder_column(self, passage: Passage, times: ArrayLike) -> Array:
+        """Return the image column of an occluder's centre [pixels]."""
+        since = np.asarray(times, np.float64) - passage.middle
+        return quantised(self.place(passage.middle)[0] + passage.pace * since)
 
-    def lit(self, frame: int) -> bool:
-        """Return whether the lamp that is turned off is on."""
+    def lamp_is_on(self, frame: int) -> bool:
+        """Return whether the switched lamp is on."""
         return not self.off <= frame < self.on
 
     def _wave(self, row: int, times: ArrayLike) -> Array:
@@ -105,7 +107,7 @@ class LightsPlan:
 
 
 def sample_plan(random: np.random.Generator) -> LightsPlan:
-    """Sample motion, crossings and lamp times."""
+    """Sample a plan."""
     loop = random_loop(random, (70, 66), (250, 150), random.uniform(1.2, 1.7))
     sizes = (0.06, 0.11), (0.010, 0.025), (0.05, 0.12), (0.03, 0.08)
     waves = [
@@ -113,30 +115,30 @@ def sample_plan(random: np.random.Generator) -> LightsPlan:
         for size in sizes
     ]
     kinds = random.permutation(OCCLUDERS)[: len(CROSSING_TIMES)].tolist()
-    passings = []
+    passages = []
     for kind, about in zip(kinds, CROSSING_TIMES, strict=True):
         middle, side = about + random.uniform(-5, 5), float(random.choice([-1, 1]))
         pace = side * random.uniform(6.5, 8.0) * (1.3 if kind == "back" else 1)
-        passings.append(Crossing(kind, middle, pace))
+        passages.append(Passage(kind, middle, pace))
     off, on = (time + int(random.integers(-4, 5)) for time in (OFF, ON))
-    return LightsPlan(loop, np.array(waves), tuple(passings), off, on)
+    return LightsPlan(loop, np.array(waves), tuple(passages), off, on)
 
 
 Floats = NDArray[np.float32]
 
 # depth of the held object and of the occluders [pixels towards the camera]
 HELD, PASSING = 15.0, 43.0
-HORIZON = 180  # row in which the wall meets the desk [pixels]
-CARD_FINE, ROOM_FINE = 3, 2  # samples per pixel and axis of moving and of static parts
+HORIZON = 180  # image row at which the wall meets the desk [pixels]
+CARD_FINE, ROOM_FINE = 3, 2  # samples per pixel and axis of moving and of static objects
 CARD_LAID = 2  # samples per pixel and axis at which a card is resampled into the image
-# window of the object: left top corner from its origin, and size [pixels]
+# window of the object: upper left corner relative to its origin, and size [pixels]
 CORNER, EXTENT = (-45, -56), (90, 112)
-# window of object, hand and arm: left top corner and size [pixels]
+# window of object, hand and arm: upper left corner and size [pixels]
 HELD_CORNER, HELD_SIZE = (-125, -56), (250, 272)
 
 
 class CardPose:
-    """Pose of a card: position (2,) of its anchor [pixels], scale, tilt to the right [radians]."""
+    """Pose of a card: image position of its anchor [pixels], scale, tilt to the right [radians]."""
 
     def __init__(self, place: ArrayLike, scale: float = 1.0, tilt: float = 0.0) -> None:
         self._place = np.asarray(place, np.float64)
@@ -144,11 +146,11 @@ class CardPose:
         self._turn = np.array([[np.cos(tilt), -np.sin(tilt)], [np.sin(tilt), np.cos(tilt)]])
 
     def onto_picture(self, points: Array) -> Array:
-        """Map points of the card, relative to its anchor, to the image [pixels]; shape (n, 2)."""
+        """Map points (n, 2) of the card, relative to its anchor, to the image [pixels]."""
         return np.asarray(self._place + self._scale * points @ self._turn.T)
 
     def onto_card(self, anchor: Array, fine: int) -> Array:
-        """Return the map from image positions to the card's samples, shape (2, 3)."""
+        """Return the affine map from image positions to the card's samples, shape (2, 3)."""
         back = fine / self._scale * self._turn.T
         return np.column_stack([back, fine * anchor - back @ self._place - 0.5])
 
@@ -156,9 +158,10 @@ class CardPose:
 class FlatCard:
     """Flat layer of a moving object, parallel to the image plane.
 
-    `sheets`: aligned sheets (fine * h, fine * w, 4), premultiplied by the coverage, which is the
-    last channel of the first. `anchor`: point (2,) by which the card is placed, from its left top
-    corner [pixels]. `fine`: samples per pixel and axis.
+    `sheets` are aligned images (fine * h, fine * w, 4), premultiplied by the coverage, which is the
+    last channel of the first one. `anchor`, shape (2,), is the point by which the card is
+    positioned, relative to its upper left corner [pixels]. `fine` is the number of samples per
+    pixel and axis.
     """
 
     def __init__(self, sheets: Sequence[Floats], anchor: ArrayLike, fine: int) -> None:
@@ -167,7 +170,7 @@ class FlatCard:
         self._fine = fine
 
     def place(self, pose: CardPose) -> list[Floats]:
-        """Return the sheets placed in the image, each of shape (height, width, 4)."""
+        """Return the sheets resampled at a pose in the image, each of shape (height, width, 4)."""
         matrix = pose.onto_card(self._anchor, self._fine)
         matrix[:, 2] += matrix[:, :2] @ np.full(2, 0.5 / CARD_LAID)
         matrix[:, :2] /= CARD_LAID
@@ -187,7 +190,7 @@ class FlatCard:
         return bool((places.max(axis=0) > 0).all() and (places.min(axis=0) < SIZE).all())
 
     def shade(self, shadow_softness: float = 0.0) -> "ShadowMask":
-        """Return its coverage as a shadow mask, with edges of a softness [pixels]."""
+        """Return the coverage of the card as a shadow mask with edges of a softness [pixels]."""
         coverage = self._sheets[0][..., 3]
         if not shadow_softness:
             return ShadowMask(coverage, self._anchor, self._fine)
@@ -197,7 +200,7 @@ class FlatCard:
 
 
 class ShadowMask:
-    """Coverage of a card that can be sampled at any points; parameters as in `FlatCard`."""
+    """Coverage of a card that can be sampled at any point; parameters as in `FlatCard`."""
 
     def __init__(self, coverage: Floats, anchor: Array, fine: int) -> None:
         self._coverage = coverage
@@ -212,15 +215,15 @@ class ShadowMask:
 
 
 class LightsSetting:
-    """Room and moving objects of a seed, independent of the light."""
+    """Room and moving objects of the scene with number `seed`, independent of the light."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
         self.plan = sample_plan(self._random("plan"))
 
     @cached_property
-    def carried(self) -> FlatCard:
-        """Object, hand and arm: colour, and normal with gloss; anchored at the object's centre."""
+    def held_card(self) -> FlatCard:
+        """Card of object, hand and arm; its two sheets contain colour, and normal with gloss."""
         surface = render_surfaces(self._things, HELD_CORNER, HELD_SIZE, CARD_FINE)
         return FlatCard(surface.reduced(1), self._middle - HELD_CORNER, CARD_FINE)
 
@@ -239,19 +242,22 @@ class LightsSetting:
 
     @property
     def points(self) -> tuple[Array, int]:
-        """Visible object points from its centre, (n, 2) [pixels]; number of points of the whole."""
-        every = slice(CARD_FINE // 2, None, CARD_FINE)  # one a pixel
+        """Return the visible points of the object and the number of all its points.
+
+        The points, shape (n, 2), are relative to the object's centre; there is one per pixel.
+        """
+        every = slice(CARD_FINE // 2, None, CARD_FINE)  # one sample per pixel
         whole, seen = (outline[every, every] for outline in self._outlines)
         rows, columns = np.nonzero(seen)
         points = np.stack([columns, rows], axis=1) + 0.5 + CORNER - self._middle
         return points, int(whole.sum())
 
     @cached_property
-    def passers(self) -> list[FlatCard]:
-        """Occluders in order of time, in the format of `carried`."""
+    def occluders(self) -> list[FlatCard]:
+        """Cards of the occluders in order of time; their sheets are as in `held_card`."""
         cards = []
-        for k, passing in enumerate(self.plan.passings):
-            things = occluder_objects(passing.kind, self._random(f"passer {k}"))
+        for k, passage in enumerate(self.plan.passages):
+            things = occluder_objects(passage.kind, self._random(f"passer {k}"))
             size = 2 * HALF_WIDTH, 2 * HALF_HEIGHT
             surface = render_surfaces(things, (-HALF_WIDTH, -HALF_HEIGHT), size, ROOM_FINE)
             cards.append(FlatCard(surface.reduced(1), (HALF_WIDTH, HALF_HEIGHT), ROOM_FINE))
@@ -259,7 +265,7 @@ class LightsSetting:
 
     @cached_property
     def room(self) -> SurfaceBuffer:
-        """Static background with `ROOM_FINE` samples per pixel."""
+        """Static background with `ROOM_FINE` samples per pixel and axis."""
         return render_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
 
     @cached_property
@@ -269,7 +275,7 @@ class LightsSetting:
 
     @cached_property
     def _outlines(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Samples of the whole object, and those that the hand does not hide."""
+        """Masks of the samples of the whole object, and of those that the hand does not occlude."""
         solids = [thing.solids for thing in self._things]
         whole, seen = (
             cast_rays(things, VIEW, CORNER, EXTENT, CARD_FINE, shaded=False)[0] == 0
@@ -279,7 +285,7 @@ class LightsSetting:
 
     @cached_property
     def _bounds(self) -> tuple[Array, Array]:
-        """Left top and right bottom of the whole object [pixels]."""
+        """Upper left and lower right corner of the whole object [pixels]."""
         whole, _ = self._outlines
         ends = [np.flatnonzero(whole.any(axis=axis)) for axis in (0, 1)]
         low, high = (np.array([end[k] for end in ends], np.float64) for k in (0, -1))
@@ -294,17 +300,17 @@ class LightsSetting:
         return part_generator(self._seed, f"nguyen2002/lights {part}")
 
 
-AFAR = -90.0  # approximate depth of the static surfaces that shadows fall on [pixels]
-# Lamp that is turned off: its share of the light, and its horizontal distance from the centre
-# [pixels]. The other light is so weak, and the shadows so far aside, that earlier colours are
-# uninformative.
+AFAR = -90.0  # approximate depth of the static surfaces on which shadows fall [pixels]
+# Switched lamp: range of its fraction of the light, and of its horizontal distance from the centre
+# [pixels]. The light of the other lamp is so weak, and the shadows move so far, that colours of
+# earlier frames are uninformative.
 STRONG, ASIDE = (0.88, 0.92), (210, 270)
 
 
 def sample_lamps(random: np.random.Generator) -> tuple[Lamp, Lamp]:
-    """Sample the lamp that is turned off, which gives most of the light, and one opposite to it.
+    """Sample the switched lamp, which gives most of the light, and a lamp on the other side.
 
-    Both are nearly white: their blue differs by 6 %, their green by 2.5 %.
+    Both are nearly white: they differ by 6 % in blue and by 2.5 % in green.
     """
     side = float(random.choice([-1, 1]))
     aside, across = random.uniform(*ASIDE), random.uniform(150, 210)
@@ -316,7 +322,7 @@ def sample_lamps(random: np.random.Generator) -> tuple[Lamp, Lamp]:
 
 
 class Lighting:
-    """Renderer of a setting in linear light."""
+    """Renderer of a setting under two lamps, in linear light."""
 
     def __init__(self, setting: LightsSetting, lamps: Sequence[Lamp]) -> None:
         self._setting = setting
@@ -327,29 +333,29 @@ class Lighting:
         on: Sequence[int],
         held: CardPose,
         turn: Array,
-        passing: Sequence[tuple[int, CardPose, int]],
+        occluders: Sequence[tuple[int, CardPose, int]],
     ) -> Floats:
-        """Render the scene in the light of the lamps with indices `on`, shape (height, width, 3).
+        """Render the scene with the lamps whose indices are in `on`, shape (height, width, 3).
 
-        The held object is rotated to the right and down by `turn` (2,) [radians]. `passing` holds
-        the index, pose and blur [pixels] of every occluder.
+        `turn`, shape (2,), is the rotation of the held object to the right and down [radians].
+        `occluders` contains index, pose and blur [pixels] of every occluder.
         """
         picture = np.zeros((*SIZE[::-1], 3), np.float32)
         for k in on:
-            ambient, direct = self._returned[k]
-            through, passed = self._ways[k]
-            seen = 1 - self._held_shades[k].sample(held, through)
-            for number, pose, _ in passing:
-                seen *= 1 - self._far_shades[k][number].sample(pose, passed)
+            ambient, direct = self._reflected_light[k]
+            through, passed = self._shadow_points[k]
+            seen = 1 - self._held_shadows[k].sample(held, through)
+            for number, pose, _ in occluders:
+                seen *= 1 - self._far_shadows[k][number].sample(pose, passed)
             picture += ambient + direct * seen[..., None]
         left = np.ones((len(on), *SIZE[::-1]), np.float32)
         for seen, k in zip(left, on, strict=True):
-            for number, pose, _ in passing:
-                seen *= 1 - self._near_shades[k][number].sample(pose, self._near_ways[k])
-        self._lay(picture, on, self._setting.carried.place(held), HELD, turn, left)
-        for number, pose, blur in passing:
-            card = self._setting.passers[number]
-            if not card.may_be_seen(pose):  # outside the image it only casts shadows
+            for number, pose, _ in occluders:
+                seen *= 1 - self._near_shadows[k][number].sample(pose, self._near_shadow_points[k])
+        self._lay(picture, on, self._setting.held_card.place(held), HELD, turn, left)
+        for number, pose, blur in occluders:
+            card = self._setting.occluders[number]
+            if not card.may_be_seen(pose):  # Outside the image, an occluder only casts shadows.
                 continue
             blurred = [
                 np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in card.place(pose)
@@ -361,14 +367,14 @@ class Lighting:
         self, picture: Floats, on: Sequence[int], sheets: Sequence[Floats], depth: float,
         turn: Array, left: Floats,
     ) -> None:  # fmt: skip
-        """Render a card at a depth over an image; `left` is the unshaded share of each lamp."""
+        """Render a card at a depth over an image; `left` is the visible fraction of each lamp."""
         places = np.stack([self._lamps[k].place for k in on])
         powers = np.stack([self._lamps[k].colour for k in on])
         blend_lit_card(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
 
     @cached_property
-    def _returned(self) -> list[tuple[Floats, Floats]]:
-        """Ambient and direct light of each lamp that the room reflects to the camera."""
+    def _reflected_light(self) -> list[tuple[Floats, Floats]]:
+        """Ambient and direct light of each lamp, reflected from the room to the camera."""
         room = self._setting.room
         colour = room.reduced(ROOM_FINE)[0][..., :3]
         pairs = []
@@ -382,8 +388,8 @@ class Lighting:
         return pairs
 
     @cached_property
-    def _ways(self) -> list[tuple[Floats, Floats]]:
-        """Points at which each lamp's rays to the room cross the planes of object and occluders."""
+    def _shadow_points(self) -> list[tuple[Floats, Floats]]:
+        """Points where the rays of each lamp to the room cross the planes of the moving objects."""
         depth = cv2.resize(self._setting.room.depth, SIZE, interpolation=cv2.INTER_AREA)
         points = _pixel_centres(np.asarray(depth))
         return [
@@ -392,52 +398,52 @@ class Lighting:
         ]
 
     @cached_property
-    def _near_ways(self) -> list[Floats]:
-        """Points at which each lamp's rays to the held object cross the plane of the occluders."""
+    def _near_shadow_points(self) -> list[Floats]:
+        """Points where the rays of each lamp to the object cross the plane of the occluders."""
         points = _pixel_centres(np.full(SIZE[::-1], HELD))
         return [plane_crossings(lamp, points, PASSING) for lamp in self._lamps]
 
     @cached_property
-    def _held_shades(self) -> list[ShadowMask]:
+    def _held_shadows(self) -> list[ShadowMask]:
         return [
-            self._setting.carried.shade(shadow_softness(lamp, HELD, AFAR)) for lamp in self._lamps
+            self._setting.held_card.shade(shadow_softness(lamp, HELD, AFAR)) for lamp in self._lamps
         ]
 
     @cached_property
-    def _far_shades(self) -> list[list[ShadowMask]]:
-        return self._passers_shades(AFAR)
+    def _far_shadows(self) -> list[list[ShadowMask]]:
+        return self._occluder_shadows(AFAR)
 
     @cached_property
-    def _near_shades(self) -> list[list[ShadowMask]]:
-        return self._passers_shades(HELD)
+    def _near_shadows(self) -> list[list[ShadowMask]]:
+        return self._occluder_shadows(HELD)
 
-    def _passers_shades(self, depth: float) -> list[list[ShadowMask]]:
-        """Return the shadow masks of every occluder and lamp on surfaces at a depth."""
+    def _occluder_shadows(self, depth: float) -> list[list[ShadowMask]]:
+        """Return the shadow mask of every occluder and lamp on a surface at a depth."""
         return [
-            [card.shade(shadow_softness(lamp, PASSING, depth)) for card in self._setting.passers]
+            [card.shade(shadow_softness(lamp, PASSING, depth)) for card in self._setting.occluders]
             for lamp in self._lamps
         ]
 
 
 def _pixel_centres(depth: Array) -> Floats:
-    """Return the pixel centres of the image at a depth, shape (height, width, 3)."""
+    """Return the centres of the image pixels at a depth, shape (height, width, 3)."""
     rows, columns = np.indices(depth.shape) + 0.5
     return np.stack([columns, rows, depth], axis=2).astype(np.float32)
 
 
-EXPOSURE = 0.5  # share of the frame time for which the shutter is open
-SENSITIVITY = 0.92  # of the camera, with fixed exposure: response to light of 1 on white
-REACH = 400.0  # distance outside the image beyond which an object casts no shadow into it [pixels]
+EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
+SENSITIVITY = 0.92  # grey level of a white surface in light of 1; the exposure is fixed
+REACH = 400.0  # an object farther than this from the image casts no shadow into it [pixels]
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 
-def scene(knobs: LightsKnobs) -> "LightsScene":
+def scene(parameters: LightsParameters) -> "LightsScene":
     """Return the renderer with its ground truth, without rendering."""
-    return LightsScene(knobs.scene)
+    return LightsScene(parameters.scene)
 
 
 class LightsScene(SyntheticScene):
-    """Printed object in a hand, in the light of two lamps."""
+    """Scene of a printed object in a hand, in the light of two lamps."""
 
     length, size = FRAMES, SIZE
 
@@ -447,31 +453,31 @@ class LightsScene(SyntheticScene):
         self.plan = self.setting.plan
 
     def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames without rendering.
+        """Return the ground truth of all frames.
 
-        Boxes are those of the upright object, hidden parts included; its slight tilt does not
-        enlarge them. Attributes are `occluded` (less than half of it is visible), `partly occluded`
-        (less than nine tenths, but not occluded) and `lamp off`.
+        Boxes contain the whole object, including occluded parts, but ignore its slight tilt.
+        Attributes are `occluded` (less than half of the object is visible), `partly occluded` (half
+        or more, but less than nine tenths) and `lamp off`.
         """
         return _truth(self._seed)
 
     def render(self, frame: int) -> Image:
         lighting = _lighting(self._seed)
-        on = [0, 1] if self.plan.lit(frame) else [1]
-        passing = [
-            (number, pose, 2 * round(abs(self.plan.passings[number].pace) * EXPOSURE / 2) + 1)
-            for number, pose in _passing(self.plan, frame)
+        on = [0, 1] if self.plan.lamp_is_on(frame) else [1]
+        occluders = [
+            (number, pose, 2 * round(abs(self.plan.passages[number].pace) * EXPOSURE / 2) + 1)
+            for number, pose in _visible_occluders(self.plan, frame)
         ]
         facing = self.plan.facing(frame)
-        picture = lighting.picture(on, _pose(self.plan, frame), facing, passing)
+        picture = lighting.picture(on, _pose(self.plan, frame), facing, occluders)
         seen = SENSITIVITY * np.asarray(cv2.GaussianBlur(picture, (0, 0), LENS))
         canvas: Image = np.round(255 * np.clip(seen, 0, 1) ** (1 / GAMMA)).astype(np.uint8)
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         seen = self.setting.silhouette.place(_pose(self.plan, frame))[0][..., 0]
-        for number, passer in _passing(self.plan, frame):
-            seen = seen * (1 - self.setting.passers[number].place(passer)[0][..., 3])
+        for number, pose in _visible_occluders(self.plan, frame):
+            seen = seen * (1 - self.setting.occluders[number].place(pose)[0][..., 3])
         return np.asarray(seen >= 0.5)
 
 
@@ -479,11 +485,11 @@ def _pose(plan: LightsPlan, frame: int) -> CardPose:
     return CardPose(plan.place(frame), float(plan.scale(frame)), float(plan.tilt(frame)))
 
 
-def _passing(plan: LightsPlan, frame: int) -> list[tuple[int, CardPose]]:
-    """Return number and pose of the occluders that are in the image or shade it."""
+def _visible_occluders(plan: LightsPlan, frame: int) -> list[tuple[int, CardPose]]:
+    """Return index and pose of the occluders that are in the image or cast shadows into it."""
     poses = []
-    for number, passing in enumerate(plan.passings):
-        column = float(plan.passer(passing, frame))
+    for number, passage in enumerate(plan.passages):
+        column = float(plan.occluder_column(passage, frame))
         if -REACH < column < SIZE[0] + REACH:
             poses.append((number, CardPose((column, SIZE[1] / 2))))
     return poses
@@ -508,11 +514,11 @@ def _truth(seed: int) -> SceneTruth:
     size = setting.extent * plan.scale(times)[:, None]
     points, whole = setting.points
     visibility = np.full(FRAMES, len(points) / whole)
-    shades = [card.shade() for card in setting.passers]
+    shadows = [card.shade() for card in setting.occluders]
     for frame in range(FRAMES):
         seen = _pose(plan, frame).onto_picture(points)[:, None]
-        for number, passer in _passing(plan, frame):
-            visibility[frame] *= 1 - shades[number].sample(passer, seen.astype(np.float32)).mean()
+        for number, pose in _visible_occluders(plan, frame):
+            visibility[frame] *= 1 - shadows[number].sample(pose, seen.astype(np.float32)).mean()
     occluded = visibility < 0.5
     return SceneTruth(
         np.hstack([plan.place(times) - size / 2, size]),
@@ -520,6 +526,6 @@ def _truth(seed: int) -> SceneTruth:
         {
             "occluded": occluded,
             "partly occluded": (visibility < 0.9) & ~occluded,
-            "lamp off": np.array([not plan.lit(frame) for frame in range(FRAMES)]),
+            "lamp off": np.array([not plan.lamp_is_on(frame) for frame in range(FRAMES)]),
         },
     )

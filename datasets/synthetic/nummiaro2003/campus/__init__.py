@@ -1,1 +1,1 @@
-"""People in front of a parking place and on a campus: the target arrives, is occluded, leaves."""
+"""Sequences with a pedestrian in front of a car park and a student on a campus."""

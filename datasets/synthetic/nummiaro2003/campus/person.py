@@ -1,6 +1,6 @@
-"""`nummiaro2003/person`: a person walks in front of a parking place, seen by a fixed camera.
+"""`nummiaro2003/person`: a person walks in front of a car park, recorded by a fixed camera.
 
-The paper uses a person "in front of a parking place", of PETS2001. All other properties are our
+The paper uses a person "in front of a parking place" from PETS2001. All other properties are our
 choice.
 """
 
@@ -10,22 +10,20 @@ from functools import lru_cache
 
 import numpy as np
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
-    VisitPlan,
-    VisitScene,
-    sample_bystander,
-)
-from trackmark.datasets.synthetic.nummiaro2003.campus.scene import sample_target as target_person
-from trackmark.datasets.synthetic.nummiaro2003.campus.setting import (
     DOORSTEP,
     OPENING,
     THRESHOLD,
     CarPark,
+    VisitPlan,
+    VisitScene,
     entrance,
     parked_cars,
+    sample_bystander,
+    sample_target,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.views import (
     SIZE,
@@ -37,16 +35,16 @@ from trackmark.datasets.synthetic.render.views import (
 from trackmark.datasets.synthetic.scene import part_generator
 
 WALK = 250  # length of the sequence [frames]
-COMING_IN = 100  # maximum time until the target is completely visible [frames]
-# near and far ends of the target's paths in front of the cars [metres]
+COMING_IN = 100  # maximum time until the whole target is visible [frames]
+# depth ranges of the near and the far ends of the target's path [metres]
 DEPTHS = (8.0, 8.5), (12.2, 12.7)
 PAVEMENT = 15.75, 16.3  # depths of passers-by, between the cars and the porch [metres]
 ELBOW_ROOM = 0.5  # minimum distance between people [metres]
 
 
-def scene(knobs: SceneKnobs) -> VisitScene:
+def scene(parameters: SceneParameters) -> VisitScene:
     """Return the renderer with its ground truth, without rendering."""
-    return VisitScene(_plan(knobs.scene), "even")
+    return VisitScene(_plan(parameters.scene), "even")
 
 
 @lru_cache(maxsize=4)
@@ -61,12 +59,12 @@ def _plan(seed: int) -> VisitPlan:
 
 
 def _target(seed: int, things: list[Prop]) -> Person:
-    """Return the target; the first frame is the first with the whole target in the light."""
+    """Return the target. Its path starts when all of it is visible and outside the dark porch."""
     camera, frames = _camera(seed), COMING_IN + WALK
     random = _generator(seed, "target way")
     start, points = _sample_path_points(random, camera, _door(seed))
     course = walk_through_points(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
-    first = target_person(_generator(seed, "target"), course)
+    first = sample_target(_generator(seed, "target"), course)
     plan = VisitPlan(0, Views.standing(camera, frames), [first], slice(0, None), things, CarPark)
     seen = [plan.seen(f)[2].sum() / plan.coverage(0, f)[2].sum() for f in range(COMING_IN)]
     outside = course.z[:COMING_IN] < DOORSTEP - THRESHOLD
@@ -77,7 +75,7 @@ def _target(seed: int, things: list[Prop]) -> Person:
 def _sample_path_points(
     random: np.random.Generator, camera: Viewpoint, door: float
 ) -> tuple[tuple[float, float], Iterator[tuple[float, float]]]:
-    """Return a hidden start behind a wall or image border, and the target's waypoints."""
+    """Return the start, outside the image or behind the porch wall, and the waypoints."""
     side, far = float(random.choice([-1, 1])), bool(random.integers(2))
     through_the_door = random.random() < 1 / 3
 
@@ -99,7 +97,7 @@ def _sample_path_points(
 
 
 def _passers_by(seed: int, first: Person) -> list[Person]:
-    """Return people between the cars and the porch who never hide the target."""
+    """Return people who walk between the cars and the porch and never occlude the target."""
     course = first.course
     passers: list[Person] = []
     for i in range(4):
@@ -123,7 +121,7 @@ def _generator(seed: int, part: str) -> np.random.Generator:
 
 
 def _camera(seed: int) -> Viewpoint:
-    """Return a camera above the street, as on a first floor."""
+    """Return a camera at the height of a first-floor window."""
     random = _generator(seed, "camera")
     return Viewpoint(
         focal=620.0,
@@ -134,10 +132,9 @@ def _camera(seed: int) -> Viewpoint:
 
 
 def _door(seed: int) -> float:
-    """Return the centre of the door [metres to the right]."""
+    """Return the lateral position of the door's centre [metres to the right]."""
     return float(_generator(seed, "door").uniform(-4.5, 4.5))
 
 
 def _half_width(camera: Viewpoint, z: float) -> float:
-    """Return half the visible width at a depth [metres]."""
     return SIZE[0] / 2 / float(camera.scale(z))

@@ -1,1 +1,1 @@
-"""Cars that drive on roads, seen by a camera on a mast or in another car."""
+"""Sequences with a driving car, recorded from a mast or from another car."""

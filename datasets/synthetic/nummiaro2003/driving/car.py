@@ -1,21 +1,37 @@
-"""Cars in their paints: geometry, rendering, and paints unlike the target's."""
+"""Cars: textures, rendering at a position, and paints that differ from the target's.
+
+Textures are views of a car from the sides and from above, drawn to scale in metres.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR, paint_car_pictures
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
+    BELT,
+    FRONT,
+    REACH,
+    REAR,
+    SHADOW,
+    SIDE,
+    SIZES,
+    TALL,
+    TOP,
+    TYRE,
+    WIDE,
     CarShape,
     FacetPose,
     Facets,
     Lens,
     Pictures,
     blank_pictures,
+    pack_pictures,
     sample_car_shape,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
@@ -29,6 +45,284 @@ from trackmark.datasets.synthetic.render.prop import Coverage
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
 
 Array = NDArray[np.float64]
+Points = Sequence[tuple[float, float]]
+
+BGR = tuple[float, float, float]
+
+_FINE = 2  # supersampling per axis
+_RUBBER = (34.0, 32.0, 32.0)
+_PLASTIC = (52.0, 50.0, 50.0)
+_GLASS = (62.0, 54.0, 48.0)
+_SKY = (176.0, 164.0, 150.0)
+_CHROME = (186.0, 184.0, 182.0)
+_RED, _AMBER, _CLEAR = (38.0, 30.0, 168.0), (40.0, 130.0, 214.0), (214.0, 216.0, 214.0)
+
+
+class CarSheet:
+    """Drawing of one texture of a car in metres, on a background colour (BGR)."""
+
+    def __init__(self, kind: int, colour: Sequence[float]) -> None:
+        self._size = SIZES[kind]
+        half = REACH if kind in (SIDE, TOP) else WIDE
+        self._scale = np.array([self._size[0] / (2 * half), self._size[1] / TALL]) * _FINE
+        self._left, self._top = -half, TALL
+        if kind == TOP:
+            self._scale[1], self._top = self._size[1] / (2 * WIDE) * _FINE, WIDE
+        self._mirrored = kind == REAR
+        width, height = self._size
+        self._picture = np.empty((_FINE * height, _FINE * width, 3), np.uint8)
+        self._picture[:] = np.round(colour)
+
+    def fill(self, points: Points, colour: Sequence[float]) -> None:
+        """Paint a polygon of points (horizontal, up) [metres]."""
+        cv2.fillPoly(self._picture, [self._to_pixels(points)], list(colour), cv2.LINE_AA, 3)
+
+    def box(self, x: tuple[float, float], y: tuple[float, float], colour: Sequence[float]) -> None:
+        """Paint an upright rectangle."""
+        self.fill([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])], colour)
+
+    def disc(self, x: float, y: float, radius: float, colour: Sequence[float]) -> None:
+        """Paint a filled circle."""
+        angles = np.arange(40) * np.pi / 20
+        self.fill([(x + radius * np.cos(a), y + radius * np.sin(a)) for a in angles], colour)
+
+    def line(self, points: Points, colour: Sequence[float], width: float = 0.015) -> None:
+        """Paint an open polyline."""
+        thick = max(1, round(width * float(self._scale.mean())))
+        shape = self._to_pixels(points, 0)
+        cv2.polylines(self._picture, [shape], False, list(colour), thick, cv2.LINE_AA)
+
+    def light(self, gains: Sequence[tuple[float, float]]) -> None:
+        """Multiply the colours by a gain that depends on the height: pairs (height, gain)."""
+        heights, values = np.array(gains).T
+        rows = np.arange(len(self._picture)) + 0.5
+        gain = np.interp(self._top - rows / self._scale[1], heights, values)
+        lit = self._picture * gain[:, None, None]
+        self._picture = np.clip(lit, 0, 255).astype(np.uint8)
+
+    def finished(self) -> Array:
+        """Return the picture at its final size."""
+        return cv2.resize(self._picture, self._size, interpolation=cv2.INTER_AREA).astype(
+            np.float64
+        )
+
+    def _to_pixels(self, points: Points, bits: int = 3) -> NDArray[np.int32]:
+        places = np.array(points, np.float64)
+        if self._mirrored:
+            places = places * [-1, 1]
+        x = (places[:, 0] - self._left) * self._scale[0]
+        y = (self._top - places[:, 1]) * self._scale[1]
+        return np.round(np.stack([x, y], axis=1) * (1 << bits)).astype(np.int32)
+
+
+def paint_car_pictures(random: np.random.Generator, shape: CarShape, paint: BGR) -> Pictures:
+    """Return all textures of a car in a paint; details and other colours are random."""
+    style = _Style(random)
+    sheets = [
+        _side(shape, paint, style),
+        _front(random, shape, paint, style),
+        _rear(random, shape, paint, style),
+        _top(shape, paint, style),
+        _shadow(shape),
+    ]
+    return pack_pictures(sheets)
+
+
+class _Style:
+    """Random details that appear in several textures of a car."""
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self.bumper: BGR | None = _PLASTIC if random.random() < 0.45 else None
+        self.strip = bool(random.random() < 0.6)
+        self.plate: BGR = (224.0, 226.0, 226.0) if random.random() < 0.6 else (70.0, 190.0, 220.0)
+        self.doors = 2 if random.random() < 0.7 else 1
+        self.spokes = int(random.integers(5, 8))
+        self.sunroof = bool(random.random() < 0.3)
+
+
+def _times(colour: BGR, gain: float) -> list[float]:
+    return [min(gain * c, 255.0) for c in colour]
+
+
+# gain by height: sheet metal reflects the street below its crease and the sky above it
+_METAL = [(0.2, 0.62), (0.45, 0.8), (0.6, 0.98), (0.62, 1.06), (0.72, 1.0), (0.84, 1.12),
+          (BELT, 1.28), (BELT + 0.02, 1.0), (2.0, 1.0)]  # fmt: skip
+
+
+def _side(shape: CarShape, paint: BGR, style: _Style) -> Array:
+    sheet = CarSheet(SIDE, paint)
+    end, dark = shape.length / 2, _times(paint, 0.5)
+    rear_axle = shape.axles[1]
+    sheet.light(_METAL)
+    sheet.box((-end, end), (0.0, 0.27), _PLASTIC)
+    if style.bumper:
+        sheet.box((end - 0.42, REACH), (0.0, 0.5), style.bumper)
+        sheet.box((-REACH, 0.4 - end), (0.0, 0.5), style.bumper)
+    if style.strip:
+        sheet.box((-end, end), (0.48, 0.53), _PLASTIC)
+    # Doors extend from the foot of the windscreen to the arch of the rear wheel.
+    first, last = shape.screen[0] - 0.12, rear_axle + 0.42
+    middle = first + (last - first) * (0.5 if style.doors == 2 else 0.62)
+    for place in (first, middle, last) if style.doors == 2 else (first, middle):
+        sheet.line([(place, 0.3), (place, BELT)], dark)
+    sheet.line([(first, 0.3), (last if style.doors == 2 else middle, 0.3)], dark)
+    for place in (middle, last) if style.doors == 2 else (middle,):
+        sheet.box((place + 0.05, place + 0.22), (0.77, 0.81), dark)
+    for axle in shape.axles:
+        sheet.disc(axle, 0.33, 0.385, (20.0, 18.0, 18.0))
+        sheet.disc(axle, TYRE, 0.335, _RUBBER)
+        sheet.disc(axle, TYRE, 0.215, _CHROME)
+        for angle in np.arange(style.spokes) * 2 * np.pi / style.spokes:
+            tip = (axle + 0.17 * np.cos(angle), TYRE + 0.17 * np.sin(angle))
+            sheet.disc(*tip, 0.045, (84.0, 84.0, 84.0))
+        sheet.disc(axle, TYRE, 0.05, (96.0, 96.0, 96.0))
+    # Lamps extend around the corners.
+    sheet.box((end - 0.26, REACH), (0.56, shape.bonnet - 0.02), _AMBER)
+    sheet.box((-REACH, 0.2 - end), (0.58, 0.82), _RED)
+    # Windows.
+    low, high = BELT + 0.03, shape.roof - 0.09
+    share = (high - low) / (shape.roof - 0.05 - BELT)
+    front_top = shape.screen[0] + share * (shape.screen[1] - shape.screen[0]) - 0.12
+    rear_top = shape.rear_screen[0] + share * (shape.rear_screen[1] - shape.rear_screen[0]) + 0.1
+    glass = [(shape.screen[0] - 0.14, low), (front_top, high), (rear_top, high),
+             (shape.rear_screen[0] + 0.14, low)]  # fmt: skip
+    _pane(sheet, glass, low, high)
+    for seat in (first - 0.5, middle - 0.45):
+        sheet.box((seat - 0.1, seat + 0.12), (low, 1.16), (36.0, 33.0, 32.0))
+    for place in (middle, last + 0.02):
+        lean = (rear_top - glass[3][0]) * 0.25
+        sheet.fill([(place - 0.05, low), (place + 0.05, low), (place + 0.04 + lean, high),
+                    (place - 0.04 + lean, high)], _times(paint, 0.62))  # fmt: skip
+    mirror = shape.screen[0] - 0.22
+    sheet.box((mirror, mirror + 0.17), (BELT + 0.01, BELT + 0.12), _times(paint, 0.8))
+    return sheet.finished()
+
+
+def _pane(sheet: CarSheet, outline: Points, low: float, high: float) -> None:
+    """Paint a window: a dark interior, with the sky reflected in the upper part."""
+    sheet.fill(outline, _GLASS)
+    cut = low + 0.62 * (high - low)
+    sheet.fill([(x, max(y, cut)) for x, y in outline], [0.62 * g + 0.38 * s for g, s in zip(
+        _GLASS, _SKY, strict=True)])  # fmt: skip
+
+
+def _end(kind: int, paint: BGR, style: _Style) -> CarSheet:
+    """Return the common base of front and rear: sheet metal, dark underside, bumper."""
+    sheet = CarSheet(kind, paint)
+    sheet.light(_METAL)
+    sheet.box((-WIDE, WIDE), (0.0, 0.23), (26.0, 24.0, 24.0))
+    if style.bumper:
+        sheet.box((-WIDE, WIDE), (0.23, 0.5), style.bumper)
+    return sheet
+
+
+def _front(random: np.random.Generator, shape: CarShape, paint: BGR, style: _Style) -> Array:
+    sheet = _end(FRONT, paint, style)
+    wide, edge = shape.width / 2, shape.bonnet
+    sheet.box((-0.42, 0.42), (0.26, 0.34), (24.0, 22.0, 22.0))
+    inner = random.uniform(0.4, 0.5)
+    for side in (-1, 1):
+        lamp = [(side * inner, 0.54), (side * WIDE, 0.54), (side * WIDE, edge - 0.015),
+                (side * inner, edge - 0.03)]  # fmt: skip
+        sheet.fill(lamp, _times(paint, 0.4))
+        sheet.fill([(side * (abs(x) - 0.02 if abs(x) > 1 else abs(x) + 0.02), 0.56 if y < 0.6 else
+                     y - 0.015) for x, y in lamp], _CLEAR)  # fmt: skip
+        sheet.disc(side * (inner + 0.16), (0.54 + edge) / 2, 0.065, (150.0, 150.0, 148.0))
+        sheet.box((min(side * (wide - 0.14), side * WIDE), max(side * (wide - 0.14), side * WIDE)),
+                  (0.55, edge - 0.02), _AMBER)  # fmt: skip
+    sheet.box((-inner + 0.03, inner - 0.03), (0.56, edge - 0.03), (30.0, 28.0, 28.0))
+    for height in np.arange(0.585, edge - 0.04, 0.04):
+        sheet.line([(-inner + 0.04, height), (inner - 0.04, height)], _times(_CHROME, 0.55), 0.012)
+    sheet.disc(0.0, (0.56 + edge - 0.03) / 2, 0.05, _CHROME)
+    _plate(sheet, random, 0.41, style.plate)
+    _screen(sheet, shape, paint, 0.03)
+    for x in (-0.36, 0.36):  # people in the front seats
+        sheet.disc(x, 1.14, 0.10, (52.0, 50.0, 54.0))
+        sheet.box((x - 0.2, x + 0.2), (BELT + 0.02, 1.06), (40.0, 38.0, 38.0))
+    sheet.line([(-0.5, BELT + 0.03), (0.1, BELT + 0.09)], (22.0, 22.0, 22.0), 0.02)
+    sheet.line([(0.05, BELT + 0.03), (0.6, BELT + 0.09)], (22.0, 22.0, 22.0), 0.02)
+    return sheet.finished()
+
+
+def _rear(random: np.random.Generator, shape: CarShape, paint: BGR, style: _Style) -> Array:
+    sheet = _end(REAR, paint, style)
+    wide = shape.width / 2
+    inner, low = wide - random.uniform(0.3, 0.42), 0.57
+    tall = random.uniform(0.8, 0.88)
+    for side in (-1, 1):
+        x = sorted((side * inner, side * WIDE))
+        sheet.box((x[0], x[1]), (low - 0.015, tall + 0.015), _times(paint, 0.4))
+        sheet.box((x[0], x[1]), (low, tall), _RED)
+        sheet.box((x[0], x[1]), (tall - 0.09, tall), _AMBER)
+        clear = sorted((side * inner, side * (inner + 0.12)))
+        sheet.box((clear[0], clear[1]), (low, low + 0.09), _CLEAR)
+    sheet.line([(-wide, 0.52), (wide, 0.52)], _times(paint, 0.5))
+    sheet.line([(-wide + 0.1, 0.9), (wide - 0.1, 0.9)], _times(paint, 0.6))
+    sheet.box((-0.32, 0.32), (0.6, 0.77), _times(paint, 0.72))
+    _plate(sheet, random, 0.685, style.plate)
+    sheet.disc(-0.45, 0.24, 0.04, _CHROME)
+    _screen(sheet, shape, paint, 0.07)
+    for seat in (-0.4, 0.4):  # head rests
+        sheet.box((seat - 0.13, seat + 0.13), (BELT + 0.04, 1.13), (40.0, 37.0, 36.0))
+    return sheet.finished()
+
+
+def _screen(sheet: CarSheet, shape: CarShape, paint: BGR, edge: float) -> None:
+    foot, eaves, _ = shape.cabin
+    low, high = BELT + edge, eaves.height - 0.05
+    sheet.fill([(-foot.half_width - 0.1, BELT), (foot.half_width + 0.1, BELT),
+                (eaves.half_width + 0.1, eaves.height), (-eaves.half_width - 0.1, eaves.height)],
+               _times(paint, 0.95))  # fmt: skip
+    post = 0.075
+    outline = [(-foot.half_width + post, low), (foot.half_width - post, low),
+               (eaves.half_width - post + 0.01, high),
+               (-eaves.half_width + post - 0.01, high)]  # fmt: skip
+    _pane(sheet, outline, low, high)
+
+
+def _plate(sheet: CarSheet, random: np.random.Generator, height: float, colour: BGR) -> None:
+    sheet.box((-0.265, 0.265), (height - 0.06, height + 0.06), (30.0, 30.0, 30.0))
+    sheet.box((-0.255, 0.255), (height - 0.052, height + 0.052), colour)
+    left = -0.22
+    while left < 0.2:
+        wide = random.uniform(0.028, 0.045)
+        if random.random() < 0.85:
+            sheet.box((left, left + wide), (height - 0.035, height + 0.035), (40.0, 38.0, 38.0))
+            inner = left + 0.3 * wide, left + 0.75 * wide
+            sheet.box(inner, (height - 0.01, height + 0.02), colour)
+        left += wide + 0.017
+
+
+def _top(shape: CarShape, paint: BGR, style: _Style) -> Array:
+    sheet = CarSheet(TOP, _times(paint, 1.06))
+    dark = _times(paint, 0.55)
+    foot = shape.cabin[0]
+    for side in (-1, 1):
+        sheet.line([(shape.length / 2 - 0.1, side * (shape.width / 2 - 0.16)),
+                    (shape.screen[0], side * (shape.width / 2 - 0.1))], dark)  # fmt: skip
+        sheet.line([(shape.length / 2 - 0.2, side * 0.3), (shape.screen[0] + 0.1, side * 0.42)],
+                   _times(paint, 0.9), 0.04)  # fmt: skip
+    sheet.box((shape.screen[0] - 0.02, shape.screen[0] + 0.09), (-0.66, 0.66), _PLASTIC)
+    sheet.line([(shape.rear_screen[0] - 0.04, -foot.half_width),
+                (shape.rear_screen[0] - 0.04, foot.half_width)], dark)  # fmt: skip
+    if style.sunroof:
+        front = shape.screen[1] - 0.35
+        sheet.box((front - 0.5, front), (-0.38, 0.38), _GLASS)
+        sheet.box((front - 0.5, front - 0.3), (-0.38, 0.38), _times(_SKY, 0.7))
+    return sheet.finished()
+
+
+def _shadow(shape: CarShape) -> Array:
+    """Return the shadow below the car: a superellipse of power 4 that fades to its outline."""
+    width, height = SIZES[SHADOW]
+    y, x = np.meshgrid(
+        (np.arange(height) + 0.5) / height * 2 - 1, (np.arange(width) + 0.5) / width * 2 - 1,
+        indexing="ij",
+    )  # fmt: skip
+    far = np.sqrt(np.sqrt((x * x) * (x * x) + (y * y) * (y * y)))
+    dark = np.clip((1.0 - far) / 0.5, 0, 1)
+    return np.repeat((dark * dark * (3 - 2 * dark) * 190.0)[..., None], 3, axis=2)
+
 
 _BLANK = blank_pictures(5)
 _UNSHADED = blank_pictures()
@@ -36,7 +330,7 @@ _SPARE = 16  # pixels beyond the canvas, needed for motion blur
 
 
 class Car:
-    """Car: proportions, paint (BGR), and the seed of its random details."""
+    """Car with a shape and a paint (BGR); `seed` determines its random details."""
 
     def __init__(self, shape: CarShape, paint: BGR, seed: int) -> None:
         self.shape = shape
@@ -45,7 +339,7 @@ class Car:
 
     @cached_property
     def facets(self) -> Facets:
-        """All facets."""
+        """All facets, including the shadow."""
         return self.shape.facets
 
     @cached_property
@@ -59,13 +353,13 @@ class Car:
 
     @cached_property
     def pictures(self) -> Pictures:
-        """Pictures on the facets."""
+        """Textures of the facets."""
         return paint_car_pictures(np.random.default_rng(self._seed), self.shape, self.paint)
 
 
 @dataclass(frozen=True)
 class CarAt:
-    """Car at a place; a `Drawable`."""
+    """Car at a position on the ground; implements `Drawable`."""
 
     car: Car
     x: float  # centre on the ground, to the right [metres]
@@ -73,7 +367,7 @@ class CarAt:
     heading: float  # [radians]
     # image displacement during the exposure, right and down [pixels]
     motion: tuple[float, float] = (0.0, 0.0)
-    # fractions of the displacement at which it is drawn; their number is a power of two
+    # fractions of `motion` at which the car is drawn; their number is a power of two
     moments: tuple[float, ...] = (0.0,)
 
     reach = 3.0  # see `Drawable.reach`
@@ -96,7 +390,7 @@ class CarAt:
         )
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
-        """See `Drawable.draw`; the shadow is included."""
+        """Draw the car with its shadow; see `Drawable.draw`."""
         laid = self._laid(self.car.facets, view, canvas.shape[1::-1], self.car.pictures)
         if laid is None:
             return
@@ -107,7 +401,7 @@ class CarAt:
         blend_sprite(canvas, sprite, lefts, tops, 65536)
 
     def coverage(self, view: PerspectiveView, size: tuple[int, int]) -> Coverage:
-        """Return the silhouette within an image of a size (width, height)."""
+        """Return the silhouette in an image of `size` (width, height), without the shadow."""
         laid = self._laid(self.car.body, view, size, _BLANK)
         if laid is None:
             return 0, 0, np.zeros((0, 0), np.uint8)
@@ -129,7 +423,7 @@ class CarAt:
     def _laid(
         self, facets: Facets, view: PerspectiveView, size: tuple[int, ...], pictures: Pictures
     ) -> tuple[NDArray[np.uint8], int, int] | None:
-        """Render the car in or near an image: a sprite with its left and top [pixels]."""
+        """Render the part of the car in or near the image; return sprite, left and top [pixels]."""
         window = self.window(view)
         if window is None:
             return None
@@ -164,23 +458,23 @@ PAINTS: tuple[BGR, ...] = (
     (128, 156, 172),  # beige
 )
 
-# paints of targets, without the colour of the road
+# paints of targets: all except the colour of the road
 TARGETS = tuple(paint for paint in PAINTS if paint != (94, 94, 94))
-CLEAR = 60.0  # minimum difference in one channel of clearly different paints [grey levels]
+CLEAR = 60.0  # two paints differ clearly if one channel differs by this much [grey levels]
 
 
 def sample_paint(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:
-    """Sample one of some paints with a slight variation."""
+    """Sample one of the paints and vary it slightly."""
     colour = np.array(choice[random.integers(len(choice))])
     blue, green, red = (colour * random.uniform(0.92, 1.08) + random.uniform(-4, 4, 3)).tolist()
     return blue, green, red
 
 
 def contrasting_paints(target: BGR) -> tuple[BGR, ...]:
-    """Return the paints that differ clearly from a target's."""
+    """Return the paints that differ clearly from the target's paint."""
     return tuple(p for p in PAINTS if np.abs(np.subtract(p, target)).max() >= CLEAR)
 
 
 def sample_car(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> Car:
-    """Sample a car of any shape, in one of some paints."""
+    """Sample a car of random shape, in one of the paints `choice`."""
     return Car(sample_car_shape(random), sample_paint(random, choice), int(random.integers(2**32)))

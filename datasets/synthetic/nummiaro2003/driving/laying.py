@@ -1,9 +1,9 @@
-"""Rasteriser of facets in perspective, from front to back, in compiled kernels.
+"""Rasteriser of textured facets in perspective, from front to back, in compiled kernels.
 
-A pixel has 4 x 4 samples; the first facet that covers a sample occupies it. Therefore edges are
-smooth, no gap opens between neighbours, and nothing hidden is painted. Corners are rounded to 1/64
-pixel and all pixel arithmetic is on integers. `lay_facets` is one long kernel because its inner
-loop uses some thirty numbers that a called kernel would need as arguments.
+A pixel has 4 x 4 samples. The first facet that covers a sample occupies it. Therefore edges are
+smooth, adjacent facets leave no gap, and hidden facets are not painted. Corners are rounded to 1/64
+pixel; all pixel arithmetic uses integers. `lay_facets` is one long kernel, because its inner loop
+uses some thirty numbers that a called kernel would need as arguments.
 """
 
 import numpy as np
@@ -21,9 +21,9 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
 FULL = 0xFFFF  # all samples of a pixel are occupied
 NEAR = 0.3  # minimum depth of drawn points [metres]
 _RUN = 16  # pixels between two exact perspective divisions
-_ONE = 65536.0  # steps per picture pixel
+_ONE = 65536.0  # fixed-point steps per texture pixel
 
-# Unsigned, so that indices are not checked for their sign.
+# Unsigned, so that compiled code does not check indices for negative values.
 OUTER, INNER, LOWEST = np.uint64(0xFF00FF), np.uint64(0x00FF00), np.uint64(0xFF)
 EIGHT, FIFTEEN, SIXTEEN = np.uint64(8), np.uint64(15), np.uint64(16)
 TWENTY_FOUR = np.uint64(24)
@@ -31,7 +31,7 @@ TWENTY_FOUR = np.uint64(24)
 
 @njit(cache=True)
 def _count_samples(bits: np.int64) -> np.int64:
-    """Count the samples among 16."""
+    """Count the bits that are set among the 16 samples of a pixel."""
     bits = (bits & 0x5555) + ((bits >> 1) & 0x5555)
     bits = (bits & 0x3333) + ((bits >> 2) & 0x3333)
     bits = (bits & 0x0F0F) + ((bits >> 4) & 0x0F0F)
@@ -40,7 +40,7 @@ def _count_samples(bits: np.int64) -> np.int64:
 
 @njit(cache=True)
 def _clip_polygon(points: NDArray[np.float64], count: int, result: NDArray[np.float64]) -> int:
-    """Clip a polygon to the space in front of the camera; return the number of corners."""
+    """Clip a polygon to depths above NEAR, into `result`; return the number of its corners."""
     n_corners = 0
     for k in range(count):
         a, b = points[k], points[(k + 1) % count]
@@ -60,10 +60,11 @@ def _clip_polygon(points: NDArray[np.float64], count: int, result: NDArray[np.fl
 def _start_edges(
     edges: NDArray[np.int64], count: int, first: int, walks: NDArray[np.int64]
 ) -> None:
-    """Initialise the edges of a polygon for a row-by-row traversal of sample lines.
+    """Initialise the edges of a polygon for a traversal of the sample lines.
 
-    A row of `walks` is: bound in samples, remainder, their steps, the remainder's unit, and the
-    kind of bound: left (1), right (-1), or none except for its sign (0).
+    Columns of `walks`: the bound [samples] and its remainder, the steps of both per line, the
+    divisor of the remainder, and the kind of bound. The kind is 1 for a left bound, -1 for a right
+    bound, and 0 for a horizontal edge, of which only the sign of the bound counts.
     """
     for k in range(count):
         a = edges[k, 0]
@@ -77,7 +78,7 @@ def _start_edges(
 
 @njit(cache=True)
 def _spans(walks: NDArray[np.int64], count: int, width: int, spans: NDArray[np.int64]) -> None:
-    """Return the sample range of each of a row's four lines, and advance `walks`."""
+    """Write the sample range of the four lines of a row into `spans`, and advance `walks`."""
     for line in range(4):
         low, high = 0, 4 * width - 1
         for k in range(count):
@@ -98,7 +99,7 @@ def _spans(walks: NDArray[np.int64], count: int, width: int, spans: NDArray[np.i
 
 @njit(cache=True)
 def _samples(spans: NDArray[np.int64], x: int) -> int:
-    """Return the samples of a pixel within the spans of its row."""
+    """Return the samples of a pixel that lie within the spans of its row, as bits."""
     bits = 0
     for line in range(4):
         low = max(spans[line, 0] - 4 * x, 0)
@@ -112,10 +113,11 @@ def _samples(spans: NDArray[np.int64], x: int) -> int:
 def _level(
     du: int, dv: int, u: int, v: int, fall_u: float, fall_v: float, fall: float, deepest: int
 ) -> int:
-    """Return the resolution level of a picture, from its area per pixel.
+    """Return the resolution level of a texture, from the texture area that a pixel covers.
 
-    `du` and `dv` are steps to the right. `fall_u` and `fall_v` are those of the numerators
-    downwards and `fall` that of the denominator, both divided by the denominator.
+    `du` and `dv` are the steps of the texture coordinates per column. `fall_u` and `fall_v` are the
+    steps of their numerators per row and `fall` the step of their denominator per row, all divided
+    by the denominator.
     """
     right = max(abs(du), abs(dv), 16384) / _ONE
     down = max(abs(fall_u - u / _ONE * fall), abs(fall_v - v / _ONE * fall), 0.25)
@@ -138,12 +140,12 @@ def lay_facets(
     pose: FacetPose,
     order: NDArray[np.int64],
 ) -> None:
-    """Paint facets, ordered by `order` from front to back, behind the existing content.
+    """Paint facets behind the existing content; `order` lists them from front to back.
 
-    Changed in place: `canvas` (height, width, 3), sums over the occupied samples, divided by 16;
-    `occupied` (height, width), one bit per sample; `shadow` (height, width), darkness of soft
-    facets on free samples (untouched without soft facets). `shade` is one picture, whose blue is
-    light times 128, on all facets.
+    The function changes three arrays. `canvas` (height, width, 3) contains the sums over the
+    occupied samples, divided by 16. `occupied` (height, width) has one bit per sample. `shadow`
+    (height, width) is the darkness of soft facets on free samples; it remains unchanged if no
+    facet is soft. `shade` is one texture for all facets; its blue channel is light times 128.
     """
     height, width = occupied.shape
     turn, place, focal = pose.turn, pose.place, lens.focal
@@ -188,8 +190,8 @@ def lay_facets(
             dx, dy = corners[after, 0] - corners[k, 0], corners[after, 1] - corners[k, 1]
             edges[k, 0], edges[k, 1] = -sign * dy, sign * dx
             edges[k, 2] = sign * (dy * corners[k, 0] - dx * corners[k, 1])
-        # Rows of `slope`: numerators of the four coordinates, and their denominator, each
-        # linear in column and row.
+        # Rows of `slope`: the numerators of four texture coordinates and their common
+        # denominator, each linear in column and row.
         for i in range(5):
             constant = 0.0
             for j in range(3):
@@ -274,7 +276,7 @@ def lay_facets(
                         n = np.uint64(pictures.pixels[np.uint64(lower + right)])
                         weight_1, weight_2 = (SIXTEEN - a) * (SIXTEEN - b), a * (SIXTEEN - b)
                         weight_3, weight_4 = (SIXTEEN - a) * b, a * b
-                        # Blue and red at once, in the lower and the upper half of 32 bits.
+                        # Blue and red together, in the lower and the upper half of 32 bits.
                         both = (p & OUTER) * weight_1 + (q & OUTER) * weight_2
                         both += (m & OUTER) * weight_3 + (n & OUTER) * weight_4
                         green = (p & INNER) * weight_1 + (q & INNER) * weight_2
@@ -303,7 +305,7 @@ def lay_facets(
 def sprite_of(
     canvas: NDArray[np.uint8], occupied: NDArray[np.uint16], shadow: NDArray[np.uint8]
 ) -> NDArray[np.uint8]:
-    """Return a rendering as a sprite, see `blend_sprite`: premultiplied, transparent border."""
+    """Return a rendering as a premultiplied sprite with a transparent border (`blend_sprite`)."""
     sprite = np.zeros((occupied.shape[0] + 2, occupied.shape[1] + 2, 4), np.uint8)
     sprite[1:-1, 1:-1, :3] = canvas
     coverage = np.bitwise_count(occupied) * np.uint16(255) // np.uint16(16) + shadow
@@ -315,7 +317,7 @@ def sprite_of(
 def lay_behind(
     canvas: NDArray[np.uint8], occupied: NDArray[np.uint16], behind: NDArray[np.uint8]
 ) -> None:
-    """Paint a picture into the free samples of the first rows of a canvas."""
+    """Paint the image `behind` into the free samples of the first rows of a canvas."""
     for y in range(len(behind)):
         for x in range(occupied.shape[1]):
             left = 16 - _count_samples(np.int64(occupied[y, x]))

@@ -1,34 +1,33 @@
-"""`nummiaro2003/car`: a car drives through a parking place, seen from a mast.
+"""`nummiaro2003/car`: a car drives through a car park, recorded from a mast.
 
 The paper shows "a person and a car in front of a parking place for the public PETS2001 dataset ...
 the car sequence is especially interesting as scale changes and out-of-plane rotations have to be
-handled" (section 7, Fig. 4). All other properties are our choice. The car comes down one lane
-between parked cars towards the camera, crosses in front of it, and drives up another lane or parks
-there.
+handled" (section 7, Fig. 4). All other properties are our choice. The car approaches the camera on
+one lane between parked cars, and crosses in front of the camera. It then drives away on a second
+lane or parks at its side.
 """
 
 from functools import lru_cache
 
 import numpy as np
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
+    BGR,
     TARGETS,
     CarAt,
     contrasting_paints,
     sample_car,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
     DrivingPath,
     DrivingPlan,
+    DrivingScene,
     Route,
     car_at,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, windows_meet
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
@@ -38,26 +37,27 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     broken_line,
     sample_house,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.scene import part_generator
 
 FRAMES = 400
 
-LANES = 6.5  # distance of the two lanes of the parking place from its middle [metres]
-ROAD = 3.3  # half width of the road in front of it [metres]
-BAY = 2.6  # width of a bay, which is five metres long [metres]
-ROWS = (-12.0, 0.0, 12.0)  # rows of bays, at the sides of the lanes and between them [metres]
-FIRST, LAST = 7.0, 41.0  # start and end of the rows of bays, from the road's middle [metres]
+LANES = 6.5  # distance of the two lanes of the car park from its middle [metres]
+ROAD = 3.3  # half width of the road in front of the car park [metres]
+BAY = 2.6  # width of a parking bay [metres]
+ROWS = (-12.0, 0.0, 12.0)  # x of the rows of bays, outside and between the lanes [metres]
+FIRST, LAST = 7.0, 41.0  # z at which the rows of bays start and end [metres]
 
 
-def scene(knobs: SceneKnobs) -> DrivingScene:
+def scene(parameters: SceneParameters) -> DrivingScene:
     """Return the renderer with its ground truth, without rendering."""
-    return DrivingScene(parking_plan(knobs.scene), still=True)
+    return DrivingScene(parking_plan(parameters.scene), still=True)
 
 
 @lru_cache(maxsize=4)
 def parking_plan(seed: int) -> DrivingPlan:
-    """Return place, cars and camera of a scene."""
+    """Return surroundings, cars and camera of the scene with number `seed`."""
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(seed, f"nummiaro2003/car {part}")
@@ -89,7 +89,7 @@ def _windows_overlap(first_car: CarAt, second_car: CarAt, view: PerspectiveView)
 
 
 def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
-    """Sample a camera on a mast across the road, turned slightly towards the target's start."""
+    """Sample a camera on a mast beyond the road, turned slightly towards the target's start."""
     x, z = side * random.uniform(-3.5, 1.0), -random.uniform(17.5, 19.0)
     aim = side * random.uniform(0.0, 1.0), random.uniform(8.0, 11.0)
     return PerspectiveView(
@@ -104,7 +104,7 @@ def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
 def _sample_target_path(
     random: np.random.Generator, side: float
 ) -> tuple[DrivingPath, tuple[float, float] | None]:
-    """Sample a path down one lane, across, and up the other lane or into a bay at its side."""
+    """Sample the target's path; return it with the bay (x, z) in which it parks, or None."""
     right = side > 0  # the car drives on the right in either direction
     inner = random.uniform(1.3, 1.7)
     x, back = side * LANES - inner, -side * LANES + inner
@@ -137,7 +137,7 @@ def _sample_target_path(
 
 
 def _sample_passing_path(random: np.random.Generator) -> DrivingPath:
-    """Sample a car on the near side of the road while the target is far away."""
+    """Sample the path of a car on the near side of the road while the target is far away."""
     frame = int(random.integers(40, 80))
     speed = random.uniform(7.0, 9.0)
     x = (np.arange(FRAMES) - frame) * (speed / FRAMES_PER_SECOND)
@@ -188,7 +188,7 @@ def _strips() -> list[Strip]:
 
 
 def _houses(random: np.random.Generator) -> list[House]:
-    """Return an office behind the parking place, and houses on either side."""
+    """Sample offices and houses behind the car park, and houses on either side of it."""
     houses = []
     x = -46.0
     while x < 46:

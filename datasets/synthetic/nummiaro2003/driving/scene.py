@@ -1,25 +1,28 @@
-"""Renderer and ground truth of the scenes with cars."""
+"""Driving scenes: paths of cars, camera, renderer and ground truth."""
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
-    FRAMES_PER_SECOND,
-    SIZE,
-    DrivingPlan,
-)
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     Drawable,
+    PerspectiveView,
     Window,
     sort_from_far,
     windows_meet,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.world import World
+from trackmark.datasets.synthetic.nummiaro2003.driving.world import Layout, World
 from trackmark.datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
+from trackmark.datasets.synthetic.render.prop import Coverage, visible_part
+from trackmark.datasets.synthetic.render.sprite import instants
 from trackmark.datasets.synthetic.scene import (
     SceneTruth,
     SyntheticScene,
@@ -29,18 +32,213 @@ from trackmark.datasets.synthetic.scene import (
 
 Array = NDArray[np.float64]
 
-# minimum change of the visible side in a second for the attribute `turning` [degrees]
+_STEP = 0.05  # sampling step along a route [metres]
+_EASE = 3.0  # distance over which the steering angle changes [metres]
+
+SIDEWAYS = 2.2  # maximum lateral acceleration [metres/second²]
+BRAKING = 1.6  # maximum longitudinal acceleration [metres/second²]
+
+
+@dataclass(frozen=True)
+class Bend:
+    """Straight section followed by a bend."""
+
+    straight: float  # length up to the bend [metres]
+    turn: float = 0.0  # angle of the bend, positive to the right [radians]
+    radius: float = 1.0  # [metres]
+
+
+class Route:
+    """Smooth curve on the ground that starts at (x, z) [metres] in a heading [radians]."""
+
+    def __init__(self, x: float, z: float, heading: float, bends: Sequence[Bend]) -> None:
+        pieces = []
+        for bend in bends:
+            pieces.append(np.zeros(round(bend.straight / _STEP)))
+            count = round(abs(bend.turn) * bend.radius / _STEP)
+            if count:
+                pieces.append(np.full(count, bend.turn / (count * _STEP)))
+        sharp = np.concatenate(pieces)
+        ease = np.hanning(round(_EASE / _STEP) + 2)[1:-1]
+        self._curvature = np.convolve(sharp, ease / ease.sum(), "same")
+        headings = heading + np.cumsum(self._curvature) * _STEP
+        self._track = np.stack(
+            [
+                x + np.cumsum(np.sin(headings)) * _STEP,
+                z + np.cumsum(np.cos(headings)) * _STEP,
+                headings,
+            ],
+            axis=1,
+        )
+        self.length = (len(headings) - 1) * _STEP
+
+    def places_at(self, travelled: Array) -> Array:
+        """Return x, z and heading after the distances `travelled` [metres], shape (n, 3)."""
+        grid = np.arange(len(self._track)) * _STEP
+        return np.stack([np.interp(travelled, grid, line) for line in self._track.T], axis=1)
+
+    def travelled(self, frames: int, top: float, end: float) -> Array:
+        """Return the distance from the start in every frame [metres], shape (frames,).
+
+        The car drives the whole route within `frames`: one factor scales all speeds. Before
+        scaling, `top` is the speed on straight sections and `end` the final speed [metres/second].
+        """
+        times, grid = self._schedule(top, end)
+        wanted = np.arange(frames) / (frames - 1) * times[-1]
+        return np.asarray(np.interp(wanted, times, grid))
+
+    def driven(self, frames: int, start: float, top: float) -> Array:
+        """Return the distance from the start in every frame [metres], shape (frames,).
+
+        `start` is this distance in the first frame. `top` is the speed on straight sections
+        [metres/second]; the speeds are not scaled.
+        """
+        times, grid = self._schedule(top, top)
+        start_time = np.interp(start, grid, times)
+        return np.asarray(
+            np.interp(start_time + np.arange(frames) / FRAMES_PER_SECOND, times, grid)
+        )
+
+    def _schedule(self, top: float, end: float) -> tuple[Array, Array]:
+        """Return times [seconds] and the distances from the start at these times [metres]."""
+        bends = np.sqrt(SIDEWAYS / np.maximum(np.abs(self._curvature), 1e-6))
+        speed = limit_acceleration(np.minimum(top, bends), end)
+        middle = (speed[1:] + speed[:-1]) / 2
+        times = np.concatenate([[0.0], np.cumsum(_STEP / middle)])
+        return times, np.asarray(np.arange(len(times)) * _STEP, np.float64)
+
+
+def limit_acceleration(fastest: Array, end: float) -> Array:
+    """Reduce the speeds `fastest` along a route so that no acceleration exceeds BRAKING.
+
+    `end` is the maximum speed at the end of the route [metres/second].
+    """
+    speed = fastest.copy()
+    speed[-1] = min(speed[-1], end)
+    gain = 2 * BRAKING * _STEP
+    for k in range(len(speed) - 2, -1, -1):
+        speed[k] = min(speed[k], np.sqrt(speed[k + 1] * speed[k + 1] + gain))
+    for k in range(1, len(speed)):
+        speed[k] = min(speed[k], np.sqrt(speed[k - 1] * speed[k - 1] + gain))
+    return speed
+
+
+@dataclass(frozen=True)
+class DrivingPath:
+    """Position of the centre of a car on the ground, and its heading, in every frame."""
+
+    x: Array  # (n,), to the right [metres]
+    z: Array  # (n,), ahead [metres]
+    heading: Array  # (n,), [radians]
+
+    @classmethod
+    def in_heading(cls, frames: int, x: ArrayLike, z: ArrayLike, heading: float) -> Self:
+        """Return a path with a constant heading; `x` and `z` may also be constant."""
+        columns = (np.asarray(v, np.float64) for v in (x, z, heading))
+        return cls(*(np.broadcast_to(column, frames) for column in columns))
+
+
+SIZE = 640, 480  # width and height of the images [pixels]
+FRAMES_PER_SECOND = 25.0
+
+EXPOSURE = 0.4  # fraction of the frame time for which the shutter is open
+
+
+@dataclass(frozen=True)
+class DrivingPlan:
+    """Surroundings, cars and camera of a scene."""
+
+    layout: Layout  # surroundings
+    views: Sequence[PerspectiveView]  # camera in every frame
+    cars: Sequence[tuple[Car, DrivingPath]]  # moving cars; the first is the target
+
+    def __len__(self) -> int:
+        return len(self.views)
+
+    @cached_property
+    def boxes(self) -> Array:
+        """Boxes of the whole target in every frame, shape (n, 4) [pixels]."""
+        return np.stack([self.car(0, k).box(view) for k, view in enumerate(self.views)])
+
+    def car(self, number: int, frame: int) -> CarAt:
+        """Return the car `cars[number]` at its position in a frame."""
+        car, course = self.cars[number]
+        return car_at(car, course, frame)
+
+    def moving(self, number: int, frame: int) -> CarAt:
+        """Return the car `cars[number]` with its motion blur, for a static camera."""
+        around = max(frame - 1, 0), min(frame + 1, len(self) - 1)
+        current = self.car(number, frame)
+        last, following = (self.car(number, k).box(self.views[k]) for k in around)
+        step = (following - last)[:2] + (following - last)[2:] / 2
+        motion = step * (EXPOSURE / (around[1] - around[0]))
+        moments = instants(float(np.abs(motion).max()))
+        right, down = motion.tolist()
+        return replace(current, motion=(right, down), moments=tuple(moments.tolist()))
+
+    def seen(self, frame: int) -> Coverage:
+        """Return the visible part of the target's silhouette."""
+        view = self.views[frame]
+        hiding = (car.coverage(view, SIZE) for car in self._hiding(frame))
+        return visible_part(self.car(0, frame).coverage(view, SIZE), hiding)
+
+    @cached_property
+    def visibility(self) -> Array:
+        """Visible fraction of the target in every frame, shape (n,)."""
+        fractions = np.ones(len(self))
+        for frame, (x, y, width, height) in enumerate(self.boxes.tolist()):
+            inside = x >= 0 and y >= 0 and x + width <= SIZE[0] and y + height <= SIZE[1]
+            if inside and not self._hiding(frame):
+                continue
+            # The whole silhouette, in an image that is large enough for it.
+            view = self.views[frame].shifted(math.floor(-x), math.floor(-y))
+            size = math.ceil(width) + 2, math.ceil(height) + 2
+            whole = self.car(0, frame).coverage(view, size)[2]
+            fractions[frame] = self.seen(frame)[2].sum() / whole.sum()
+        return fractions
+
+    def _hiding(self, frame: int) -> list[CarAt]:
+        """Return the cars in front of the target whose windows overlap its window."""
+        view, target = self.views[frame], self.car(0, frame)
+        driving = [self.car(number, frame) for number in range(1, len(self.cars))]
+        far = _apart(view, target)
+        window = target.window(view)
+        others = [car for car in (*driving, *self.layout.parked) if _apart(view, car) < far]
+        windows = [car.window(view) for car in others]
+        return [
+            car
+            for car, other in zip(others, windows, strict=True)
+            if window is not None and other is not None and windows_meet(window, other)
+        ]
+
+
+def car_at(car: Car, course: DrivingPath, frame: int) -> CarAt:
+    """Return a car at its position in a frame."""
+    x, z, heading = (float(a[frame]) for a in (course.x, course.z, course.heading))
+    return CarAt(car, x, z, heading)
+
+
+def _apart(view: PerspectiveView, car: CarAt) -> float:
+    """Return the squared horizontal distance of a car from the camera [metres²]."""
+    x, z = car.x - view.place[0], car.z - view.place[2]
+    return x * x + z * z
+
+
+# minimum change of the viewing angle in a second for the attribute `turning` [degrees]
 TURNING = 15.0
-FASTEST = 0.2  # share of the frames that count as fast
+FASTEST = 0.2  # fraction of the frames that have the attribute `fast`
 
 
 def driving_truth(plan: DrivingPlan) -> SceneTruth:
     """Return the ground truth of all frames.
 
-    `boxes` are the extents of the whole car. Attributes are `occlusion` (less than 0.9 of the
-    target is visible), `out_of_view` (a part of the box) and `scale_change` (width outside 0.8 to
-    1.25 of the first). Further ones are `turning` (the visible side turns by more than 15 degrees
-    in a second) and `fast` (the fifth of the frames with the largest image motion).
+    `boxes` are the extents of the whole car. The attributes are:
+
+    - `occlusion`: less than 0.9 of the target is visible.
+    - `out_of_view`: a part of the box is outside the image.
+    - `scale_change`: the width is outside 0.8 to 1.25 times the first width.
+    - `turning`: the viewing angle of the car changes by more than 15 degrees per second.
+    - `fast`: the image motion is among the largest fifth.
     """
     boxes, visibility = plan.boxes, plan.visibility
     course = plan.cars[0][1]
@@ -65,10 +263,7 @@ CAMERA = Camera(SIZE, noise=2.0)
 
 
 class DrivingScene(SyntheticScene):
-    """Cars, the first of them the target, with a moving or `still` camera.
-
-    With a still camera, static objects are drawn once.
-    """
+    """Scene of driving cars; if the camera is `still`, static objects are drawn only once."""
 
     size = SIZE
     fps = FRAMES_PER_SECOND
@@ -88,7 +283,7 @@ class DrivingScene(SyntheticScene):
         return paste_window(SIZE, *self.plan.seen(frame)) >= 128
 
     def _painted(self, frame: int) -> Image:
-        """Render everything for a moving camera."""
+        """Render all objects for a moving camera."""
         view = self.plan.views[frame]
         canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(canvas, view)
@@ -125,7 +320,7 @@ class DrivingScene(SyntheticScene):
 
     @cached_property
     def _at_rest(self) -> tuple[Image, Image, list[tuple[Window | None, Drawable]]]:
-        """Place without and with its static objects, and these objects with their windows."""
+        """Images without and with the static objects, and these objects with their windows."""
         view = self.plan.views[0]
         empty = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(empty, view)

@@ -1,4 +1,4 @@
-"""Shapes of cars: outlines at several heights, wheels, and texture projections."""
+"""Shapes of cars: facets, textures, and random proportions."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,30 +14,30 @@ MAX_CORNERS = 8  # maximum number of corners of a facet
 
 
 class Facets(NamedTuple):
-    """Facets of a solid, from front to back if one can hide another."""
+    """Facets of a solid; a facet that can occlude another facet comes first."""
 
-    # (n, MAX_CORNERS, 3), in the solid's own frame: right, up, ahead [metres]
+    # (n, MAX_CORNERS, 3), in the solid's coordinates: right, up, ahead [metres]
     corners: Array
     counts: NDArray[np.int64]  # (n,), number of valid corners
     normals: Array  # (n, 3), outward unit normals
-    kinds: NDArray[np.int64]  # (n,), index of the picture
-    # (n, 2, 4), column and row in the picture, each as three factors of the place and a constant
+    kinds: NDArray[np.int64]  # (n,), index of the texture
+    # (n, 2, 4), texture column and row as linear functions of a point: three factors, a constant
     places: Array
-    # (n,), True for a shadow, whose darkness is its picture's blue; it occupies no samples
+    # (n,), True for a shadow: it occupies no samples; its darkness is the texture's blue channel
     soft: NDArray[np.bool_]
 
 
 class Pictures(NamedTuple):
-    """Periodic pictures at decreasing resolutions in one array."""
+    """Periodic textures at several resolutions, packed in one array."""
 
-    pixels: NDArray[np.uint32]  # (k,), red, green and blue in bytes, blue the lowest
-    # (pictures, levels), start of each in `pixels`; -1 beyond the coarsest
+    pixels: NDArray[np.uint32]  # (k,), one byte per channel; blue is the lowest byte
+    # (textures, levels), index of the first pixel in `pixels`; -1 for levels that do not exist
     starts: NDArray[np.int64]
-    sizes: NDArray[np.int64]  # (pictures, 2), log2 of width and height of the finest
+    sizes: NDArray[np.int64]  # (textures, 2), log2 of width and height at the finest level
 
 
 class Lens(NamedTuple):
-    """Focal length and optical centre in the painted window [pixels]."""
+    """Focal length, and column and row of the optical axis in the painted window [pixels]."""
 
     focal: float
     column: float
@@ -47,16 +47,16 @@ class Lens(NamedTuple):
 class FacetPose(NamedTuple):
     """Pose of a solid relative to the camera, and its light."""
 
-    turn: Array  # (3, 3), from the solid's frame to the camera's: right, down, ahead
-    place: Array  # (3,), the solid's origin in the camera's frame [metres]
+    turn: Array  # (3, 3), rotation from the solid's to the camera's axes (right, down, ahead)
+    place: Array  # (3,), the solid's origin in camera coordinates [metres]
     gains: NDArray[np.int64]  # (n,), light on each facet, times 256
-    # (2, 4), column and row in the picture of stains, each as three factors of the place in the
-    # camera's frame and a constant
+    # (2, 4), column and row in the texture of stains as linear functions of a point in camera
+    # coordinates: three factors, a constant
     shading: Array
 
 
 def pack_pictures(images: Sequence[Array]) -> Pictures:
-    """Pack pictures, BGR in [0, 255], at all resolutions; their sides are powers of two."""
+    """Pack textures (BGR in [0, 255], sides are powers of two) at all resolutions."""
     depth = 1 + max(min(image.shape[:2]).bit_length() - 1 for image in images)
     pixels: list[NDArray[np.uint32]] = []
     starts = np.full((len(images), depth), -1)
@@ -76,7 +76,7 @@ def pack_pictures(images: Sequence[Array]) -> Pictures:
 
 
 def blank_pictures(count: int = 1, level: float = 128.0) -> Pictures:
-    """Return pictures of one grey pixel each."""
+    """Return `count` textures of one grey pixel each."""
     return pack_pictures([np.full((1, 1, 3), level)] * count)
 
 
@@ -84,15 +84,15 @@ def blank_pictures(count: int = 1, level: float = 128.0) -> Pictures:
 class Face:
     """Plane polygon."""
 
-    corners: Array  # (n, 3), in order around it, at most MAX_CORNERS [metres]
-    outwards: Array  # (3,), a direction on its outer side
-    kind: int  # index of its picture
+    corners: Array  # (n, 3), in order around the polygon, n <= MAX_CORNERS [metres]
+    outwards: Array  # (3,), a vector that points to the outer side
+    kind: int  # index of the texture
     soft: bool = False  # True for a shadow
 
 
 @dataclass(frozen=True)
 class Ring:
-    """Outline of a solid at a height: a rectangle with its corners cut off."""
+    """Horizontal cross-section of a solid: a rectangle whose corners may be cut off."""
 
     height: float  # [metres]
     ahead: float  # front end along the solid's axis [metres]
@@ -100,7 +100,7 @@ class Ring:
     half_width: float  # [metres]
 
     def corners(self, cut: tuple[float, float]) -> Array:
-        """Return eight corners from the front's left end on; `cut` is across and along [metres]."""
+        """Return the eight corners, from the left end of the front; `cut` is (x, z) [metres]."""
         wide, narrow = self.half_width, self.half_width - cut[0]
         ahead, behind = self.ahead - cut[1], self.behind + cut[1]
         outline = [(-narrow, self.ahead), (narrow, self.ahead), (wide, ahead), (wide, behind),
@@ -112,10 +112,11 @@ class Ring:
 def side_faces(
     lower: Ring, upper: Ring, kinds: tuple[int, int, int], cut: tuple[float, float] = (0.0, 0.0)
 ) -> Iterator[Face]:
-    """Yield the faces of a solid between two outlines.
+    """Yield the faces of a solid between two cross-sections.
 
-    `kinds` are the pictures on the front with its corners, on the rear with its corners and on the
-    sides. `cut` is as in `Ring.corners`, equal at both outlines, so that every face is plane.
+    `kinds` are the textures of front, rear and sides; cut corners have the texture of front or
+    rear. `cut` is described in `Ring.corners`; it is equal for both cross-sections, so that every
+    face is plane.
     """
     below, above = lower.corners(cut), upper.corners(cut)
     front, rear, side = kinds
@@ -132,23 +133,22 @@ def side_faces(
 def level_face(
     height: float, x: tuple[float, float], z: tuple[float, float], kind: int, soft: bool = False
 ) -> Face:
-    """Return a horizontal rectangle that faces upwards."""
+    """Return a horizontal rectangle that faces up."""
     outline = [(x[0], z[0]), (x[1], z[0]), (x[1], z[1]), (x[0], z[1])]
     corners = np.array([[a, height, b] for a, b in outline])
     return Face(corners, np.array([0.0, 1.0, 0.0]), kind, soft)
 
 
 def upright_face(corners: Sequence[tuple[float, float]], z: float, ahead: bool, kind: int) -> Face:
-    """Return a polygon of corners (x, y) perpendicular to the axis at `z` that faces along it."""
+    """Return a polygon of corners (x, y) in the plane `z` that faces ahead or backwards."""
     places = np.array([[x, y, z] for x, y in corners])
     return Face(places, np.array([0.0, 0.0, 1.0 if ahead else -1.0]), kind)
 
 
 def assemble_facets(faces: Sequence[Face], projections: Array) -> Facets:
-    """Return the facets of faces that are listed from front to back.
+    """Return `faces` as facets in the same order.
 
-    `projections`, shape (pictures, 2, 4), are column and row in every picture, as in
-    `Facets.places`.
+    `projections`, shape (textures, 2, 4), contains the `Facets.places` of every texture.
     """
     corners = np.zeros((len(faces), MAX_CORNERS, 3))
     normals = np.empty((len(faces), 3))
@@ -170,35 +170,35 @@ def assemble_facets(faces: Sequence[Face], projections: Array) -> Facets:
     )
 
 
-# pictures of a car: elevations, a plan, and the shadow below
+# textures of a car; TOP is the view from above
 SIDE, FRONT, REAR, TOP, SHADOW = range(5)
-REACH = 2.56  # half length that side and plan show [metres]
-WIDE = 1.28  # half width that front, rear and plan show [metres]
-TALL = 1.92  # height that elevations show [metres]
-# width and height of the pictures [pixels]
+REACH = 2.56  # half length that SIDE and TOP show [metres]
+WIDE = 1.28  # half width that FRONT, REAR and TOP show [metres]
+TALL = 1.92  # height that SIDE, FRONT and REAR show [metres]
+# width and height of the textures [pixels]
 SIZES = {SIDE: (512, 128), FRONT: (256, 128), REAR: (256, 128), TOP: (256, 128), SHADOW: (64, 64)}
-BELT = 0.93  # height of the windows' lower edge, without the sills [metres]
-TYRE = 0.31  # radius of a tyre, and height of its hub [metres]
-_CUT = 0.16, 0.24  # cut-off corners of the body, across and along [metres]
-_DARK = 0.55  # reach of the shadow beyond the body [metres]
+BELT = 0.93  # height of the windows' lower edge [metres]
+TYRE = 0.31  # radius of a tyre and height of its hub [metres]
+_CUT = 0.16, 0.24  # size of the cut corners of the body, across and along [metres]
+_DARK = 0.55  # distance by which the shadow extends beyond the body [metres]
 
 
 @dataclass(frozen=True)
 class CarShape:
-    """Proportions of a car, in metres; along the car from its centre, ahead positive."""
+    """Proportions of a car [metres]; positions along the car are positive ahead of its centre."""
 
-    length: float  # of the body
-    width: float  # of the body
+    length: float  # length of the body
+    width: float  # width of the body
     roof: float  # height of the roof
     bonnet: float  # height of the bonnet's front edge
     screen: tuple[float, float]  # foot and roof end of the windscreen
     rear_screen: tuple[float, float]  # foot and roof end of the rear window
-    deck: float  # rear end of the body's upper side
-    axles: tuple[float, float]  # front and rear
+    deck: float  # rear end of the body at the height of the windows
+    axles: tuple[float, float]  # front axle and rear axle
 
     @property
     def rings(self) -> tuple[Ring, ...]:
-        """Outlines from the sills to the windows' lower edge."""
+        """Cross-sections of the body, from the sills to the windows."""
         end, wide = self.length / 2, self.width / 2
         return (
             Ring(0.21, end - 0.13, 0.13 - end, wide - 0.07),
@@ -209,7 +209,7 @@ class CarShape:
 
     @property
     def cabin(self) -> tuple[Ring, ...]:
-        """Outlines from the windows' lower edge to the roof's middle."""
+        """Cross-sections of the cabin, from the windows to the roof."""
         wide = self.width / 2
         front, rear = self.screen[1], self.rear_screen[1]
         return (
@@ -220,7 +220,7 @@ class CarShape:
 
     @cached_property
     def facets(self) -> Facets:
-        """All facets of the car, from front to back as seen from above the bonnet."""
+        """All facets of the car, ordered for a camera above the car."""
         return assemble_facets(list(self._faces()), self._projections)
 
     def _faces(self) -> Iterator[Face]:
@@ -258,7 +258,7 @@ class CarShape:
 
     @property
     def _projections(self) -> Array:
-        """Projection of every place of the car to each picture."""
+        """Projections of the car to its textures; see `assemble_facets`."""
 
         def scaled(kind: int, factors: list[list[float]]) -> Array:
             return np.multiply(factors, np.array(SIZES[kind], np.float64)[:, None])

@@ -1,10 +1,10 @@
-"""`nummiaro2003/traffic`: the car ahead, seen from a car that follows it.
+"""`nummiaro2003/traffic`: a car, recorded from the car that follows it.
 
 The paper describes "a driver assistance application, where the color-based particle filter has to
 handle rapid movements of the target and the camera ... Different viewing angles of the tracked car
 make the experiment quite difficult", with "large scale changes and out-of-plane rotations" (section
-7, Fig. 8 and 9). All other properties are our choice. The camera's car closes up while the target
-slows down. The target turns into a side road, and the camera's car follows and falls back.
+7, Fig. 8 and 9). All other properties are our choice. The target slows down and turns into a side
+road. The car with the camera approaches it, follows it into the side road, and falls back.
 """
 
 from functools import lru_cache
@@ -12,23 +12,22 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
+    BGR,
     TARGETS,
     CarAt,
     contrasting_paints,
     sample_car,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     FRAMES_PER_SECOND,
     SIZE,
     Bend,
     DrivingPath,
     DrivingPlan,
+    DrivingScene,
     Route,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView
 from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     House,
@@ -38,6 +37,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
     broken_line,
     sample_house,
 )
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, random_wander
 from trackmark.datasets.synthetic.scene import part_generator
@@ -46,22 +46,23 @@ Array = NDArray[np.float64]
 
 FRAMES = 330
 
-LANE = 1.75  # distance from the road's middle to that of a lane [metres]
-EDGE = 4.4  # half width of a road, without parking at the kerb [metres]
+LANE = 1.75  # distance of the middle of a lane from the middle of the road [metres]
+EDGE = 4.4  # half width of a road [metres]
 PAVED = 7.2  # outer edge of the pavement, from the road's middle [metres]
 ROOM = 0.24  # maximum angle of the target from the optical axis [radians]
-# share of the target's angle from the car's axis that the camera's turn leaves, for small angles
+# The camera turns towards the target. This fraction of the target's angle to the car's axis
+# remains as its angle to the optical axis, for small angles.
 FREE = 0.2
 
 
-def scene(knobs: SceneKnobs) -> DrivingScene:
+def scene(parameters: SceneParameters) -> DrivingScene:
     """Return the renderer with its ground truth, without rendering."""
-    return DrivingScene(traffic_plan(knobs.scene), still=False)
+    return DrivingScene(traffic_plan(parameters.scene), still=False)
 
 
 @lru_cache(maxsize=4)
 def traffic_plan(seed: int) -> DrivingPlan:
-    """Return place, cars and camera of a scene."""
+    """Return surroundings, cars and camera of the scene with number `seed`."""
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(seed, f"nummiaro2003/traffic {part}")
@@ -84,9 +85,9 @@ def traffic_plan(seed: int) -> DrivingPlan:
 
 
 def _sample_paths(random: np.random.Generator) -> tuple[DrivingPath, DrivingPath, float]:
-    """Sample the paths of target and follower, and where the roads cross [metres].
+    """Return the paths of the target and of the follower, and the z of the crossing [metres].
 
-    Both follow the same route; the gap between them determines the target's size.
+    Both cars follow the same route. The distance between them determines the target's size.
     """
     gap, least = random.uniform(24.0, 26.5), random.uniform(16.0, 18.0)
     right = random.random() < 0.5
@@ -103,7 +104,7 @@ def _sample_paths(random: np.random.Generator) -> tuple[DrivingPath, DrivingPath
     closing = smooth_step(time, 10.0, middle)
     leaving = smooth_step(time, middle + 15.0, FRAMES - 10.0)
     last = random.uniform(24.0, 27.0)
-    # Linear in the logarithm: the target's size changes by the same factor in every frame.
+    # Interpolated in the logarithm, so that the size changes by similar factors per frame.
     distance = gap * (least / gap) ** closing * (last / least) ** leaving
     sway = random_wander(random, FRAMES, (3.0, 7.0), 0.16)
     courses = [
@@ -114,7 +115,7 @@ def _sample_paths(random: np.random.Generator) -> tuple[DrivingPath, DrivingPath
 
 
 def _swaying_path(places: Array, sway: Array) -> DrivingPath:
-    """Return a path that deviates from the middle of its lane by `sway` [metres]."""
+    """Return the path along `places` (x, z, heading), shifted sideways by `sway` [metres]."""
     x, z, heading = places.T
     x, z = x + sway * np.cos(heading), z - sway * np.sin(heading)
     step = np.maximum(np.sqrt(np.gradient(x) ** 2 + np.gradient(z) ** 2), 0.05)
@@ -124,9 +125,9 @@ def _swaying_path(places: Array, sway: Array) -> DrivingPath:
 def _views(
     random: np.random.Generator, target: DrivingPath, follower: DrivingPath
 ) -> list[PerspectiveView]:
-    """Return a camera behind the windscreen that shakes with the road and turns to the target.
+    """Return the camera behind the windscreen: it shakes, and it turns towards the target.
 
-    The turn is reduced as the target's angle grows, so that the target stays in view.
+    The turn keeps the target within the angle ROOM of the optical axis.
     """
     eye = 0.4  # ahead of the car's middle [metres]
     x = follower.x + eye * np.sin(follower.heading)
@@ -139,7 +140,7 @@ def _views(
     yaw += random_wander(random, FRAMES, QUICK, 0.004)
     pitch = random.uniform(0.015, 0.045) + random_wander(random, FRAMES, SLOW, 0.008)
     pitch += random_wander(random, FRAMES, QUICK, 0.004)
-    for frame in random.choice(np.arange(20, FRAMES - 20, 15), 5, replace=False):  # holes
+    for frame in random.choice(np.arange(20, FRAMES - 20, 15), 5, replace=False):  # potholes
         time = np.arange(FRAMES) - frame
         hit = np.exp(-np.maximum(time, 0) / 6.0) * np.sin(time * 1.3) * (time >= 0)
         pitch += random.uniform(0.008, 0.014) * hit
@@ -154,14 +155,14 @@ def _views(
 def _oncoming(
     random: np.random.Generator, target: DrivingPath, crossing: float
 ) -> list[DrivingPath]:
-    """Return cars in the opposite lanes; none is at the crossing when the target turns there."""
+    """Return paths of oncoming cars; none is at the crossing while the target turns."""
     enters = int(np.searchsorted(target.z, crossing - 3 * EDGE))
     courses = []
     for earlier in (random.uniform(60, 80), random.uniform(110, 150)):
         step = random.uniform(9.0, 12.0) / FRAMES_PER_SECOND
         z = crossing + (enters - earlier - np.arange(FRAMES)) * step
         courses.append(DrivingPath.in_heading(FRAMES, -LANE, z, np.pi))
-    # Another one in the side road, which the camera's car meets there.
+    # One more car, which the follower meets in the side road.
     side = float(np.sign(target.x[-1] - target.x[0]))
     away = FRAMES + random.uniform(20, 60) - np.arange(FRAMES)
     x = side * away * (random.uniform(9.0, 11.0) / FRAMES_PER_SECOND)
@@ -203,7 +204,7 @@ def _strips(crossing: float) -> list[Strip]:
 
 
 def _houses(random: np.random.Generator, crossing: float) -> list[House]:
-    """Return houses along both roads, but none near the crossing, to keep the view free."""
+    """Sample houses along both roads. None is near the crossing, where it would block the view."""
     houses = []
     for side in (-1, 1):
         z = -10.0 + random.uniform(0, 8)
@@ -243,7 +244,7 @@ def _plants(random: np.random.Generator, crossing: float) -> list[StreetObject]:
 
 
 def _parked(random: np.random.Generator, paints: tuple[BGR, ...], crossing: float) -> list[CarAt]:
-    """Return cars along the kerbs of both roads, half on the pavement."""
+    """Sample cars along the kerbs of both roads; they stand with two wheels on the pavement."""
     cars = []
     kerb = EDGE + 0.15
     for side in (-1, 1):

@@ -1,6 +1,7 @@
-"""Pinhole camera in any orientation, poses of solids, light on facets, upright cutouts.
+"""Pinhole camera with yaw and pitch, poses of solids, light on facets, upright cutouts.
 
-World: x to the right, y up, z ahead; metres. A yaw or heading of 0 points along z, of π/2 along x.
+World coordinates are x to the right, y up and z ahead [metres]. A yaw or heading of 0 points along
+z, and one of π/2 along x.
 """
 
 import math
@@ -20,16 +21,16 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 
-_STEP = 2.0**-30  # rounding of sines and cosines, for equal bytes on every platform
+_STEP = 2.0**-30  # Sines and cosines are multiples, so that all platforms render equal bytes.
 
 
 @dataclass(frozen=True)
 class PerspectiveView:
-    """Camera at one instant."""
+    """Pose and intrinsic parameters of a camera at one time."""
 
     focal: float  # focal length [pixels]
     centre: tuple[float, float]  # column and row of the optical axis [pixels]
-    place: tuple[float, float, float]  # of the camera (x, y, z) [metres]
+    place: tuple[float, float, float]  # position of the camera (x, y, z) [metres]
     yaw: float  # horizontal viewing direction [radians]
     pitch: float  # downwards [radians]
 
@@ -52,13 +53,13 @@ class PerspectiveView:
         return self.centre[1] - self.focal * down / level
 
     def shifted(self, right: int, down: int) -> "PerspectiveView":
-        """Return the same camera with its image shifted by some pixels."""
+        """Return the camera with its optical axis moved right and down in the image [pixels]."""
         return replace(self, centre=(self.centre[0] + right, self.centre[1] + down))
 
     def seen_from(self, points: ArrayLike) -> Array:
-        """Transform places (..., 3) to the camera's frame: right, down, ahead [metres]."""
+        """Transform points (..., 3) to camera coordinates: right, down, ahead [metres]."""
         apart = np.asarray(points, np.float64) - self.place
-        # Sums in a fixed order: the same bits on every platform.
+        # The order of the sums is fixed, so that all platforms return equal bits.
         turn = self.turn
         return (
             apart[..., 0, None] * turn[:, 0]
@@ -67,7 +68,7 @@ class PerspectiveView:
         )
 
     def place_of(self, x: float, z: float) -> tuple[float, float, float]:
-        """Return column, row [pixels] and depth [metres], possibly negative, of a ground point."""
+        """Return column, row [pixels] and depth [metres] of a ground point; depth can be < 0."""
         x, up, z = x - self.place[0], -self.place[1], z - self.place[2]
         right, down, ahead = (a * x + b * up + c * z for a, b, c in self._rows)
         scale = self.focal / ahead if ahead > 0 else 0.0
@@ -79,7 +80,7 @@ class PerspectiveView:
         return rows
 
     def project(self, points: ArrayLike) -> Array:
-        """Return column, row [pixels] and depth [metres] of places, shape (..., 3)."""
+        """Return column, row [pixels] and depth [metres] of points, shape (..., 3)."""
         right, down, ahead = np.moveaxis(self.seen_from(points), -1, 0)
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = self.focal / ahead
@@ -99,10 +100,11 @@ def _direction(angle: float) -> tuple[float, float]:
     return cos, sin
 
 
-NEAREST_SOLID = 0.6  # minimum depth of a solid's corners for its extents [metres]
-STAINS_SIDE = 512  # side of the picture of stains on the ground [pixels]
-STAINS_PERIOD = 16.0  # side of the ground that the picture of stains covers [metres]
-_SKY = np.array([-0.05, 0.23, -0.08, 0.8])  # brightest from above, and slightly from the left
+NEAREST_SOLID = 0.6  # solids with a corner nearer than this have no extents [metres]
+STAINS_SIDE = 512  # side of the texture of stains on the ground [pixels]
+STAINS_PERIOD = 16.0  # side of the ground area that this texture covers [metres]
+# light on a facet: factors of its normal (x, y, z), and a constant
+_SKY = np.array([-0.05, 0.23, -0.08, 0.8])
 _DENSITY = STAINS_SIDE / STAINS_PERIOD * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
@@ -112,7 +114,7 @@ def facet_pose(
     place: tuple[float, float, float] = (0, 0, 0),
     heading: float = 0.0,
 ) -> FacetPose:
-    """Return the pose of a solid that stands at a place, its axis in a heading."""
+    """Return the pose of a solid at the position `place` [metres] in a heading [radians]."""
     eye, axes = np.array(view.place), heading_axes(heading)
     return _pose(view.turn, eye, axes, np.array(place, float), facets.normals, _SKY, _DENSITY)
 
@@ -121,12 +123,12 @@ def facet_pose(
 def _pose(
     view: Array, eye: Array, axes: Array, place: Array, normals: Array, sky: Array, density: Array
 ) -> FacetPose:
-    """Return the pose of a solid at a `place` for a camera at `eye` [metres].
+    """Return the pose of a solid at the position `place` for a camera at `eye` [metres].
 
-    `view`, shape (3, 3), rotates the world's axes to the camera's, `axes` the solid's to the
-    world's; `normals` are those of its facets in its own frame. `sky` is the light on a facet:
-    three factors of its normal in the world, and a constant. `density`, shape (2, 3), contains
-    column and row in the picture of stains as factors of a place in the world.
+    `view`, shape (3, 3), rotates the world's axes to the camera's axes. `axes`, shape (3, 3),
+    rotates the solid's axes to the world's axes. `normals` are the facet normals in the solid's
+    axes. `sky` is described at `_SKY`. `density`, shape (2, 3), contains the factors that turn a
+    world position into column and row of the texture of stains.
     """
     turn, apart, shading = np.zeros((3, 3)), np.zeros(3), np.zeros((2, 4))
     for i in range(3):
@@ -153,9 +155,9 @@ def _pose(
 def facet_extents(
     facets: Facets, pose: FacetPose, lens: Lens
 ) -> tuple[float, float, float, float, float]:
-    """Return the range of columns and rows of a solid's corners, and the minimum depth.
+    """Return left, right, top and bottom of a solid in the image, and its minimum depth.
 
-    Columns and rows are 0 if a corner is not clearly in front of the camera.
+    The first four values are 0 if a corner is nearer than NEAREST_SOLID.
     """
     turn, place = pose.turn, pose.place
     nearest = np.inf
@@ -176,42 +178,42 @@ def facet_extents(
     return left, right, top, bottom, nearest
 
 
-Window = tuple[int, int, int, int]  # left, top, right and bottom pixel; the last two are excluded
+Window = tuple[int, int, int, int]  # left, top, right, bottom [pixels]; right, bottom are exclusive
 NEAREST_DRAWN = 2.0  # minimum depth of drawn objects [metres]
 
 
 class Drawable(Protocol):
-    """Object at a place on the ground."""
+    """Object at a position on the ground."""
 
     @property
     def x(self) -> float:
-        """Place of its centre, to the right [metres]."""
+        """Position of the centre, to the right [metres]."""
         ...
 
     @property
     def z(self) -> float:
-        """Place of its centre, ahead [metres]."""
+        """Position of the centre, ahead [metres]."""
         ...
 
     @property
     def reach(self) -> float:
-        """Maximum horizontal distance of its parts from its centre [metres]."""
+        """Maximum horizontal distance of a part from the centre [metres]."""
         ...
 
     def window(self, view: PerspectiveView) -> Window | None:
-        """Return the pixels that it may cover, also outside the image; None behind the camera."""
+        """Return a window around the object, also outside the image; None behind the camera."""
         ...
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
-        """Draw it over a canvas in place."""
+        """Draw the object over a canvas in place."""
         ...
 
 
 def sort_from_far(things: list[Drawable], view: PerspectiveView, width: int) -> list[Drawable]:
-    """Return the objects that may be in an image of a width [pixels], the farthest first."""
+    """Return the objects that may be visible in an image of `width` pixels, farthest first."""
     x, z, reach = np.array([(thing.x, thing.z, thing.reach) for thing in things]).T
     right, _, ahead = view.seen_from(np.stack([x, np.zeros(len(x)), z], axis=1)).T
-    # Tangent of half the field of view, with a margin for the slope of its border.
+    # `edge` is the tangent of half the field of view.
     edge = width / 2 / view.focal
     seen = (ahead > -reach) & (np.abs(right) < edge * (ahead + reach) + 1.2 * reach)
     apart = right * right + ahead * ahead
@@ -219,7 +221,7 @@ def sort_from_far(things: list[Drawable], view: PerspectiveView, width: int) -> 
 
 
 def windows_meet(first_window: Window, second_window: Window) -> bool:
-    """Return whether two windows share pixels."""
+    """Return whether two windows overlap."""
     return (
         first_window[0] < second_window[2]
         and second_window[0] < first_window[2]
@@ -228,12 +230,12 @@ def windows_meet(first_window: Window, second_window: Window) -> bool:
     )
 
 
-METRE = 40.0  # pixels per metre of the pictures
+METRE = 40.0  # scale of the images of cutouts [pixels/metre]
 
 
 @dataclass(frozen=True)
 class Cutout:
-    """Picture of an object with a transparent background."""
+    """Image of an object with a transparent background."""
 
     sprite: Sprite
     foot: float  # row of its base [pixels]
@@ -241,12 +243,12 @@ class Cutout:
 
 @dataclass(frozen=True)
 class UprightCutout:
-    """Upright object at a place that faces the camera; a `Drawable`."""
+    """Upright image at a position, always facing the camera; implements `Drawable`."""
 
     cutout: Cutout
     x: float  # to the right [metres]
     z: float  # ahead [metres]
-    size: float = 1.0  # relative to its picture
+    size: float = 1.0  # size relative to the image
 
     @property
     def reach(self) -> float:
@@ -276,7 +278,7 @@ class UprightCutout:
 def paint_cutout(
     make: Callable[[np.random.Generator, float, float, float], Prop], random: np.random.Generator
 ) -> Cutout:
-    """Return a street object, painted once with METRE pixels per metre."""
+    """Return an image of a street object, painted with METRE pixels per metre."""
     prop = make(random, 0.0, 1.0, METRE)
     _, top, alpha = prop.coverage(Viewpoint(METRE, 0.0, 0.0, 0.0))
     height, width = alpha.shape

@@ -1,4 +1,4 @@
-"""Surroundings of driving cars: ground, houses, static objects and a distant panorama."""
+"""Surroundings of the driving scenes: ground, houses, static objects, distant panorama."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -39,7 +39,7 @@ from trackmark.datasets.synthetic.scene import part_generator
 
 Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]  # left, top, right and bottom [metres]
-LOOKS = 6  # kinds of walls and roofs in a place
+LOOKS = 6  # number of wall and roof styles in a scene
 STOREY = 2.9  # height of a storey [metres]
 _WALLS = (
     (72, 84, 150),  # brick
@@ -52,8 +52,8 @@ _WALLS = (
 )
 _ROOFS = ((62, 70, 100), (74, 70, 68), (88, 88, 92))
 
-_BAYS = 4  # bays in a picture, side by side, on two storeys
-_WALL = 512, 256  # size of a picture of a wall [pixels]
+_BAYS = 4  # windows side by side in a wall texture, which has two storeys
+_WALL = 512, 256  # size of a wall texture [pixels]
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class House:
     z: float  # centre, ahead [metres]
     width: float  # along x [metres]
     depth: float  # along z [metres]
-    storeys: int  # number of storeys with the ground floor
+    storeys: int  # number of storeys, including the ground floor
     roof: float  # height of the roof; 0 is flat [metres]
-    look: int  # index of its look, in [0, LOOKS)
+    look: int  # index of the style of walls and roof, in [0, LOOKS)
 
     def faces(self) -> list[Face]:
-        """Return walls and roof."""
+        """Return the walls and the roof."""
         half, end, high = self.width / 2, self.depth / 2, self.storeys * STOREY
         foot, first, eaves = (Ring(h, end, -end, half) for h in (0.0, STOREY, high))
         inset = min(half, end) - 0.4 if self.roof else 0.3
@@ -90,7 +90,7 @@ class House:
 
 
 class Houses:
-    """Houses that are drawn together: `facets` in the world's frame, and their `pictures`."""
+    """Houses that are drawn together: `facets` in world coordinates and their textures."""
 
     def __init__(self, random: np.random.Generator, houses: Sequence[House]) -> None:
         faces = [house.faces() for house in houses]
@@ -110,7 +110,7 @@ class Houses:
         self.pictures = pack_pictures(pictures)
 
     def order(self, view: PerspectiveView) -> NDArray[np.int64]:
-        """Return the facets of potentially visible houses, from the nearest house on."""
+        """Return the indices of the facets of visible houses; the nearest house comes first."""
         right, _, ahead = view.seen_from(self._places).T
         seen = (ahead > -self._reach) & (np.abs(right) - self._reach < 0.8 * (ahead + self._reach))
         rank = np.argsort(np.argsort(right * right + ahead * ahead, kind="stable"))
@@ -121,7 +121,7 @@ class Houses:
 def sample_house(
     random: np.random.Generator, x: float, z: float, width: float, depth: float, large: bool = False
 ) -> House:
-    """Sample a house on a plot; a large one is an office with a flat roof. All in metres."""
+    """Sample a house; if `large`, it is an office with a flat roof. All lengths are in metres."""
     return House(
         x,
         z,
@@ -141,7 +141,7 @@ def _projections(bay: float) -> list[list[list[float]]]:
 
 
 def _look(random: np.random.Generator, bay: float) -> list[Array]:
-    """Return pictures of ground floor and upper floors, twice each for both axes, and the roof."""
+    """Return the textures of a style: ground floor (x and z walls), upper floors, roof."""
     colour = np.array(_WALLS[random.integers(len(_WALLS))]) * random.uniform(0.86, 1.06)
     grain = fractal(random, 512, 16, 256, 0.8)[: _WALL[1]]
     upper = _wall(random, colour, grain, bay, ground=False)
@@ -156,7 +156,7 @@ def _look(random: np.random.Generator, bay: float) -> list[Array]:
 def _wall(
     random: np.random.Generator, colour: Array, grain: Array, bay: float, ground: bool
 ) -> Array:
-    """Return two storeys of windows side by side; the ground floor also has doors."""
+    """Return a wall texture of two storeys with windows; a `ground` floor also has doors."""
     wall = _WallSheet(colour, grain, bay)
     wide, tall = random.uniform(1.0, 1.5), random.uniform(1.25, 1.6)
     trim = colour * 0.5 + 116 if random.random() < 0.6 else colour * 0.6
@@ -183,7 +183,7 @@ def _wall(
 
 
 class _WallSheet:
-    """Picture of a wall, painted in metres from its left lower corner."""
+    """Texture of a wall, painted in metres from the lower left corner."""
 
     def __init__(self, colour: Array, grain: Array, bay: float) -> None:
         width, height = _WALL
@@ -207,14 +207,14 @@ class _WallSheet:
 
 
 _DISTANCE = 150.0  # distance of the town [metres]
-_BELOW = 6  # rows that reach below the horizon
+_BELOW = 6  # rows of the panorama below the horizon
 
 
 class Panorama:
-    """Backdrop without parallax: sky, a town, trees in front of it.
+    """Backdrop without parallax: sky, a town, and trees in front of the town.
 
-    `yaws` are the minimum and maximum viewing direction [radians], `width` and `height` those of
-    the images, `focal` the focal length [pixels].
+    `yaws` are the minimum and maximum viewing directions [radians], `focal` is the focal length,
+    and `width` and `height` are the size of the images [pixels].
     """
 
     def __init__(
@@ -233,7 +233,7 @@ class Panorama:
         self._picture = _with_trees(random, picture, height, focal / 90.0)
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> int:
-        """Fill all rows down to the horizon and a few below it; return their number."""
+        """Fill all rows down to _BELOW rows below the horizon; return the number of rows."""
         last = int(np.clip(np.ceil(view.horizon) + _BELOW, 0, len(canvas)))
         left = np.round((view.yaw - self._start) * self._focal * 64)
         lefts = np.full((1, len(self._picture)), left, np.int64)
@@ -245,7 +245,7 @@ class Panorama:
 def _with_trees(
     random: np.random.Generator, picture: NDArray[np.uint8], base: int, metre: float
 ) -> NDArray[np.uint8]:
-    """Return a picture with trees along its base; `metre` is in pixels."""
+    """Return a picture with trees along the row `base`; `metre` is the scale [pixels/metre]."""
     columns = np.arange(picture.shape[1])
     outline = fractal(random, 256, 4, 128, 0.7)
     leaves = fractal(random, 256, 32, 128, 0.9)
@@ -258,7 +258,7 @@ def _with_trees(
     return np.asarray(picture + (green - picture) * cover[..., None]).astype(np.uint8)
 
 
-# materials of the ground, and pixels per metre of their pictures
+# materials of the ground, with the scales of their textures [pixels/metre]
 GROUND = {"asphalt": 96.0, "paving": 128.0, "grass": 64.0, "kerb": 64.0, "paint": 64.0}
 _SIZE = 512
 
@@ -268,12 +268,12 @@ class Strip:
     """Axis-parallel rectangle of ground."""
 
     kind: str  # material, one of GROUND
-    x: tuple[float, float]  # from and to [metres]
-    z: tuple[float, float]  # from and to [metres]
+    x: tuple[float, float]  # minimum and maximum [metres]
+    z: tuple[float, float]  # minimum and maximum [metres]
 
 
 def strip_facets(strips: Sequence[Strip]) -> Facets:
-    """Return the facets of strips; the first of overlapping strips is visible."""
+    """Return the facets of strips; if strips overlap, the first one is visible."""
     kinds = list(GROUND)
     projections = np.zeros((len(GROUND), 2, 4))
     projections[:, 0, 0] = projections[:, 1, 2] = list(GROUND.values())
@@ -284,7 +284,7 @@ def strip_facets(strips: Sequence[Strip]) -> Facets:
 def broken_line(
     start: float, end: float, across: float, along_x: bool, line: float = 3.0, gap: float = 6.0
 ) -> list[Strip]:
-    """Return a broken line along an axis; all in metres."""
+    """Return a broken line along x or z, at `across` on the other axis; lengths in metres."""
     width = (across - 0.06, across + 0.06)
     return [
         Strip("paint", (s, s + line), width) if along_x else Strip("paint", width, (s, s + line))
@@ -293,7 +293,7 @@ def broken_line(
 
 
 def paint_ground_materials(random: np.random.Generator) -> Pictures:
-    """Return pictures of the ground materials, in the order of GROUND."""
+    """Return the textures of the ground materials, in the order of GROUND."""
     grain = fractal(random, _SIZE, 32, _SIZE // 2, 0.95)
     blots = fractal(random, _SIZE, 4, 16)
     tone = 1 + 0.11 * grain + 0.035 * blots
@@ -313,12 +313,12 @@ def paint_ground_materials(random: np.random.Generator) -> Pictures:
 KINDS = {"tree": tree, "bush": bush, "post": post, "sign": sign}  # static objects by kind
 _UNSHADED = blank_pictures()
 
-VARIETIES = 3  # number of pictures per kind
+VARIETIES = 3  # number of images per kind
 
 
 @dataclass(frozen=True)
 class StreetObject:
-    """Static object: one of KINDS, its place [metres], and its size relative to its kind."""
+    """Static object of a kind in KINDS at (x, z) [metres]; `size` is relative to the kind."""
 
     kind: str
     x: float
@@ -328,20 +328,20 @@ class StreetObject:
 
 @dataclass(frozen=True)
 class Layout:
-    """Layout of a place."""
+    """Layout of the surroundings."""
 
-    seed: int  # of all random properties that are painted
-    strips: Sequence[Strip]  # the ground; the first of overlapping strips is visible
+    seed: int  # seed of textures and images
+    strips: Sequence[Strip]  # the ground; if strips overlap, the first one is visible
     houses: Sequence[House]
     plants: Sequence[StreetObject]
     parked: Sequence[CarAt]
 
 
 class World:
-    """Place under an overcast sky, painted on demand.
+    """Surroundings under an overcast sky; textures are painted on first use.
 
-    `focal` is the camera's focal length [pixels], `yaws` its minimum and maximum viewing direction
-    [radians].
+    `focal` is the camera's focal length [pixels]. `yaws` are its minimum and maximum viewing
+    directions [radians].
     """
 
     def __init__(self, layout: Layout, focal: float, yaws: tuple[float, float]) -> None:
@@ -352,7 +352,7 @@ class World:
         self._whole_ground = np.arange(len(layout.strips))
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
-        """Fill an image with ground, houses and panorama."""
+        """Render ground, houses and panorama into an image."""
         height, width = canvas.shape[:2]
         canvas[:] = 0
         occupied = np.zeros((height, width), np.uint16)
@@ -369,14 +369,14 @@ class World:
 
     @cached_property
     def _stains(self) -> Pictures:
-        """Stains and worn places of the ground, as light times 128."""
+        """Texture of stains on the ground; its value is light times 128."""
         random = part_generator(self._layout.seed, "stains")
         stains = 1 + 0.05 * fractal(random, STAINS_SIDE, 2, 64, 0.75)
         return pack_pictures([np.repeat((128 * stains)[..., None], 3, axis=2)])
 
     @cached_property
     def resting(self) -> list[Drawable]:
-        """Static objects and parked cars."""
+        """All static objects, including parked cars."""
         random = part_generator(self._layout.seed, "plants")
         kinds: dict[str, list[Cutout]] = {
             kind: [paint_cutout(make, random) for _ in range(VARIETIES)]

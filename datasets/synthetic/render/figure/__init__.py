@@ -1,1 +1,1 @@
-"""Person at close range: a textured mesh on bones, and its routine."""
+"""Person at close range: a textured mesh on bones, and a routine of movements."""

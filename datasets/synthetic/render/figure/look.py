@@ -12,13 +12,13 @@ Cut: TypeAlias = Literal["short", "full", "wreath"]
 
 DARK_HAIR: tuple[BGR, ...] = ((26, 28, 32), (36, 44, 60), (104, 108, 112))
 ANY_HAIR: tuple[BGR, ...] = (*DARK_HAIR, (48, 70, 98), (72, 122, 158))
+# skin colours with their possible hair colours
 COMPLEXIONS: tuple[tuple[BGR, tuple[BGR, ...]], ...] = (
     ((150, 174, 216), ANY_HAIR),
     ((134, 160, 206), ANY_HAIR),
     ((104, 134, 182), DARK_HAIR),
     ((66, 90, 132), DARK_HAIR),
 )
-"""Skin colours with their possible hair colours."""
 
 CLOTHES: tuple[BGR, ...] = (
     (120, 74, 44),  # work blue
@@ -43,11 +43,11 @@ CUTS: tuple[Cut, ...] = ("short", "short", "full", "wreath")
 
 @dataclass(frozen=True)
 class FigureLook:
-    """Head and working clothes. Colours are BGR in [0, 255]."""
+    """Appearance of head and working clothes. Colours are BGR in [0, 255]."""
 
     hair: BGR
     skin: BGR
-    cut: Cut  # of the hair; a wreath leaves the crown bare
+    cut: Cut  # haircut; a wreath leaves the crown bald
     beard: bool  # True if there is a beard
     glasses: bool  # True if there are glasses
     clothes: BGR  # the jacket, or bib and brace
@@ -63,7 +63,7 @@ def sample_skin(random: np.random.Generator) -> NDArray[np.float64]:
 
 
 def sample_figure_look(random: np.random.Generator) -> FigureLook:
-    """Sample the appearance of a person, each trait independently."""
+    """Sample the appearance of a person; all traits are independent."""
     skin, hairs = COMPLEXIONS[random.integers(len(COMPLEXIONS))]
     return FigureLook(
         hair=hairs[random.integers(len(hairs))],

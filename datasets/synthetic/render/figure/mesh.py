@@ -1,6 +1,6 @@
-"""Triangle mesh of body parts, placed by bones, projected by a camera and painted.
+"""Triangle mesh of body parts, posed by bones, projected by a camera and painted.
 
-Projected vertices are rounded to a fraction of a pixel; all arithmetic on pixels is on integers.
+Projected vertices are rounded to a fraction of a pixel; all pixel arithmetic uses integers.
 """
 
 from dataclasses import dataclass
@@ -9,16 +9,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-FINE = 2
-"""Samples per pixel and axis."""
+FINE = 2  # samples per pixel and axis
+NO_TRIANGLE = -1  # triangle index of a sample that no triangle covers
+UNIT = 32  # number of fixed-point steps per sample and per texel
 
-NO_TRIANGLE = -1
-"""Owner of a sample that no triangle covers."""
-
-UNIT = 32
-"""Steps per sample, and per texel."""
-
-_BITS = 20  # of a triangle's index
+_BITS = 20  # bits of a triangle's index
 _NEARNESS = 1 << 21  # nearness at a distance of one metre
 
 
@@ -32,14 +27,14 @@ def place_vertices(
     lamp: NDArray[np.float64],
     camera: NDArray[np.float64],
 ) -> NDArray[np.int64]:
-    """Return column and row [1/UNIT sample], nearness and light [1/256] of vertices.
+    """Return column and row [1/UNIT sample], nearness and light [1/256] of vertices, shape (v, 4).
 
-    The result has the shape (v, 4). `positions` and `normals`, shape (v, 3), are in the frame of
-    each vertex' bone [metres]. `axes`, shape (b, 3, 3), has each bone's axes in the world as
-    columns (x to the right, y up, z away from the camera), `origins` its place [metres]. `lamp` is
-    the direction to the light, and the light on surfaces that it does not reach. It is diffuse:
-    sideways surfaces receive half of it. `camera` is focal length, column and row of the optical
-    axis [pixels], height [metres].
+    `positions` and `normals`, shape (v, 3), are relative to the bone of each vertex [metres]. The
+    columns of `axes`, shape (b, 3, 3), are the axes of each bone in the world: x to the right, y
+    up, z away from the camera. `origins` are the positions of the bones [metres]. `lamp` is the
+    direction to the light and the ambient light. The light is diffuse: surfaces perpendicular to
+    its direction receive half of it. `camera` is focal length, column and row of the optical axis
+    [pixels], and height [metres].
     """
     placed = np.empty((len(positions), 4), np.int64)
     for i in range(len(positions)):
@@ -70,11 +65,11 @@ def visible_triangles(
 ) -> NDArray[np.int64]:
     """Return the nearest camera-facing triangle of each sample of a window, or `NO_TRIANGLE`.
 
-    `placed`: see `place_vertices`. `triangles`, shape (t, 3), are clockwise in the image if they
-    face the camera. The window [pixels] can exceed the image. The result has (height * FINE, width
-    * FINE) samples.
+    `placed` is the result of `place_vertices`. `triangles`, shape (t, 3), are clockwise in the
+    image if they face the camera. The window [pixels] may exceed the image. The result has the
+    shape (height * FINE, width * FINE).
     """
-    # The upper bits of a key hold the nearness, so the maximum belongs to the nearest triangle.
+    # The upper bits of a key are the nearness, so the maximum key is that of the nearest triangle.
     keys = np.full((height * FINE, width * FINE), NO_TRIANGLE, np.int64)
     half = UNIT // 2
     for t in range(len(triangles)):
@@ -136,7 +131,7 @@ def _interpolated(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _texel(atlas: NDArray[np.uint8], u: int, v: int, channel: int) -> int:
-    """Return the colour between four texels, times UNIT squared."""
+    """Return the bilinear interpolation of four texels, times UNIT squared."""
     left, upper = (u // UNIT) & (atlas.shape[1] - 1), v // UNIT
     right, lower = (left + 1) & (atlas.shape[1] - 1), min(upper + 1, len(atlas) - 1)
     a, b = u & (UNIT - 1), v & (UNIT - 1)
@@ -158,12 +153,12 @@ def paint_owners(
     top: int,
     gain: int,
 ) -> NDArray[np.uint8]:
-    """Paint a mesh in the format of `blend_sprite`, with one colour per part and pixel.
+    """Paint a mesh in the format of `blend_sprite`, with one colour per body part and pixel.
 
-    `owners`: see `visible_triangles`; the window's corner is (left, top) [pixels]. `parts`, shape
-    (t,), is the part of each triangle. `places`, shape (v, 2), is column and row of each vertex in
-    the atlas [1/UNIT texel]. `atlas`, shape (rows, 2**k, 3), has the textures one below the other,
-    each horizontally periodic. `gain` is the light, times 256.
+    `owners` is the result of `visible_triangles`; (left, top) is the corner of the window [pixels].
+    `parts`, shape (t,), is the body part of each triangle. `places`, shape (v, 2), is column and
+    row of each vertex in the atlas [1/UNIT texel]. `atlas`, shape (rows, 2**k, 3), contains the
+    textures one below the other; they are horizontally periodic. `gain` is the light, times 256.
     """
     height, width = owners.shape[0] // FINE, owners.shape[1] // FINE
     picture = np.zeros((height + 2, width + 2, 4), np.uint8)
@@ -200,23 +195,24 @@ def paint_owners(
 
 Array = NDArray[np.float64]
 
+# number of texture columns around a body part; column 0 is the front, AROUND / 4 the left
 AROUND = 256
-"""Columns of a texture, once around; column 0 is the front, a quarter further the left."""
 
 
 @dataclass(frozen=True)
 class Solid:
-    """Part of the body in its own frame: x to the left, y up, z forward."""
+    """Body part in its own coordinates: x to the left, y up, z forward."""
 
     # (rows, AROUND + 1, 3), positions of the texels, from one end to the other [metres]; the last
     # column equals the first. A mesh uses every `spacing`-th row, including the first and the last.
     surface: Array
     texture: Array  # (rows, AROUND, 3), BGR in [0, 255]
-    spacing: tuple[int, int]  # texels between two vertices of the mesh, down and around
+    # texels between adjacent vertices of the mesh, vertical and horizontal
+    spacing: tuple[int, int]
 
     @property
     def vertices(self) -> Array:
-        """Vertices of the mesh on their grid, shape (r, a, 3)."""
+        """Vertices of the mesh as a grid, shape (r, a, 3)."""
         down, around = self.spacing
         return self.surface[::down, ::around]
 
@@ -239,11 +235,11 @@ def turns(rows: int) -> tuple[Array, Array]:
 
 
 def loft(rows: int, profile: ArrayLike, power: float = 2.0) -> Array:
-    """Return a surface through stacked ellipses, shape (rows, AROUND + 1, 3).
+    """Return a surface through stacked cross-sections, shape (rows, AROUND + 1, 3).
 
-    A row of `profile`, evenly spaced along the texture, is height, half width, reach to the front
-    and to the back, height of the front above the centre, shift forward [metres]. A `power` of 2
-    makes ellipses, larger ones make rounded rectangles.
+    The rows of `profile` are evenly spaced along the texture. The columns are height, half width,
+    extent to the front, extent to the back, height of the front above the centre, and forward shift
+    [metres]. A `power` of 2 makes ellipses; larger values make rounded rectangles.
     """
     knots = np.asarray(profile, np.float64)
     place = np.linspace(0, len(knots) - 1, rows)
@@ -258,7 +254,7 @@ def loft(rows: int, profile: ArrayLike, power: float = 2.0) -> Array:
 
 
 def _smoothed(values: Array, rows: int) -> Array:
-    """Smooth a profile so that knots are invisible; the ends stay."""
+    """Smooth a profile between its two ends."""
     reach = rows // 24
     weights = np.hanning(2 * reach + 3)[1:-1]
     padded = np.pad(values, reach, mode="reflect", reflect_type="odd")

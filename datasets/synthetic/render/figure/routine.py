@@ -1,7 +1,7 @@
 """Random routine of a worker: operations at several machines.
 
-The paper names several operations on different machines, large out-of-plane rotations of the head,
-and unpredictable locations. It gives no speeds, so everyday ones are used.
+Nummiaro et al. (2003) mention several operations on different machines, large out-of-plane
+rotations of the head and unpredictable locations. They give no speeds; we use everyday speeds.
 """
 
 from dataclasses import dataclass
@@ -15,74 +15,59 @@ from trackmark.datasets.synthetic.render.views import random_wander
 
 Array = NDArray[np.float64]
 
-SIZE = 640, 480
-"""Width and height of the images [pixels]."""
+SIZE = 640, 480  # width and height of the images [pixels]
 
 FRAMES = 450
 FRAMES_PER_SECOND = 25.0
 
-FOCAL = 700.0
-"""Focal length [pixels]."""
+FOCAL = 700.0  # focal length [pixels]
+COLUMNS = 105.0, 535.0  # range of image columns of the head at a machine [pixels]
+DEPTHS = 1.55, 2.25  # range of distances of the head from the camera at a machine [metres]
 
-COLUMNS = 105.0, 535.0
-"""Image columns of the head at a machine [pixels]."""
-
-DEPTHS = 1.55, 2.25
-"""Distance of the head from the camera at a machine [metres]."""
-
+# headings of the body: 0 is to the right, pi/2 towards the camera [radians]
 FRONT, AWAY, LEFT, RIGHT = np.pi / 2, -np.pi / 2, np.pi, 0.0
-"""Headings: 0 is to the right, pi/2 towards the camera [radians]."""
 
-UNLIKE = 60.0
-"""Minimum image distance between consecutive machines [pixels]."""
+UNLIKE = 60.0  # minimum distance between consecutive machines in the image [pixels]
 
 
-WORK = 40, 75
-"""Minimum and maximum time at a machine [frames]."""
+WORK = 40, 75  # minimum and maximum time at a machine [frames]
 
+# minimum and maximum time at a machine that the worker faces with the back to the camera
 WORK_AT_WALL = 60, 75
-"""Minimum and maximum time at a machine at the wall, facing away from the camera [frames]."""
 
-WAY = 30.0
-"""Minimum time between two machines [frames]."""
+WAY = 30.0  # minimum duration of a walk between two machines [frames]
+SPEED = 0.35  # mean speed of a walk between machines, which takes one or two steps [metres/second]
+FARTHEST = 200.0  # maximum distance between consecutive machines in the image [pixels]
+TURN = 120.0  # maximum speed at which the head turns to the next machine [degrees/second]
 
-SPEED = 0.35
-"""Mean speed between machines, a step or two [metres/second]."""
-
-FARTHEST = 200.0
-"""Maximum image distance between consecutive machines [pixels]."""
-
-TURN = 120.0
-"""Maximum speed of the head's turn to the next machine [degrees/second]."""
-
+# minimum and maximum duration of a glance aside, and of the return of the head [frames]
 GLANCE = 14, 24
-"""Minimum and maximum duration of a look aside, and of its return [frames]."""
 
-# The worker faces all four sides: the fourth operation begins by frame 431, after three times 75
-# frames at a machine and three walks of at most 0.96 m.
+# The worker always faces all four sides: the fourth operation begins by frame 431, after three
+# operations of at most 75 frames and three walks of at most 0.96 m.
 
 
 @dataclass(frozen=True)
 class Routine:
     """Pose in every frame; arrays have the shape (n,) unless stated otherwise."""
 
-    x: Array  # of the head, to the right of the camera [metres]
-    z: Array  # of the head, away from the camera [metres]
-    crouch: Array  # lowering of the hips relative to standing [metres]
-    heading: Array  # of the body: 0 is to the right, pi/2 towards the camera [radians]
-    lean: Array  # of the trunk, forward [radians]
+    x: Array  # position of the head, to the right of the camera [metres]
+    z: Array  # distance of the head from the camera [metres]
+    crouch: Array  # distance by which the hips are lower than when standing [metres]
+    heading: Array  # heading of the body: 0 is to the right, pi/2 towards the camera [radians]
+    lean: Array  # angle of the trunk, from upright to forward [radians]
     turn: Array  # heading of the head in the world [radians]
-    nod: Array  # of the head, down from the horizon [radians]
-    tilt: Array  # of the head, to the left [radians]
-    # (n, 2, 3), left and right wrist relative to the root of the neck: to the left, above and in
-    # front of it, in the heading of the body [metres]
+    nod: Array  # angle of the head, from the horizon downwards [radians]
+    tilt: Array  # angle of the head, from upright to the left [radians]
+    # (n, 2, 3), left and right wrist relative to the base of the neck: left, up and forward in the
+    # heading of the body [metres]
     hands: Array
-    to_face: Array  # (n, 2), progress of each hand towards the face, in [0, 1]
+    to_face: Array  # (n, 2), progress of the motion of each hand to the face, in [0, 1]
 
 
 @dataclass(frozen=True)
 class _Operation:
-    """Pose at a machine from arrival to departure [frames]."""
+    """Pose at a machine between the frames of arrival and departure."""
 
     start: float
     end: float
@@ -127,7 +112,7 @@ def sample_routine(random: np.random.Generator) -> Routine:
 
 
 def _sample_operations(random: np.random.Generator) -> list[_Operation]:
-    # The first four operations contain all four facings and are always reached.
+    # The first four operations face all four sides; all of them start before the last frame.
     others = random.permutation([AWAY, LEFT, RIGHT])
     facings = [FRONT, *others.tolist()]
     operations: list[_Operation] = []
@@ -191,7 +176,7 @@ def _continuous_headings(facings: list[float]) -> list[float]:
 def _headings(
     random: np.random.Generator, operations: list[_Operation], headings: list[float]
 ) -> tuple[Array, Array]:
-    """Return headings of the body, and of the head, which turns earlier and faster."""
+    """Return the headings of body and head; the head turns earlier and faster."""
     time = np.arange(FRAMES, dtype=np.float64)
     body, head = np.full(FRAMES, headings[0]), np.full(FRAMES, headings[0])
     for (before, after), (old, new) in zip(pairwise(operations), pairwise(headings), strict=True):
@@ -208,7 +193,7 @@ def _headings(
 def _sample_glances(
     random: np.random.Generator, operations: list[_Operation]
 ) -> tuple[Array, Array]:
-    """Sample looks aside and up or down during operations."""
+    """Sample glances aside, up and down during operations."""
     time = np.arange(FRAMES, dtype=np.float64)
     aside, down = np.zeros(FRAMES), np.zeros(FRAMES)
     for operation in operations[1:]:
@@ -223,7 +208,7 @@ def _sample_glances(
 
 
 def _sample_gesture(random: np.random.Generator, operations: list[_Operation]) -> Array:
-    """Sample a hand's motion to the face in some scenes, while the face is visible."""
+    """Sample the motion of a hand to the face, in some scenes, while the face is visible."""
     time = np.arange(FRAMES, dtype=np.float64)
     hands = np.zeros((FRAMES, 2))
     turned = [o for o in operations[1:] if np.sin(o.facing) > -0.5 and o.end < FRAMES]
@@ -239,7 +224,7 @@ def _sample_gesture(random: np.random.Generator, operations: list[_Operation]) -
 def _interpolate_operations(
     operations: list[_Operation], values: list[float] | list[Array]
 ) -> Array:
-    """Return a value that is constant in each operation and changes smoothly in between."""
+    """Return a value that is constant in each operation and changes smoothly between them."""
     keys = np.asarray(values, np.float64)
     time = np.arange(FRAMES, dtype=np.float64)
     total: Array = np.zeros((FRAMES, *keys.shape[1:])) + keys[0]

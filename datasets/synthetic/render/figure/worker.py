@@ -1,7 +1,7 @@
-"""Worker: bones of all poses, a textured mesh on them, and the visible part of the head.
+"""Worker: bones in all frames, a textured mesh on the bones, and the visible part of the head.
 
-The world is x to the right, y up, z away from the camera [metres]. A bone's axes are its left, up
-and forward.
+World coordinates are x to the right, y up and z away from the camera [metres]. The axes of a bone
+point to its left, up and forward.
 """
 
 from typing import NamedTuple
@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.render.figure.clothes import (
+from trackmark.datasets.synthetic.render.figure.body import (
     FOREARM,
     NECK,
     SHOULDER,
     TRUNK,
     UPPER_ARM,
     body,
+    head,
 )
-from trackmark.datasets.synthetic.render.figure.head import head
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.figure.mesh import (
     FINE,
@@ -36,22 +36,19 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]
 
-HEAD = 0
-"""Index of the head's bone."""
-
-CROWN = 0.252
-"""Height of the crown above the root of the neck [metres]."""
+HEAD = 0  # index of the head's bone
+CROWN = 0.252  # height of the crown above the base of the neck [metres]
 
 
 class Bones(NamedTuple):
-    """Frames of head, neck, collar, trunk, upper arms, forearms, hands, legs; left before right."""
+    """Axes and origins of head, neck, collar, trunk, upper arms, forearms, hands and legs."""
 
     axes: Array  # (n, 12, 3, 3), columns are left, up and forward
     origins: Array  # (n, 12, 3), [metres]
 
 
 def place_bones(routine: Routine, look: FigureLook) -> Bones:
-    """Return the frames of all bones in every frame of a routine."""
+    """Return axes and origins of all bones in every frame of a routine."""
     nothing = np.zeros_like(routine.x)
     trunk = _rotate_axes(routine.heading, routine.lean, nothing)
     height = look.stature - CROWN - TRUNK - routine.crouch
@@ -76,7 +73,7 @@ def place_bones(routine: Routine, look: FigureLook) -> Bones:
         forward = trunk[:, :, 2]
         uppers.append((_align_axes(joint - elbow, forward), joint))
         lowers.append((_align_axes(elbow - wrist, forward), elbow))
-        # A hand that moves to the face lies across the brow.
+        # A hand at the face covers the brow.
         across = _align_axes(
             _unit(elbow - wrist) * (1 - 0.8 * share) + _offset(head, side * 0.8, -0.35, 0) * share,
             forward,
@@ -88,14 +85,14 @@ def place_bones(routine: Routine, look: FigureLook) -> Bones:
     for side in (1, -1):
         axes.append(upright)
         origins.append(hips + _offset(upright, side * 0.085 * look.bulk, 0, 0))
-    # The routine defines the place of the head; the body is moved to fit it.
+    # The routine defines the position of the head; the body is moved to fit the head.
     places = np.stack(origins, axis=1)
     to_head = np.stack([routine.x - skull[:, 0], nothing, routine.z - skull[:, 2]], axis=1)
     return Bones(np.stack(axes, axis=1), places + to_head[:, None])
 
 
 def _rotate_axes(heading: Array, pitch: Array, roll: Array) -> Array:
-    """Return axes with a heading, pitched down and rolled to the left; (n, 3, 3)."""
+    """Return axes with a heading that are pitched down and rolled to the left, shape (n, 3, 3)."""
     nothing = np.zeros_like(heading)
     ahead = np.stack([np.cos(heading), nothing, -np.sin(heading)], axis=1)
     left = np.stack([np.sin(heading), nothing, np.cos(heading)], axis=1)
@@ -120,14 +117,14 @@ def _unit(vectors: Array) -> Array:
 
 
 def _align_axes(up: Array, forward: Array) -> Array:
-    """Return axes with y along `up`, and z as far along `forward` as possible."""
+    """Return axes with y along `up`, and z as close to `forward` as possible."""
     up = _unit(up)
     left = _unit(np.cross(forward, up))
     return np.stack([left, up, np.cross(up, left)], axis=2)
 
 
 def _bend_arm(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
-    """Return elbow and wrist of an arm that reaches for a point as far as it can."""
+    """Return elbow and wrist of an arm whose wrist is as close to a point as possible."""
     way = wrist - joint
     length = np.sqrt((way * way).sum(axis=1, keepdims=True))
     towards = way / length
@@ -138,16 +135,14 @@ def _bend_arm(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
     return joint + along * towards + off * aside, joint + length * towards
 
 
-FULL = 255
-"""Coverage of a fully covered pixel."""
+FULL = 255  # coverage of a fully covered pixel
 
 
 class Worker:
     """Person who performs a routine in front of a camera.
 
-    `camera` is focal length, column and row of the optical axis [pixels], height [metres]. `lamp`
-    is the direction to the light, and the light on surfaces that it does not reach. `seed`
-    initialises hair and folds.
+    `camera` is focal length, column and row of the optical axis [pixels], and height [metres].
+    `lamp` is the direction to the light and the ambient light. `seed` determines hair and folds.
     """
 
     def __init__(
@@ -168,7 +163,7 @@ class Worker:
     def draw(self, canvas: Picture, frame: int, gain: float, shutter: float) -> None:
         """Draw the worker over a canvas, blurred by the motion of the head.
 
-        `gain` is the light on the worker, `shutter` the share of the frame time for which the
+        `gain` is the light on the worker. `shutter` is the fraction of the frame time for which the
         shutter is open.
         """
         placed = self._placed(frame)
@@ -204,15 +199,15 @@ class Worker:
         return np.array([column + x * focal / z, row + (eye - y) * focal / z])
 
     def head_box(self, frame: int) -> Array:
-        """Return the box of the head, chin to crown, with hair and ears [pixels], shape (4,)."""
+        """Return the box of the head from chin to crown, with hair and ears [pixels]."""
         placed = self._placed(frame)[self._vertex_parts == HEAD, :2] / (UNIT * FINE)
         low, high = placed.min(axis=0), placed.max(axis=0)
         return np.concatenate([low, high - low])
 
     def head_seen(self, frame: int) -> tuple[int, int, Picture, Picture]:
-        """Return left and top of a window [pixels], the head's coverage, and its visible part.
+        """Return left and top of a window [pixels], coverage by the head, and its visible part.
 
-        The window can lie outside the image; both coverages are in [0, 255].
+        The window may lie outside the image; both coverages are in [0, 255].
         """
         placed = self._placed(frame)
         left, top, width, height = _window(placed[self._vertex_parts == HEAD], None)
@@ -263,12 +258,12 @@ def _join_solids(solids: list[Solid]) -> tuple[Integers, Integers]:
 
 
 def _window(placed: Integers, within: tuple[int, ...] | None) -> tuple[int, int, int, int]:
-    """Return left, top, width and height of the vertices' window, clipped to an image [pixels]."""
+    """Return left, top, width and height of a window around vertices within an image [pixels]."""
     step = UNIT * FINE
     left, top = (int(v) for v in placed[:, :2].min(axis=0) // step)
     right, bottom = (int(v) for v in placed[:, :2].max(axis=0) // step + 1)
     if within is not None:
-        reach = 16  # of the blur
+        reach = 16  # width of the blur [pixels]
         left, top = max(left, -reach), max(top, -reach)
         right, bottom = min(right, within[1] + reach), min(bottom, within[0] + reach)
     return left, top, max(right - left, 1), max(bottom - top, 1)

@@ -1,1 +1,1 @@
-"""Street: houses, ground, static objects and light."""
+"""Components of a street: houses, ground, static objects and light."""

@@ -1,4 +1,4 @@
-"""Far side of a street: houses of many kinds below a sky."""
+"""Far side of a street: a row of different houses below a sky."""
 
 import cv2
 import numpy as np
@@ -9,8 +9,7 @@ from trackmark.datasets.synthetic.render.texture import fractal
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
-Box = tuple[float, float, float, float]
-"""Left, top, right and bottom."""
+Box = tuple[float, float, float, float]  # left, top, right and bottom of a rectangle
 
 WALLS = (
     (72, 84, 150),  # brick
@@ -28,22 +27,22 @@ WALLS = (
 SIGNS = ((40, 44, 150), (120, 70, 30), (50, 110, 50), (30, 30, 34), (40, 150, 200), (90, 40, 90))
 ROOFS = ((60, 68, 96), (70, 66, 62), (84, 84, 90))
 
-FINE = 2  # painted pixels per pixel and axis
+FINE = 2  # supersampling per axis
 
 
 def backdrop(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Picture:
-    """Paint adjacent houses with a sky above them, shape (height, width, 3).
+    """Return an image of adjacent houses and the sky above them, shape (height, width, 3).
 
-    `scale` is in pixels/metre; the houses stand at the row `base` [pixels].
+    `scale` is in pixels/metre. The houses meet the ground at the row `base`.
     """
     picture = _sky(random, FINE * height, FINE * width, FINE * base)
     metre = FINE * scale
     front = _Front(random, picture, FINE * base, metre)
     x = -random.uniform(0, 8) * metre
     while x < FINE * width:
-        if random.random() < 0.1:  # a gap: a garden behind a wall
+        if random.random() < 0.1:  # gap between houses: a garden behind a wall
             wide = random.uniform(3, 5) * metre
             front.garden(x, x + wide)
         else:
@@ -60,7 +59,7 @@ def _sky(random: np.random.Generator, height: int, width: int, base: float) -> P
     stretched = cv2.resize(np.tile(clouds, (1, 2)), (width, height), interpolation=cv2.INTER_LINEAR)
     picture: Picture = _clouded(np.asarray(stretched), np.linspace(0, 1, height))
     x = 0
-    while x < width:  # a far town
+    while x < width:  # distant town
         wide, high = random.integers(30, 120), random.integers(30, 190)
         tone = random.uniform(150, 186) + np.array([10.0, 4.0, -4.0])
         _fill(picture, (x, base - high, x + int(wide), base), tone)
@@ -70,7 +69,7 @@ def _sky(random: np.random.Generator, height: int, width: int, base: float) -> P
 
 @njit(cache=True)
 def _clouded(clouds: Array, down: Array) -> Picture:
-    """Paint a sky with clouds about in [-1, 1]; it gets paler with `down`, in [0, 1]."""
+    """Return a sky with clouds, about in [-1, 1], which is paler for larger `down` in [0, 1]."""
     blue, pale = np.array([214.0, 178.0, 140.0]), np.array([226.0, 220.0, 212.0])
     picture = np.empty((*clouds.shape, 3), np.uint8)
     for row in range(len(clouds)):
@@ -89,7 +88,7 @@ def _fill(picture: Picture, box: Box, colour: Array) -> None:
 
 
 class _Front:
-    """Far side of a street with the houses at the row `base`; a `metre` is in pixels."""
+    """Canvas for houses that meet the ground at the row `base`; `metre` is in pixels."""
 
     def __init__(
         self, random: np.random.Generator, picture: Picture, base: float, metre: float
@@ -102,7 +101,7 @@ class _Front:
         _fill(self._picture, box, colour)
 
     def _shade(self, box: Box, gain: Array | float) -> None:
-        """Multiply a region by a gain; an array is cut or repeated to its size."""
+        """Multiply a region by a gain; arrays are cut or repeated to the size of the region."""
         height, width = self._picture.shape[:2]
         left, right = max(round(box[0]), 0), min(round(box[2]), width)
         top, bottom = max(round(box[1]), 0), min(round(box[3]), height)
@@ -189,7 +188,7 @@ class _Front:
     def _ground_floor(self, box: Box, colour: Array) -> None:
         random, metre = self._random, self._metre
         left, top, right, base = box
-        if random.random() < 0.45:  # flats: a door, windows
+        if random.random() < 0.45:  # block of flats: a door, windows
             door_x = random.uniform(left + 0.5 * metre, right - 1.6 * metre)
             wood = np.array(SIGNS[random.integers(len(SIGNS))]) * 0.8 + 20
             for middle in np.arange(left + 1.3 * metre, right - metre, 2.3 * metre):

@@ -14,9 +14,10 @@ Array = NDArray[np.float64]
 def post(
     random: np.random.Generator, x: float, z: float, scale: float, thickness: float | None = None
 ) -> Prop:
-    """Return a lamp post or pillar, taller than the image, at a place with a thickness [metres].
+    """Return a lamp post or pillar that is taller than the image.
 
-    `scale` is that at its depth [pixels/metre]; the default thickness is that of a lamp post.
+    Position (x, z) and thickness are in metres; the default is the thickness of a lamp post.
+    `scale` is the scale at the depth z [pixels/metre].
     """
     thick = random.uniform(0.10, 0.18) if thickness is None else thickness
     colour, coverage = _upright(4.5 * scale, thick * scale, _metal(random))
@@ -57,7 +58,6 @@ def _metal(random: np.random.Generator) -> Array:
 
 
 def _upright(height: float, width: float, colour: Array) -> tuple[Array, Array]:
-    """Return image and coverage of a cylinder."""
     rows, columns = max(1, round(height)), int(np.ceil(width)) + 2
     u = (np.arange(columns) + 0.5 - columns / 2) / (width / 2)
     cover = np.clip((1 - np.abs(u)) * width / 2 + 0.5, 0, 1)
@@ -69,7 +69,7 @@ def _upright(height: float, width: float, colour: Array) -> tuple[Array, Array]:
 def _stacked(
     x: float, z: float, upper: Array, upper_cover: Array, lower: Array, lower_cover: Array
 ) -> Prop:
-    """Return an object on top of another, centred, that stands on the ground."""
+    """Return an object that is centred on top of another object, which stands on the ground."""
     width = max(upper.shape[1], lower.shape[1])
     height = len(upper) + len(lower)
     colour, coverage = np.zeros((height, width, 3)), np.zeros((height, width))
@@ -85,7 +85,7 @@ _LIGHT = np.array([-0.45, -0.65, 0.6])
 
 
 def tree(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Return a street tree of 5 to 8 metres at a place [metres]; `scale`: pixels/metre there."""
+    """Return a street tree of 5 to 8 metres at (x, z) [metres]; `scale` is in pixels/metre."""
     tall, wide = random.uniform(5.0, 7.5), random.uniform(2.8, 4.4)
     stem = random.uniform(2.0, 2.7)
     height, width = round((tall + 0.3) * scale), round((wide + 0.8) * scale)
@@ -136,7 +136,6 @@ def _clump(
     leaves: Array,
     grain: Array,
 ) -> None:
-    """Paint a ragged ball of leaves, lit from the left top."""
     reach = int(np.ceil(1.5 * radius))
     left, top = round(centre[0]) - reach, round(centre[1]) - reach
     rows = slice(max(top, 0), min(top + 2 * reach, len(colour)))
@@ -161,7 +160,7 @@ def _paint_leaves(
     grain: Array,
     shift: NDArray[np.int64],
 ) -> None:
-    """Paint a ball of leaves into a window whose row and column in the image is `corner`."""
+    """Paint a ball of leaves into a window; `corner` is its row and column in the image."""
     for i in range(len(colour)):
         row = i + corner[0]
         v = (row + 0.5 - centre[1]) / radius
@@ -224,8 +223,7 @@ PAINTS = (
     (110, 110, 112),
     (70, 120, 150),
 )
-FINE = 3
-"""Painted pixels per pixel and axis of cars."""
+FINE = 3  # supersampling of cars per axis
 
 Outline = list[tuple[float, float]]
 
@@ -241,17 +239,17 @@ _LAMPS = (
     ([(-2.06, 0.66), (-1.94, 0.66), (-1.92, 0.84), (-2.0, 0.84)], (40.0, 36.0, 150.0)),
 )
 
+# height ranges and their gains: sheet metal reflects the sky above and the street below
 _METAL = (
     (0.28, 0.45, 0.55), (0.45, 0.62, 0.78), (0.80, 0.88, 1.16), (0.88, 0.99, 1.3),
     (1.36, 1.5, 1.22),
 )  # fmt: skip
-"""Height ranges and gains: sheet metal reflects the sky above and the dark street below."""
 
 
 def car(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Return a small car, parked along the kerb in either direction.
+    """Return a small car that is parked along the kerb, in a random direction.
 
-    Its centre is at (x, z) [metres]; `scale` is that at its depth [pixels/metre].
+    The centre of the car is at (x, z) [metres]; `scale` is the scale at the depth z [pixels/metre].
     """
     metre = scale * random.uniform(0.98, 1.1)
     height, width = round(1.75 * metre), round(4.7 * metre)
@@ -270,7 +268,7 @@ def car(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 def _paint_car(
     random: np.random.Generator, size: tuple[int, int], foot: float, metre: float
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return image and mask of a car that stands at the row `foot`; a `metre` is in pixels."""
+    """Return image and mask of a car that stands at the row `foot`; `metre` is in pixels."""
     picture, mask = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint8)
     stretch = np.array([1.0, random.uniform(0.95, 1.08)])
 
@@ -323,7 +321,6 @@ def _paint_wheel(
 
 
 def _over_shadow(colour: Array, cover: Array, foot: float, metre: float) -> tuple[Array, Array]:
-    """Paint the body over its contact shadow."""
     rows, columns = np.indices(cover.shape)
     u = (columns + 0.5 - cover.shape[1] / 2) / (2.15 * metre)
     v = (rows + 0.5 - foot + 0.02 * metre) / (0.15 * metre)

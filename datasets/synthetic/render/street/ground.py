@@ -1,4 +1,4 @@
-"""Ground from the camera to the houses, in bands, with the shade of trees."""
+"""Ground between camera and houses, made of bands along the street, and the shade of trees."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -14,26 +14,23 @@ Array = NDArray[np.float64]
 
 Light: TypeAlias = Literal["even", "dappled"]
 
-PERIOD = 16.0
-"""Period of the shade pattern [metres]."""
+PERIOD = 16.0  # period of the shade pattern [metres]
+DEPTH = 0.45  # fraction of light that full shade removes
 
-DEPTH = 0.45
-"""Share of light that full shade removes."""
-
+# offset of a shadow from the object that casts it, relative to the object's height
 SLANT_X, SLANT_Z = 0.45, 0.3
-"""Offset of a shadow from the object that casts it, relative to the object's height."""
 
 _SIZE = 512
 
 
 class TreeShade:
-    """Light on and above the ground: dappled below trees, or 1 (then `random` is not used)."""
+    """Light on and above the ground: dappled below trees, or 1, which does not use `random`."""
 
     def __init__(self, random: np.random.Generator, light: Light) -> None:
         self.light = light
         if light == "even":
             return
-        # Crowns and gaps of about 3 m, so that every view contains both.
+        # Tree crowns and gaps are about 3 m wide, so that every view contains both.
         crowns = fractal(random, _SIZE, 8, 32)
         crowns -= np.median(crowns)
         leaves = fractal(random, _SIZE, 32, 128, 0.8)
@@ -42,7 +39,7 @@ class TreeShade:
         self._gain = 1 - DEPTH * cover * (1 - 0.7 * holes)
 
     def on_ground(self, x: ArrayLike, z: ArrayLike) -> Array:
-        """Return the light on the ground at places [metres], in [1 - DEPTH, 1]."""
+        """Return the light on the ground at positions (x, z) [metres], in [1 - DEPTH, 1]."""
         across, deep = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(z, np.float64))
         if self.light == "even":
             return np.ones(across.shape)
@@ -55,31 +52,30 @@ class TreeShade:
         return np.asarray(left_gain * (1 - share) + right_gain * share)
 
     def on_upright(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
-        """Return the light at heights [metres] above a place: that on the ground below the ray."""
+        """Return the light at heights above (x, z) [metres], from the ground that the ray meets."""
         up = np.asarray(heights, np.float64)
         return self.on_ground(np.asarray(x) + SLANT_X * up, np.asarray(z) + SLANT_Z * up)
 
 
-SIDE = 512
-"""Side of a texture [pixels]."""
+SIDE = 512  # side of a texture [pixels]
 
-_LINES = 4  # lines that are averaged in a row
+_LINES = 4  # maximum number of texture lines that are averaged in an image row
 
-REACH = 40.0
-"""Period of large spots and stains [metres]."""
+REACH = 40.0  # period of large spots and stains [metres]
 
 
 @dataclass(frozen=True)
 class Band:
     """Strip of ground along the street."""
 
-    start: float  # nearer edge [metres from the camera]; it ends where the next band begins
+    # nearer edge [metres from the camera]; the farther edge is the start of the next band
+    start: float
     texture: Array  # (SIDE, SIDE, 3), periodic
-    side: float  # size that a texture's side covers [metres]
+    side: float  # length that a side of the texture covers [metres]
 
 
 def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[Band]:
-    """Return pavement, road from `kerb` on, and pavement up to the houses at `end` [metres]."""
+    """Return pavement up to `kerb`, a road, and pavement up to the houses at `end` [metres]."""
     stones = paving(random, SIDE)
     worn = stones.mean(axis=(0, 1))
     stones = (worn + 0.7 * (stones - worn)) * random.uniform(1.0, 1.2)
@@ -105,7 +101,7 @@ def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[B
 
 
 def asphalt(random: np.random.Generator, grey: tuple[float, float, float], blots: float) -> Array:
-    """Return grainy asphalt of about a grey (BGR), with blots of a strength."""
+    """Return grainy asphalt with a mean colour `grey` (BGR) and blots of a strength."""
     tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + blots * fractal(random, SIDE, 2, 16)
     return np.array(grey) * random.uniform(0.85, 1.2) * tone[..., None]
 
@@ -118,7 +114,6 @@ def kerbstones(random: np.random.Generator) -> Array:
 
 
 def _slabs(random: np.random.Generator) -> Array:
-    """Return large concrete slabs."""
     rows, columns = np.indices((SIDE, SIDE))
     cell = SIDE // 6
     joint = (rows % cell < 4) | ((columns + (rows // cell % 2) * (cell // 2)) % cell < 4)
@@ -138,11 +133,11 @@ def ground_rows(
     widths: NDArray[np.int64],
     margin: float,
 ) -> NDArray[np.uint8]:
-    """Return rows of ground, each stretched by the scale at its depth.
+    """Return the ground as image rows, shape (rows, max(widths), 3).
 
-    `bands` are sorted from the nearest to the farthest. Each row has its scale [pixels/metre] and
-    its width [pixels], beyond which the array stays 0. `x_low` is the place [metres] at `margin`
-    pixels from its left end. Returns shape (rows, max(widths), 3).
+    `bands` are sorted from the nearest to the farthest. Every row has a scale [pixels/metre] and a
+    width [pixels], beyond which the array is 0. `x_low` is the lateral position [metres] at
+    `margin` pixels from the left end of a row.
     """
     spots = fractal(random, 256, 8, 64, 0.7)
     starts = np.array([band.start for band in bands])
@@ -150,7 +145,7 @@ def ground_rows(
     rows = np.zeros((len(scales), int(widths.max()), 3), np.uint8)
     for row, scale in enumerate(scales):
         x = x_low + (np.arange(widths[row]) + 0.5 - margin) / scale
-        # A row covers a range of depths, whose lines are averaged.
+        # An image row covers a range of depths; the texture lines in this range are averaged.
         offsets = (np.arange(_LINES) + 0.5) / _LINES - 0.5
         depths = camera.focal / np.maximum(scale + offsets / camera.eye, 1.0)
         colour = np.zeros((len(x), 3))
@@ -167,7 +162,7 @@ def ground_rows(
 
 @njit(cache=True)
 def _light_row(row: NDArray[np.uint8], colour: Array, gain: Array) -> None:
-    """Write colours (n, 3) times a gain (n,) to the start of a row, in whole grey levels."""
+    """Write colours (n, 3) times gains (n,) to the start of a row, in whole grey levels."""
     for i in range(len(colour)):
         for c in range(3):
             row[i, c] = np.uint8(min(max(np.rint(colour[i, c] * gain[i]), 0.0), 255.0))
@@ -183,7 +178,7 @@ def _pyramid(texture: Array) -> list[Array]:
 
 
 def _line(pyramid: list[Array], side: float, z: float, scale: float) -> tuple[Array, float]:
-    """Return a texture's line along the street at a depth, shape (n, 3), and its points/metre."""
+    """Return a texture line along the street at a depth, shape (n, 3), and its points/metre."""
     density = SIDE / side
     level = int(np.clip(np.round(np.log2(max(density / scale, 1.0))), 0, len(pyramid) - 1))
     texture = pyramid[level]
@@ -193,7 +188,7 @@ def _line(pyramid: list[Array], side: float, z: float, scale: float) -> tuple[Ar
 
 @njit(cache=True)
 def _add_line(sums: Array, line: Array, density: float, places: Array) -> None:
-    """Add a periodic line (n, channels), interpolated at places, to sums."""
+    """Add a periodic line (n, channels), interpolated at positions, to `sums`."""
     n = len(line)
     for i in range(len(places)):
         place = places[i] * density

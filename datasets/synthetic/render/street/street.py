@@ -1,4 +1,4 @@
-"""Street: houses and sky, ground, static objects, and the light on them."""
+"""Street with houses, sky, ground, static objects, and their light."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,27 +28,24 @@ from trackmark.datasets.synthetic.render.street.ground import (
 from trackmark.datasets.synthetic.render.views import Viewpoint
 from trackmark.datasets.synthetic.scene import part_generator
 
-KERB = 10.6
-"""Depth at which the road begins [metres]."""
-
-HOUSES = 18.0
-"""Depth of the houses [metres]."""
+KERB = 10.6  # depth at which the road begins [metres]
+HOUSES = 18.0  # depth of the houses [metres]
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Range of a camera's motion over a whole sequence: minimum and maximum."""
+    """Minimum and maximum of a camera's motion in a whole sequence."""
 
-    x: tuple[float, float] = (0.0, 0.0)  # lateral place [metres]
+    x: tuple[float, float] = (0.0, 0.0)  # lateral position [metres]
     shift_x: tuple[float, float] = (0.0, 0.0)  # horizontal shift of the image [pixels]
     shift_y: tuple[float, float] = (0.0, 0.0)  # vertical shift of the image [pixels]
 
 
 class Street:
-    """Street from left to right, seen from the near pavement; painted on demand.
+    """Street that runs from left to right, seen from the near pavement, and painted on first use.
 
-    `still`: constant properties of the camera. `reach`: range of its motion. `size`: width and
-    height of the images [pixels].
+    `still` contains the constant properties of the camera, `reach` the range of its motion, and
+    `size` the width and height of the images [pixels].
     """
 
     def __init__(
@@ -72,11 +69,11 @@ class Street:
         motion: tuple[float, float] = (0.0, 0.0),
         travel: float = 0.0,
     ) -> None:
-        """Fill an image with houses, sky and ground in place.
+        """Render houses, sky and ground into an image in place.
 
-        The camera is that of mid-exposure, within the reach. During the exposure the image shifts
-        by `motion` [pixels], whose horizontal part is blurred, and the camera moves by `travel`
-        [metres].
+        The viewpoint is that at the middle of the exposure. During the exposure, the image shifts
+        by `motion` [pixels], of which only the horizontal part causes blur, and the camera moves by
+        `travel` [metres].
         """
         boundary = int(np.floor(camera.row(0.0, HOUSES) + 0.5))
         edge = min(max(boundary, 0), len(canvas))
@@ -95,7 +92,7 @@ class Street:
         low, high = self._span(KERB)
         things: list[Prop] = []
         for x in random_positions(random, low + random.uniform(0, 6), high, (4.5, 9.5)):
-            # Trees in a row before the kerb.
+            # Trees stand in a row in front of the kerb.
             z = KERB - 0.5
             kind = tree if random.random() < 0.75 else post
             things.append(kind(random, x, z, self._scale_at(z)))
@@ -111,11 +108,11 @@ class Street:
         return things
 
     def post(self, x: float, z: float, thickness: float) -> Prop:
-        """Return a tall pillar that hides the people behind it; all in metres."""
+        """Return a tall pillar that occludes people behind it; all parameters are in metres."""
         return post(part_generator(self._seed, f"post {x} {z}"), x, z, self._scale_at(z), thickness)
 
     def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> NDArray[np.float64]:
-        """Return the light on a person at a place, at heights above the ground; all in metres."""
+        """Return the light at heights above the ground at (x, z); all parameters are in metres."""
         return self._shade.on_upright(x, z, heights)
 
     @cached_property
@@ -124,7 +121,7 @@ class Street:
 
     @cached_property
     def _backdrop(self) -> tuple[NDArray[np.uint8], float]:
-        """Houses and sky, and their first image row."""
+        """Image of houses and sky, and its first image row."""
         scale = self._scale_at(HOUSES)
         top = -np.ceil(self._reach.shift_y[1]) - 1
         base = float(self._still.row(0.0, HOUSES)) - top
@@ -135,7 +132,7 @@ class Street:
 
     @cached_property
     def _ground(self) -> tuple[NDArray[np.uint8], float]:
-        """Rows of ground, and their first image row."""
+        """Image of the ground, and its first image row."""
         random = part_generator(self._seed, "ground")
         rows = ground_rows(
             random,
@@ -165,7 +162,7 @@ class Street:
 
     @property
     def _margin(self) -> float:
-        """Column, in any row of a panorama, of the place at the reach's lower end."""
+        """Panorama column of the minimum lateral position of the camera, equal in all rows."""
         return self._still.centre + self._reach.shift_x[1] + 16
 
     def _widths(self, scales: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -176,7 +173,7 @@ class Street:
     def _lefts(
         self, camera: Viewpoint, scales: NDArray[np.float64], motion: float, travel: float
     ) -> NDArray[np.int64]:
-        """Return the panorama's left columns [1/64 pixel], shape (instants, rows)."""
+        """Return the panorama column at the left image border [1/64 pixel], shape (times, rows)."""
         nearest = float(scales.max())
         moments = instants(abs(motion) + abs(travel) * nearest)[:, None]
         places = (camera.x - self._reach.x[0] + moments * travel) * scales
@@ -188,7 +185,7 @@ class Street:
         return float(self._still.scale(z))
 
     def _span(self, z: float) -> tuple[float, float]:
-        """Return the visible range of the street at a depth, with a margin."""
+        """Return the visible lateral range at a depth, with a margin [metres]."""
         half = (self._size[0] / 2 + max(abs(v) for v in self._reach.shift_x)) / self._scale_at(
             z
         ) + 3

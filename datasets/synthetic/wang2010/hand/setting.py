@@ -1,8 +1,8 @@
-"""Rendering of round cones, and the office with a seated person behind the hand.
+"""Renderer of round cones, and the office with a seated person behind the hand.
 
-Limbs and fingers consist of round cones; a cone joins two balls. Coordinates are rounded beforehand
-and the renderer uses only sums, products and square roots, so every platform gives the same bytes.
-In the room only the face has the hue of skin.
+Limbs and fingers consist of round cones; a cone is the hull of two balls. Coordinates are rounded
+and the renderer uses only sums, products and square roots, so that all platforms give the same
+bytes. No object in the room has the hue of skin.
 """
 
 import math
@@ -23,28 +23,28 @@ from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.texture import fractal, lerp, ramp
 
 COLUMNS = 14
-"""Columns of a cone: x (to the right), y (down), z (towards the camera) and radius of both ends
+"""Number of columns of a cone.
 
-[pixels]; then `BLUE` and the next two, `CREASE`, `MATERIAL` and `FLAT`.
+The first eight are x (right), y (down), z (towards the camera) and radius of both ends [pixels].
 """
 
 BLUE, CREASE, MATERIAL, FLAT = 8, 11, 12, 13
-"""Columns of a cone: first of its colour, BGR in [0, 255]; darkness of the crease at its first end;
+"""Indices of further columns of a cone.
 
-its material (`SKIN` or `CLOTH`; adjacent cones of one material merge); whether its second end is
-flat.
+`BLUE` is the first of three for the colour, BGR in [0, 255]. `CREASE` is the darkness of the crease
+at the first end. `MATERIAL` is `SKIN` or `CLOTH`; adjacent cones of one material merge. `FLAT` is 1
+if the second end is flat.
 """
 
 SKIN, CLOTH = 0, 1
 
 GRID = 4  # samples per pixel and axis
-TRAVEL = 1.5  # motion during the exposure beyond which a moving cone is clipped [pixels]
-MELT = 1.1  # depth difference over which surfaces of one material merge [pixels]
+TRAVEL = 1.5  # maximum motion during the exposure; larger motion is clipped [pixels]
+MELT = 1.1  # difference in depth over which surfaces of one material merge [pixels]
 
 
 @njit(cache=True, error_model="numpy")
 def _candidates(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np.int64]:
-    """Return the cones that a pixel may show during the exposure."""
     indices = np.empty(len(cones), np.int64)
     count = 0
     for i in range(len(cones)):
@@ -61,7 +61,7 @@ def _candidates(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _surface_depth(cones: NDArray[np.float64], i: int, x: float, y: float) -> tuple[float, float]:
-    """Return a cone's depth (-1e9 outside it) and the position along it (0 to 1) at a point."""
+    """Return depth (-1e9 outside) and position along a cone, in [0, 1], at an image point."""
     along_x, along_y = cones[i, 4] - cones[i, 0], cones[i, 5] - cones[i, 1]
     from_x, from_y = x - cones[i, 0], y - cones[i, 1]
     place = (from_x * along_x + from_y * along_y) / (along_x * along_x + along_y * along_y + 1e-6)
@@ -85,7 +85,7 @@ def _nearest(
     heights: NDArray[np.float64],
     places: NDArray[np.float64],
 ) -> int:
-    """Return the candidate cone visible at a point, or -1; fill their `heights` and `places`."""
+    """Return the visible cone at a point, or -1; write depths and positions of all candidates."""
     nearest = -1
     for i in candidates:
         heights[i], places[i] = _surface_depth(cones, i, x, y)
@@ -96,10 +96,10 @@ def _nearest(
 
 @njit(cache=True, error_model="numpy")
 def cover(cones: NDArray[np.float64], material: int, height: int, width: int) -> NDArray[np.int64]:
-    """Count the samples of each pixel, of `GRID` * `GRID`, that show a material.
+    """Count the samples of each pixel, of `GRID` * `GRID`, in which a material is visible.
 
-    `cones` has a row of `COLUMNS` numbers per cone; `material` is `SKIN` or `CLOTH`. Returns shape
-    (height, width).
+    `cones` has a row of `COLUMNS` numbers per cone. `material` is `SKIN` or `CLOTH`. The result has
+    the shape (height, width).
     """
     samples = np.zeros((height, width), np.int64)
     heights, places = np.empty(len(cones)), np.empty(len(cones))
@@ -124,12 +124,11 @@ def paint(
 ) -> None:
     """Paint cones over an image in place, blurred by their motion.
 
-    `moments`, shape (GRID, m, COLUMNS), are the cones at instants of the exposure; each sample of a
-    pixel uses one instant. `frames`, shape (GRID, 2, 4), holds the position of texel (0, 0)
-    [pixels] for each instant and material. Its last two numbers are the step in texels, right and
-    down, per pixel to the right; a step down is perpendicular to it. `textures`, shape (2, 2**k,
-    2**k), are periodic light gains per material. `lamp` is the direction to the light, and the
-    light on surfaces that it does not reach.
+    `moments`, shape (GRID, m, COLUMNS), are the cones at GRID times of the exposure; each sample of
+    a pixel uses one of these times. `frames`, shape (GRID, 2, 4), are the positions of the textures
+    by time and material. A row contains column and row of texel (0, 0) in the image, and the steps
+    in texels (right, down) per pixel to the right. `textures`, shape (2, 2**k, 2**k), are periodic
+    light gains by material. `lamp` is the direction to the light and the ambient light.
     """
     height, width = canvas.shape[:2]
     count, size = moments.shape[1], textures.shape[1]
@@ -174,7 +173,7 @@ def _add_sample(
     lamp: NDArray[np.float64],
     texel: float,
 ) -> None:
-    """Add the colour of a sample; surfaces of similar depth are blended."""
+    """Add the colour of a sample to a pixel; surfaces of similar depth are blended."""
     normal_x, normal_y, normal_z, total, fold = 0.0, 0.0, 0.0, 0.0, 0.0
     blue, green, red = 0.0, 0.0, 0.0
     for i in candidates:
@@ -194,7 +193,7 @@ def _add_sample(
         total += share
     length = math.sqrt(normal_x * normal_x + normal_y * normal_y + normal_z * normal_z) + 1e-9
     towards = (lamp[0] * normal_x + lamp[1] * normal_y + lamp[2] * normal_z) / length
-    # Diffuse light of a hall: sideways surfaces receive half of it, recessed ones little.
+    # Diffuse light of a room: surfaces perpendicular to the light receive half of it.
     light = lamp[3] + (1.0 - lamp[3]) * (0.5 + 0.5 * towards)
     light *= (0.72 + 0.28 * normal_z / length) * (1.0 - fold / total) * texel / total
     sums[0] += min(blue * light, 255.0)
@@ -204,8 +203,8 @@ def _add_sample(
 
 Array = NDArray[np.float64]
 
-FINE = 4  # painted pixels per pixel and axis
-SCALE = 110.0  # pixels/metre on the wall
+FINE = 4  # supersampling per axis
+SCALE = 110.0  # scale on the wall [pixels/metre]
 SIDE = 512
 
 WALLS = ((196, 186, 168), (176, 184, 164), (192, 176, 170), (204, 190, 172), (168, 166, 152))
@@ -218,11 +217,11 @@ PAPERS = ((222, 214, 202), (216, 204, 184), (146, 216, 224), (200, 228, 196))
 LEAVES = ((46, 92, 40), (58, 116, 52), (44, 74, 34), (70, 130, 76))
 SEAS = np.array([[92, 62, 34], [146, 108, 58], [190, 172, 132], [222, 214, 200]], np.float64)
 
-_sample_paint = partial(sample_colour, spread=0.05)  # a small spread keeps the hue
+_sample_paint = partial(sample_colour, spread=0.05)  # small variation, which preserves the hue
 
 
 def office(random: np.random.Generator, width: int, height: int) -> Image:
-    """Paint a wall with a shelf, a picture, a cupboard, and a plant or a pinboard."""
+    """Return an image of a wall with a shelf, a picture, a cupboard, and a plant or a pinboard."""
     wall = _wall(random, width, height)
     across, up = width / SCALE, height / SCALE
     painting = Painting(wall, SCALE * FINE)
@@ -239,7 +238,7 @@ def office(random: np.random.Generator, width: int, height: int) -> Image:
 
 
 def _wall(random: np.random.Generator, width: int, height: int) -> Image:
-    """Return grained paint with blotches, lighter towards a window on one side."""
+    """Return a painted wall with grain and blotches, lighter towards a window on one side."""
     tone = 1 + 0.025 * fractal(random, SIDE, 32, 256, 0.9) + 0.03 * fractal(random, SIDE, 2, 16)
     tone = np.tile(tone, (1, 2))[: height * FINE, : width * FINE]
     aside = np.linspace(-1, 1, width * FINE) * random.choice([-1, 1])
@@ -260,7 +259,6 @@ def _reduced(picture: Image) -> Image:
 
 
 def _rail(painting: Painting, up: float, across: float, random: np.random.Generator) -> None:
-    """Paint a cable duct with a socket along the wall."""
     y = up - random.uniform(0.16, 0.24)
     painting.plate(-0.1, y, across + 0.2, 0.07, (206, 200, 190), 0.008)
     for x in random.uniform(0.1, across - 0.2, 2):
@@ -271,7 +269,6 @@ def _rail(painting: Painting, up: float, across: float, random: np.random.Genera
 def _cupboard(
     painting: Painting, random: np.random.Generator, across: float, up: float, left: bool
 ) -> None:
-    """Paint a steel cupboard with two doors, as high as the chest, with binders on top."""
     colour = _sample_paint(random, FURNITURE)
     width, top = random.uniform(0.40, 0.50), random.uniform(0.56, 0.66)
     x = across - width + 0.04 if left else -0.04
@@ -285,7 +282,6 @@ def _cupboard(
 
 
 def _shelf(painting: Painting, random: np.random.Generator, across: float, left: bool) -> None:
-    """Paint a board with books."""
     width, y = random.uniform(0.38, 0.48), random.uniform(0.33, 0.40)
     x = across - width - 0.02 if left else 0.02
     books = Painting(painting.picture, painting.scale, x + 0.02, y)
@@ -316,7 +312,6 @@ def _binders(
 
 
 def _framed_picture(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
-    """Paint a framed landscape: sky, hills, water."""
     width, height, rim = random.uniform(0.30, 0.38), random.uniform(0.22, 0.28), 0.018
     painting.plate(
         x, y, width, height, _sample_paint(random, ((46, 42, 40), (112, 102, 90))), 0.014
@@ -336,7 +331,6 @@ def _framed_picture(painting: Painting, random: np.random.Generator, x: float, y
 
 
 def _plant(painting: Painting, random: np.random.Generator, x: float, up: float) -> None:
-    """Paint leaves of a plant whose pot is below the image."""
     for _ in range(38):
         angle, length = random.uniform(-1.0, 1.0), random.uniform(0.16, 0.46)
         bow = random.uniform(0.02, 0.10) * np.sign(angle)
@@ -351,7 +345,6 @@ def _plant(painting: Painting, random: np.random.Generator, x: float, up: float)
 
 
 def _pinboard(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
-    """Paint felt with sheets of paper."""
     painting.plate(x, y, 0.30, 0.26, _sample_paint(random, ((120, 92, 62), (88, 104, 74))), 0.010)
     for column in range(3):
         for row in range(2):
@@ -363,10 +356,10 @@ def _pinboard(painting: Painting, random: np.random.Generator, x: float, y: floa
                 )  # fmt: skip
 
 
-DISTANCE = 1.6  # from the camera [metres]
+DISTANCE = 1.6  # distance from the camera [metres]
 HEAD = 0.222  # height of the head from chin to crown [metres]
 CROWN = 0.118  # height of the crown above the centre of the head [metres]
-BELOW = 0.022  # distance of the face's centre below that of the head [metres]
+BELOW = 0.022  # distance of the face's centre below the head's centre [metres]
 CLOTHES: tuple[BGR, ...] = (
     (84, 52, 38),  # navy
     (120, 78, 48),  # blue
@@ -382,7 +375,7 @@ CUTS: tuple[Cut, ...] = ("short", "short", "full", "full", "wreath")
 
 
 def sample_person(random: np.random.Generator) -> FigureLook:
-    """Sample a clean-shaven person with clothes in colours unlike skin."""
+    """Sample a clean-shaven person whose clothes do not have the colour of skin."""
     return replace(
         sample_figure_look(random),
         cut=CUTS[random.integers(len(CUTS))],
@@ -396,10 +389,10 @@ def sample_person(random: np.random.Generator) -> FigureLook:
 def portrait(
     random: np.random.Generator, look: FigureLook, lamp: Array, head: float, size: tuple[int, int]
 ) -> Sprite:
-    """Render head and shoulders with the face in the centre.
+    """Render head and shoulders of a person with the face in the centre.
 
-    `lamp`: see `Worker`. `head` is the head's height, and `size` is width and height, in pixels of
-    the scene's image; the portrait has `FINE` samples per pixel and axis.
+    `lamp` is as in `Worker`. `head` is the height of the head and `size` the width and height of
+    the result, both in image pixels; the result has `FINE` samples per pixel and axis.
     """
     width, height = (FINE * length for length in size)
     focal = head * FINE / HEAD * DISTANCE
@@ -412,13 +405,13 @@ def portrait(
     )
     for canvas in (black, white):
         sitter.draw(canvas, 0, 1.0, 0.0)
-    # Pixels that differ between the black and the white background are not covered.
+    # Pixels that differ between a black and a white background are not covered.
     coverage = 1 - (white.astype(np.float64) - black).mean(axis=2) / 255
     return Sprite(black / np.maximum(coverage, 1 / 255)[..., None], coverage)
 
 
 def _sitting(random: np.random.Generator, look: FigureLook, eye: float) -> Routine:
-    """Return two frames of one pose: facing the camera with hanging arms."""
+    """Return a routine of two equal frames: the person faces the camera with hanging arms."""
     ahead = np.pi / 2
     heading, turn = ahead + np.radians(random.uniform(-14, 14, 2) * [1.0, 0.6])
     nod, tilt = np.radians(random.uniform(-4, 4, 2))

@@ -18,7 +18,7 @@ VISIBILITY[57:] = [0.4, 0.2, 0]  # it leaves
 
 
 def students_of(colours, hider=GREEN):
-    """Scene whose target box is filled from above by a hider, down to the visible share."""
+    """Return a scene whose target is covered from above, down to the visible share."""
     images, masks = [], []
     visibility = VISIBILITY[: len(colours)]
     for colour, visible in zip(colours, visibility, strict=True):

@@ -1,4 +1,4 @@
-"""Figures show what the tracker found on a short scene."""
+"""Figures of the tracker on a short scene, and their colour models."""
 
 from types import SimpleNamespace
 
@@ -11,6 +11,13 @@ from skimage import measure
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import evaluate
 from trackmark.bench.papers.moreno2005 import figures, stages
+from trackmark.bench.papers.moreno2005.colour_plots import (
+    Gaussians,
+    colour_model_plot,
+    draw_gaussians,
+    oblique,
+)
+from trackmark.reports.figures import bare_figure
 from trackmark.trackers.contours.posterior import posterior
 
 SCENE = "plain/target:length=11"
@@ -38,8 +45,31 @@ def test_estimate_is_made_of_the_hypotheses(step):
     np.testing.assert_array_equal(step.posterior(supported), step.estimate.arrays["posterior"])
 
 
-def test_posterior_of_a_pixel_is_that_of_its_colour_on_the_plane():
+@pytest.mark.parametrize("sign", [1, -1])
+def test_plane_is_seen_from_above_neither_edge_on_nor_head_on(sign):
+    plane = np.linalg.qr(np.array([[1.0, 0.2], [0.3, 1.0], [-0.4, 0.6]]))[0]
+    basis = plane[:, ::sign]
+    elevation, azimuth = np.radians(oblique(basis))
+    level = np.array([np.cos(azimuth), np.sin(azimuth)])
+    viewer = np.array([*np.cos(elevation) * level, np.sin(elevation)])
+    assert 0.3 < abs(viewer @ np.cross(*basis.T)) < 0.97
+    assert oblique(basis) == pytest.approx(oblique(plane))
+
+
+def test_ellipse_is_two_standard_deviations_from_its_mean():
+    axes = bare_figure("T", 3.0).subplots()
+    mean, covariance = np.array([0.2, 0.1]), np.array([[0.02, 0.012], [0.012, 0.01]])
+    draw_gaussians(axes, Gaussians(np.ones(1), mean[None], covariance[None]), "red")
+    (patch,) = axes.patches
+    unit = patch.get_path().vertices
+    rim = patch.get_patch_transform().transform(unit[np.isclose(np.hypot(*unit.T), 1)]) - mean
+    distances = np.sqrt(np.einsum("ni,ij,nj->n", rim, np.linalg.inv(covariance), rim))
+    np.testing.assert_allclose(distances, 2.0)
+
+
+def test_colour_model_has_the_posterior_of_each_colour():
     model = stages.model_of(datasets.load(SCENE))
+    colour_model_plot(model, "T").draw_without_rendering()
     x, y = model.grid
     expected = posterior(np.array([[x[40], y[90]]]), *model.mixtures.values(), floor=0.0)
     assert model.on_plane[90, 40] == pytest.approx(expected[0])
@@ -75,12 +105,3 @@ def test_hooks_draw_figures(step, monkeypatch):
     (axes,) = figures.error_figure(None).axes
     expected = np.mean([figures.errors(run, 50)["observation"] for run in range(3)])
     np.testing.assert_allclose(axes.lines[0].get_xydata()[0], [50, expected])
-
-
-@pytest.mark.slow
-def test_strip_has_a_row_of_contours_and_maps_per_setting():
-    texts = {"full, as-written": "moreno2005:preset=as-written", "full, recommended": "moreno2005"}
-    double = figures._strip(7, SCENE, texts)
-    single = figures._strip(7, SCENE, {"full, recommended": "moreno2005"})
-    assert double.shape[1] == single.shape[1]
-    assert double.shape[0] == pytest.approx(2 * single.shape[0], abs=4)

@@ -1,4 +1,4 @@
-"""Measures of runs on masks, on painted similarities; and measures of scenes on a simple one."""
+"""Measures of runs with known region similarities, and measures of a simple scene."""
 
 from types import SimpleNamespace
 
@@ -23,10 +23,7 @@ def judged(dips=(), jump=(), patch=(), failure=""):
     attributes = {
         name: np.isin(np.arange(N), list(frames)) for name, frames in ((JUMP, jump), (PATCH, patch))
     }
-    run = {
-        "segmentation": SimpleNamespace(region_similarity=values),
-        "failure": failure,
-    }
+    run = {"segmentation": SimpleNamespace(region_similarity=values), "failure": failure}
     boxes = np.ones((N, 4))
     return judged_runs.judged("moreno2005", boxes, boxes, run=run, attributes=attributes)
 

@@ -1,15 +1,12 @@
-"""Frames that are tracked, overlapped and before the loss; the choice of Eq. 7 in a scene."""
-
-from pathlib import Path
-from typing import Any
+"""Frames on target, overlapping and before the loss; the choice by Eq. 7."""
 
 import numpy as np
 import pytest
 
 from tests.bench.papers import judged_runs
+from tests.bench.papers.conftest import stored_runs
 from tests.bench.papers.judged_runs import value
 from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.measures import JudgedRun
 from trackmark.bench.papers.multipart import scenes
 from trackmark.bench.papers.runs import StoredRuns
 from trackmark.datasets import Sequence
@@ -20,7 +17,7 @@ BODY = np.array([54.0, 30.0, 12.0, 45.0])
 PAPER = read_description("multipart")
 
 
-def judged(shifts: Any = 0.0, *, hidden: Any = (), failure: str = "") -> JudgedRun:
+def judged(shifts=0.0, *, hidden=(), failure=""):
     """Return a run that started from the body whose estimate is `shifts` pixels to its right."""
     estimates = np.tile(BODY, (N, 1))
     estimates[:, 0] += shifts
@@ -33,7 +30,7 @@ def judged(shifts: Any = 0.0, *, hidden: Any = (), failure: str = "") -> JudgedR
     )
 
 
-def off_from(first: int, last: int = N, pixels: float = 11.0) -> np.ndarray:
+def off_from(first, last=N, pixels=11.0):
     """Return shifts in frames from `first` to before `last`, counted from 0."""
     shifts = np.zeros(N)
     shifts[first:last] = pixels
@@ -41,22 +38,23 @@ def off_from(first: int, last: int = N, pixels: float = 11.0) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("pixels", "expected"), [(9.5, N), (10.5, 20)])
-def test_frame_counts_with_its_centre_inside_the_person(pixels: float, expected: int) -> None:
+def test_frame_counts_with_its_centre_inside_the_person(pixels, expected):
     assert value("frames_on_target", judged(off_from(20, pixels=pixels))) == expected
 
 
-def test_failed_run_tracks_the_first_frame_alone() -> None:
+def test_failed_run_tracks_the_first_frame_alone():
     assert value("frames_on_target", judged(failure="frame 1: no")) == 1
 
 
-def test_overlap_is_with_the_region_of_the_start() -> None:
+def test_overlap_is_with_the_region_of_the_start():
     assert value("frames_overlapping", judged(off_from(20, pixels=3.5))) == N
     assert value("frames_overlapping", judged(off_from(20, pixels=4.5))) == 20
 
 
-def test_stored_run_is_judged_by_the_region_of_its_start(store_runs: Any, tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_stored_run_is_judged_by_the_region_of_its_start(tmp_path):
     tracker, scene = "multipart:particles=2:init=full", "stress/twin:scene=0"
-    requested = {"twin": store_runs(tmp_path / "twin", [tracker], [scene])}
+    requested = {"twin": stored_runs(tmp_path / "twin", [tracker], [scene])}
     (stored,) = StoredRuns(tmp_path, requested, PAPER).judged_runs(tracker, scene)
     np.testing.assert_array_equal(stored.truth.boxes, stored.truth.regions["full"])
     assert stored.error[0] == pytest.approx(0.0)
@@ -71,13 +69,11 @@ def test_stored_run_is_judged_by_the_region_of_its_start(store_runs: Any, tmp_pa
         (off_from(5, 15), (7,), N),  # nine visible frames
     ],
 )
-def test_target_is_lost_after_ten_visible_frames_off_it(
-    shifts: Any, hidden: Any, expected: int
-) -> None:
+def test_target_is_lost_after_ten_visible_frames_off_it(shifts, hidden, expected):
     assert value("frames_before_loss", judged(shifts, hidden=hidden)) == expected
 
 
-def halves(upper: int, lower: int) -> Sequence:
+def halves(upper, lower):
     """Return a scene of one image with a person whose halves have two grey levels."""
     image = np.full((120, 160, 3), 128, np.uint8)
     image[20:50, 50:70], image[50:80, 50:70] = upper, lower
@@ -90,14 +86,8 @@ def halves(upper: int, lower: int) -> Sequence:
     [("1", 20, 240, 1.0), ("1", 20, 20, 0.0), ("3", 20, 20, 1.0), ("3", 20, 240, 0.0)],
 )
 def test_right_choice_is_two_parts_for_two_colours_alone(
-    monkeypatch: pytest.MonkeyPatch, sequence: str, upper: int, lower: int, right: float
-) -> None:
+    monkeypatch, sequence, upper, lower, right
+):
     monkeypatch.setattr(scenes.datasets, "load", lambda _: halves(upper, lower))
     for setting in ("as-written", "recommended"):
         assert scenes.right_choice(f"multipart/{sequence}:scene=1", setting) == right
-
-
-def test_settings_differ_in_bins_and_votes() -> None:
-    as_written, recommended = map(scenes.bins_of, ("as-written", "recommended"))
-    assert (as_written.binning, as_written.uv_range) == ("both", "full")
-    assert (recommended.binning, recommended.uv_range) == ("perez", "srgb-gamut")

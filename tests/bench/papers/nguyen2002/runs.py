@@ -1,4 +1,4 @@
-"""Runs of the template tracker whose occlusions are known."""
+"""Runs of the template tracker with known occlusions."""
 
 from types import SimpleNamespace
 
@@ -19,20 +19,19 @@ def true_boxes():
     return np.stack([x, y, 60 + 0.3 * np.sin(0.7 * k), 80 + 0.4 * np.sin(0.7 * k)], 1)
 
 
-def made_run(*events, beside=(), **parameters):
-    """Return a run that declared `events`: beginning, end, and frame in which it is back, or None.
+def made_run(*events, off_target=(), **parameters):
+    """Return a run that declared `events`: first frame, last frame, and frame of return or None.
 
-    It is on the target wherever it follows it, but 100 pixels off in the frames `beside`;
-    `parameters` are those of the tracker that matter here.
+    In the frames `off_target`, boxes are 100 px off the target. `parameters` are of the tracker.
     """
     target = true_boxes()
     online, revised = target.copy(), target.copy()
-    online[list(beside), 0] += 100
-    revised[list(beside), 0] += 100
+    online[list(off_target), 0] += 100
+    revised[list(off_target), 0] += 100
     for beginning, end, back in events:
         ahead = np.arange(1, N + 1)[:, None] * (target[beginning - 1] - target[beginning - 2])
         online[beginning:back] = (revised[beginning - 1] + ahead)[: len(online[beginning:back])]
-        if back is None:  # only boxes show its end
+        if back is None:  # only the boxes show the end of the occlusion
             revised[beginning:] = online[beginning:]
         if back is None and end is not None:
             revised[end:] = target[end:]
@@ -54,10 +53,10 @@ def made_run(*events, beside=(), **parameters):
 
 
 def _details(events):
-    """Return what the tracker reports of these occlusions, by frame."""
+    """Return the details that the tracker reports for these occlusions."""
     diary, rows, spans, declared_until = OcclusionLog(), [], [], 0
     for beginning, end, back in events:
-        # One that began before the tracker was back from another is declared after it.
+        # The tracker declares an occlusion after its return from an earlier one.
         spans.append((max(beginning, declared_until), N if back is None else back, beginning, end))
         declared_until = spans[-1][1]
     for frame in range(1, N):
@@ -74,9 +73,9 @@ def _details(events):
 
 
 def made_truth(*hidden, visible=0.0, off=None):
-    """Return the ground truth of that target, hidden in stretches of frames (ends included).
+    """Return the ground truth of the target, hidden in frame ranges that include their ends.
 
-    A lamp is off in the frames from the first to before the second of `off`.
+    The lamp is off from frame `off[0]` to before frame `off[1]`.
     """
     visibility, attributes = np.ones(N), {}
     for first, last in hidden:

@@ -22,14 +22,14 @@ def test_kept_counts_clear_frames_and_the_last_five():
     few = range(1, 1 + int(0.1 * clear))
     for lost_frames, expected in (
         ((), 1.0),
-        (range(40, 61), 1.0),  # these are not clear
+        (range(40, 61), 1.0),  # the target is covered in these frames
         (few, 1.0),
         ((*few, 10), 0.0),
         ((115,), 0.0),
         ((114,), 1.0),
-        ((0,), 1.0),  # the given first frame does not count
+        ((0,), 1.0),  # the frame of the init box does not count
     ):
-        assert value("kept", made_run(beside=lost_frames), truth) == expected, lost_frames
+        assert value("kept", made_run(off_target=lost_frames), truth) == expected, lost_frames
 
 
 def test_occlusion_is_detected_if_declared_and_the_target_found():
@@ -37,12 +37,12 @@ def test_occlusion_is_detected_if_declared_and_the_target_found():
     for run, revised, online in (
         (made_run((31, 50, 66)), 1, 1),
         (made_run((31, 36, 66)), 0, 1),  # not in view at the end
-        (made_run((31, 50, 66), beside=(50,)), 0, 1),
-        (made_run((31, 50, 66), beside=(66,)), 1, 0),
+        (made_run((31, 50, 66), off_target=(50,)), 0, 1),
+        (made_run((31, 50, 66), off_target=(66,)), 1, 0),
         (made_run((28, 47, 63), (70, 75, 105)), 1, 1),
         (made_run((27, 46, 62)), 0, 0),
         (made_run(), 0, 0),
-        # Of several in an occlusion the last one decides.
+        # The last of several declared occlusions decides.
         (made_run((30, 35, 65), (40, 59, 75)), 1, 1),
     ):
         assert value("detected", run, truth) == revised
@@ -62,19 +62,19 @@ def test_occlusion_open_at_the_end_is_not_detected_online():
     ("loss", "at_switch"), [(50, 1), (47, 1), (53, 1), (54, 0), (88, 1), (96, 0)]
 )
 def test_loss_within_three_frames_of_a_switch_counts(loss, at_switch):
-    run = made_run(beside=range(loss, 120))
+    run = made_run(off_target=range(loss, 120))
     assert value("lost_at_switch", run, made_truth(off=(50, 90))) == at_switch
 
 
 def test_loss_within_a_declared_occlusion_began_with_it():
-    run = made_run((51, 62, 86), beside=range(58, 120))
+    run = made_run((51, 62, 86), off_target=range(58, 120))
     assert value("lost_at_switch", run, made_truth(off=(50, 90))) == 1
 
 
 def test_box_stays_if_most_clear_frames_after_the_switch_overlap():
     truth = made_truth((60, 64), visible=0.5, off=(50, 90))
-    assert value("stays_at_switch", made_run(beside=(49, 55, 62, 70)), truth) == 1
-    assert value("stays_at_switch", made_run(beside=(55, 69)), truth) == 0
+    assert value("stays_at_switch", made_run(off_target=(49, 55, 62, 70)), truth) == 1
+    assert value("stays_at_switch", made_run(off_target=(55, 69)), truth) == 0
 
 
 def test_failed_run_tracks_and_detects_nothing():

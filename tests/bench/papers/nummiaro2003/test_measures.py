@@ -1,4 +1,4 @@
-"""Measures of a run whose story is known: it comes, is hidden three times, and leaves."""
+"""Measures of a run whose target enters, is hidden three times, and leaves."""
 
 from types import SimpleNamespace
 
@@ -18,7 +18,7 @@ SHORT = slice(180, 184), slice(200, 203)
 
 
 def truth():
-    """Return true boxes and visibility: hidden by a tree, and twice by others."""
+    """Return boxes and visibility of a target hidden by a tree and twice by other people."""
     boxes = np.full((N, 4), np.nan)
     frames = np.arange(COMES, LEAVES)
     boxes[frames] = np.column_stack([3.0 * frames, *np.tile([[50.0], [40.0], [90.0]], len(frames))])
@@ -33,10 +33,10 @@ def truth():
 
 
 def judged(estimates=None, **details):
-    """Return a run on the target that initialises behind the tree, but for the changes."""
+    """Return a run that is on the target and initialises behind the tree, with changes."""
     boxes, visibility = truth()
     usual = {
-        "mode": but(1, TREE, 0),
+        "mode": constant_except(1, TREE, 0),
         "positive_appearances": np.where(visibility > 0.1, 90.0, 3.0),
     }
     run = {
@@ -47,8 +47,8 @@ def judged(estimates=None, **details):
     return judged_runs.judged("nummiaro2003", boxes, estimates, visibility, (800, 600), run)
 
 
-def but(usual, frames, value):
-    """Return the same number in all frames but some."""
+def constant_except(usual, frames, value):
+    """Return a constant by frame, with another value in some frames."""
     values = np.full(N, float(usual))
     values[frames] = value
     return values
@@ -72,8 +72,8 @@ def test_leaving_the_view_is_no_hiding():
         ({}, 1),
         ({"positive_appearances": np.full(N, 10)}, 0),  # the count does not fall
         ({"mode": np.ones(N)}, 0),  # it does not initialise
-        ({"mode": but(1, slice(104, 170), 0)}, 0),  # it does not track again
-        ({"mode": but(1, slice(104, 140), 0)}, 1),
+        ({"mode": constant_except(1, slice(104, 170), 0)}, 0),  # it does not track again
+        ({"mode": constant_except(1, slice(104, 140), 0)}, 1),
     ],
 )
 def test_initialisation_behind_the_tree_takes_three_steps(changes, expected):
@@ -86,7 +86,7 @@ def test_initialisation_behind_the_tree_takes_three_steps(changes, expected):
         ({}, 1),
         ({"estimates": shifted(slice(181, 200))}, 0),  # off the target for too long
         ({"estimates": shifted(slice(181, 190))}, 1),
-        ({"mode": but(1, slice(205, 206), 0)}, 0),  # initialises
+        ({"mode": constant_except(1, slice(205, 206), 0)}, 0),  # initialises
         ({"estimates": shifted(slice(179, 205))}, np.nan),  # off before either
         ({"estimates": shifted(slice(179, 190))}, 1),  # the second one counts
     ],
@@ -98,7 +98,7 @@ def test_short_occlusions_count_if_the_target_is_tracked_before(changes, expecte
 
 def test_count_may_fall_ten_frames_after_the_exit():
     for frame, expected in ((LEAVES, 1), (LEAVES + 9, 1), (LEAVES - 1, 0)):
-        positive = but(50, slice(frame, frame + 1), 9)
+        positive = constant_except(50, slice(frame, frame + 1), 9)
         assert value("count_falls_at_exit", judged(positive_appearances=positive)) == expected
 
 

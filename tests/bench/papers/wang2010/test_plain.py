@@ -1,6 +1,6 @@
 """The plain methods against definitions and painted images.
 
-`tests/trackers/test_colour_motion.py` and `test_wang2010.py` compare them with the trackers.
+`tests/trackers/test_wang2010.py` compares them with the trackers.
 """
 
 import colorsys
@@ -51,7 +51,7 @@ def test_brighter_pixels_do_not_count(maximum, counts):
 
 def test_box_without_pixels_that_count_is_refused():
     image, box = disc()
-    with pytest.raises(ValueError, match="no pixel of the box"):
+    with pytest.raises(ValueError, match="no pixel within the limits"):
         make_template(image, box, limits=(0.0, 251 / 255, 1.0))
 
 

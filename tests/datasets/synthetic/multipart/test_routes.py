@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS
-from trackmark.datasets.synthetic.multipart import routes, wardrobe
+from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.render import views
 from trackmark.datasets.synthetic.render.views import (
@@ -154,24 +154,24 @@ def test_crossing_path_passes_before_the_target_in_time(seed):
 @given(seed=SEEDS)
 def test_two_coloured_clothes_differ_and_plain_ones_do_not(seed):
     random = np.random.default_rng(seed)
-    shirt, trousers = wardrobe.sample_two_coloured_clothes(random)
-    assert wardrobe.chroma_distance(shirt, trousers) > 60
-    first, second = wardrobe.sample_plain_clothes(random)
-    assert wardrobe.chroma_distance(first, second) < 12
+    shirt, trousers = casting.sample_two_coloured_clothes(random)
+    assert casting.chroma_distance(shirt, trousers) > 60
+    first, second = casting.sample_plain_clothes(random)
+    assert casting.chroma_distance(first, second) < 12
 
 
 @given(seed=SEEDS)
 def test_passers_differ_in_chromaticity_from_the_target(seed):
     random = np.random.default_rng(seed)
-    target = wardrobe.sample_two_coloured_clothes(random)
-    worn = wardrobe.sample_passer_clothes(random, target)
-    assert min(wardrobe.chroma_distance(a, b) for a in worn for b in target) > 30
+    target = casting.sample_two_coloured_clothes(random)
+    worn = casting.sample_passer_clothes(random, target)
+    assert min(casting.chroma_distance(a, b) for a in worn for b in target) > 30
 
 
 @given(seed=SEEDS)
 def test_other_clothes_share_no_colour_with_the_first(seed):
     random = np.random.default_rng(seed)
-    first = wardrobe.sample_street_clothes(random)
-    other = wardrobe.sample_other_clothes(random, first)
+    first = casting.sample_street_clothes(random)
+    other = casting.sample_other_clothes(random, first)
     apart = [np.abs(np.subtract(a, b)).max() for a in first for b in other]
     assert min(apart) > 25

@@ -9,8 +9,8 @@ from tests.datasets.synthetic.scenes import SEEDS
 from trackmark import datasets
 
 
-def twin(**knobs):
-    return datasets.load(":".join(["stress/twin", *(f"{k}={v}" for k, v in knobs.items())]))
+def twin(**parameters):
+    return datasets.load(":".join(["stress/twin", *(f"{k}={v}" for k, v in parameters.items())]))
 
 
 @settings(max_examples=6, deadline=None)

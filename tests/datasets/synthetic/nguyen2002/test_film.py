@@ -10,26 +10,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, mask_edges, runs
-from trackmark.datasets.synthetic.nguyen2002.film.occluders import OCCLUDERS
-from trackmark.datasets.synthetic.nguyen2002.film.plan import (
+from trackmark.datasets.synthetic.nguyen2002.film.objects import OCCLUDERS
+from trackmark.datasets.synthetic.nguyen2002.film.scene import (
     CLIPS,
     SIZE,
     WIDTHS,
     clip_plan,
     clip_script,
+    scene,
 )
-from trackmark.datasets.synthetic.nguyen2002.film.scene import scene
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
-from trackmark.datasets.synthetic.nguyen2002.knobs import FilmKnobs
+from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 
 NUMBERS = st.integers(1, CLIPS)
 
 
 @lru_cache(maxsize=32)
 def opened(seed, clip):
-    return scene(FilmKnobs(scene=seed), clip)
+    return scene(FilmParameters(scene=seed), clip)
 
 
 def first_clip(seed, wanted):
@@ -98,7 +98,7 @@ def test_film_target_stays_in_view_and_moves_smoothly(seed, clip):
     assert 0.5 < np.degrees(np.abs(clip.angle).max()) <= 3.5
     assert 0.89 < clip.gain.min() < clip.gain.max() < 1.11
     assert np.abs(np.diff(clip.gain)).max() < 0.02
-    assert np.ptp(clip.look) == pytest.approx(1)
+    assert np.ptp(clip.mixture) == pytest.approx(1)
 
 
 @settings(max_examples=20, deadline=None)
@@ -177,13 +177,13 @@ def test_film_has_luminance_and_colour_grain():
 def test_rigid_object_draw_agrees_with_slow_reference():
     random = np.random.default_rng(4)
     coverage = np.pad(random.uniform(0.2, 1, (9, 7)), 1)
-    looks = [random.uniform(0, 255, (11, 9, 3)) for _ in "ab"]
-    thing = RigidObject(looks, coverage, 1.25)
+    textures = [random.uniform(0, 255, (11, 9, 3)) for _ in "ab"]
+    thing = RigidObject(textures, coverage, 1.25)
     canvas = random.integers(0, 256, (24, 30, 3)).astype(np.uint8)
     places, scale, angle, share = np.array([[12.3, 9.8], [14.1, 10.6]]), 1.1, 0.05, 0.25
     expected = canvas.astype(float)
     colour, cover = np.zeros((24, 30, 3)), np.zeros((24, 30))
-    mixed = ((1 - share) * looks[0] + share * looks[1]) * coverage[..., None]
+    mixed = ((1 - share) * textures[0] + share * textures[1]) * coverage[..., None]
     cosine, sine = np.cos(angle), np.sin(angle)
     for x0, y0 in places:
         for row in range(24):

@@ -16,8 +16,8 @@ from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
     LightsScene,
     LightsSetting,
     _lighting,
-    _passing,
     _pose,
+    _visible_occluders,
 )
 from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
 from trackmark.datasets.synthetic.render.solids import NOTHING
@@ -36,7 +36,7 @@ def around_the_switch(seed):
     before, after = image(seed, off - 1), image(seed, off)
     still = np.ones(before.shape[:2], bool)
     for frame in (off - 1, off):
-        coverage = scene.setting.carried.place(_pose(scene.plan, frame))[0][..., 3]
+        coverage = scene.setting.held_card.place(_pose(scene.plan, frame))[0][..., 3]
         still &= ~grown(coverage > 0, 12)
     return before, after, still
 
@@ -95,10 +95,10 @@ def test_lights_mask_marks_the_pixels_of_the_print(monkeypatch):
     thing, *rest = other.setting._things
     inverse = replace(thing.finish, pattern=lambda points: 1 - thing.finish.pattern(points))
     other.setting.__dict__["_things"] = [SceneObject(inverse, thing.solids), *rest]
-    for part in ("room", "passers"):  # they stay, and take long
+    for part in ("room", "occluders"):  # they stay, and take long
         other.setting.__dict__[part] = getattr(opened(0).setting, part)
     lighting = Lighting(other.setting, _lighting(0)._lamps)
-    lighting.__dict__["_returned"] = _lighting(0)._returned
+    lighting.__dict__["_reflected_light"] = _lighting(0)._reflected_light
     start, _ = runs(opened(0).truth().attributes["occluded"])[0]
     images = {frame: image(0, frame) for frame in (0, start - 2)}
     monkeypatch.setattr(sys.modules[LightsScene.__module__], "_lighting", lambda seed: lighting)
@@ -145,7 +145,7 @@ def test_held_object_casts_a_shadow_from_each_lamp(lamp):
     pose = _pose(scene.plan, 0)
     away = CardPose((-2000.0, 0.0))
     shaded, free = (lighting.picture([lamp], p, np.zeros(2), []) for p in (pose, away))
-    beside = scene.setting.carried.place(pose)[0][..., 3] == 0
+    beside = scene.setting.held_card.place(pose)[0][..., 3] == 0
     lost = np.where(beside, 1 - shaded.sum(axis=2) / free.sum(axis=2), 0)
     assert lost.min() > -1e-5
     assert (lost > 0.3).sum() > 300
@@ -162,9 +162,9 @@ def test_occluder_shades_the_object_before_hiding_it():
     losses = []
     for frame in (start - 40, start - 2):
         pose = _pose(plan, frame)
-        passing = [(number, pose_of, 1) for number, pose_of in _passing(plan, frame)]
+        passage = [(number, pose_of, 1) for number, pose_of in _visible_occluders(plan, frame)]
         shaded, free = (
-            lighting.picture([0, 1], pose, np.zeros(2), occluders) for occluders in (passing, [])
+            lighting.picture([0, 1], pose, np.zeros(2), occluders) for occluders in (passage, [])
         )
         mask = scene.mask(frame)
         losses.append(1 - shaded[mask].sum() / free[mask].sum())

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.plan import (
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     BRAKING,
     Bend,
     Route,

@@ -6,11 +6,11 @@ from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import SEEDS, runs, unless_sealed
 from trackmark import datasets
-from trackmark.datasets.synthetic.knobs import SceneKnobs
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.plan import Person, body_boxes
 from trackmark.datasets.synthetic.nummiaro2003.campus import person, students
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.views import sample_fixed_views, straight_path
 
 pytestmark = unless_sealed("nummiaro2003/person") and unless_sealed("nummiaro2003/students")
@@ -18,13 +18,13 @@ pytestmark = unless_sealed("nummiaro2003/person") and unless_sealed("nummiaro200
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
 
 
-def opened(name, **knobs):
-    return datasets.load(":".join([name, *(f"{key}={value}" for key, value in knobs.items())]))
+def opened(name, **parameters):
+    return datasets.load(":".join([name, *(f"{key}={value}" for key, value in parameters.items())]))
 
 
-def planned(module, knobs, **values):
+def planned(module, parameters, **values):
     """Return the plan of a scene without its slow ground truth."""
-    return module.scene(knobs(**values)).plan
+    return module.scene(parameters(**values)).plan
 
 
 def spells(flags):
@@ -62,7 +62,7 @@ def test_students_occlusions_follow_the_paper_in_many_scenes():
 @settings(max_examples=5, deadline=None)
 @given(seed=SEEDS)
 def test_people_avoid_cars_trees_and_each_other(seed):
-    plan = planned(person, SceneKnobs, scene=seed)
+    plan = planned(person, SceneParameters, scene=seed)
     courses = [person_.course for person_ in plan.people]
     for car in (prop for prop in plan.posts if prop.z < person.DOORSTEP):
         for course in courses:
@@ -71,7 +71,7 @@ def test_people_avoid_cars_trees_and_each_other(seed):
     for number, course in enumerate(courses):
         for other in courses[:number]:
             assert np.hypot(course.x - other.x, course.z - other.z).min() > 0.45
-    plan = planned(students, SceneKnobs, scene=seed)
+    plan = planned(students, SceneParameters, scene=seed)
     tree = plan.posts[0]
     for person_ in plan.people:
         assert np.hypot(person_.course.x - tree.x, person_.course.z - tree.z).min() > 0.9

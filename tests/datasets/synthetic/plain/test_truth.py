@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import mask_edges
-from trackmark.datasets.synthetic.plain.knobs import TargetKnobs
+from trackmark.datasets.synthetic.plain.parameters import TargetParameters
 from trackmark.datasets.synthetic.plain.scene import (
     TargetMotion,
     silhouette_columns,
@@ -19,7 +19,7 @@ SMALL = {"width": 128, "height": 96, "length": 40}
 
 
 @st.composite
-def knobs(draw):
+def parameters(draw):
     return {
         **SMALL,
         "scene": draw(st.integers(0, 10**6)),
@@ -32,9 +32,9 @@ def knobs(draw):
 
 
 @settings(max_examples=20, deadline=None)
-@given(knobs=knobs())
-def test_mask_fills_the_box_with_the_visible_area(target, knobs):
-    sequence = target(**knobs)
+@given(parameters=parameters())
+def test_mask_fills_the_box_with_the_visible_area(target, parameters):
+    sequence = target(**parameters)
     area_of_unit = np.pi if sequence.frames.motion.power == 2 else 3.7081493546
     for frame in range(0, len(sequence), 3):
         mask, box = sequence.mask(frame), sequence.boxes[frame]
@@ -96,21 +96,21 @@ def test_vivid_target_pixels_agree_with_box_and_mask(target, frame):
 
 
 @settings(max_examples=20, deadline=None)
-@given(knobs=knobs())
-def test_boxes_are_nan_for_the_requested_absence(knobs):
-    truth = target_truth(TargetMotion(TargetKnobs(**knobs)))
+@given(parameters=parameters())
+def test_boxes_are_nan_for_the_requested_absence(parameters):
+    truth = target_truth(TargetMotion(TargetParameters(**parameters)))
     absent = np.isnan(truth.boxes).any(axis=1)
-    assert absent.sum() == knobs["absence"]
+    assert absent.sum() == parameters["absence"]
     assert np.isnan(truth.boxes[absent]).all()
     assert not absent[0]
     assert truth.visibility[0] == 1
     assert (truth.visibility[absent] == 0).all()
     assert ((truth.visibility >= 0) & (truth.visibility <= 1)).all()
     assert truth.attributes["out_of_view"][absent].all()
-    if knobs["absence"] == 0:
+    if parameters["absence"] == 0:
         assert not truth.attributes["out_of_view"].any()
-        deepest = truth.visibility[TargetMotion(TargetKnobs(**knobs)).occlusion_frame]
-        assert deepest == pytest.approx(1 - knobs["occlusion"], abs=1e-3)
+        deepest = truth.visibility[TargetMotion(TargetParameters(**parameters)).occlusion_frame]
+        assert deepest == pytest.approx(1 - parameters["occlusion"], abs=1e-3)
         assert truth.visibility.min() >= deepest - 0.05  # a shrinking target is hidden more
         hidden = truth.visibility < 1
         assert (hidden == truth.attributes["occlusion"]).all()
@@ -119,9 +119,9 @@ def test_boxes_are_nan_for_the_requested_absence(knobs):
 def test_visibility_in_closed_form_at_the_edge_of_the_view():
     """Compare an ellipse cut by a straight edge with the segment's area."""
     truth = target_truth(
-        TargetMotion(TargetKnobs(scene=1, absence=20, length=120))  # leaves below
+        TargetMotion(TargetParameters(scene=1, absence=20, length=120))  # leaves below
     )
-    motion = TargetMotion(TargetKnobs(scene=1, absence=20, length=120))
+    motion = TargetMotion(TargetParameters(scene=1, absence=20, length=120))
     assert motion.power == 2
     cut = np.flatnonzero(
         truth.attributes["out_of_view"]
@@ -142,12 +142,12 @@ def test_silhouette_columns_sum_to_its_area(power, area):
 
 
 def test_loading_a_long_sequence_renders_nothing(target):
-    knobs = {"length": 100_000, "clutter": 3, "occlusion": 1, "absence": 1000, "light": 0.5}
-    sequence = target(**knobs)
+    parameters = {"length": 100_000, "clutter": 3, "occlusion": 1, "absence": 1000, "light": 0.5}
+    sequence = target(**parameters)
     assert len(sequence) == 100_000
     assert "_ground" not in vars(sequence.frames)
     tracemalloc.start()
-    target(**knobs)
+    target(**parameters)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 100e6

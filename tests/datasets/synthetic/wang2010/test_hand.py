@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.datasets.synthetic.scenes import box_centres, grown, scenes_of, unless_sealed
-from trackmark.datasets.synthetic.wang2010.hand import hand as palm
+from trackmark.datasets.synthetic.wang2010.hand import scene as palm
 
 pytestmark = unless_sealed("wang2010/hand")
 

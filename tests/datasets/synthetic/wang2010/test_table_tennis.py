@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import SEEDS, box_centres, unless_sealed
 from trackmark import datasets
-from trackmark.datasets.synthetic.knobs import SceneKnobs
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
 from trackmark.datasets.synthetic.wang2010 import table_tennis
 from trackmark.datasets.synthetic.wang2010.table_tennis import CATCH, Play, blend_swung
@@ -74,7 +74,7 @@ def test_speed_up_lasts_from_the_stroke_to_the_top(sequence):
 @pytest.fixture(scope="module")
 def pair():
     """Return a scene, and the same scene with a black ball."""
-    first, second = (table_tennis.scene(SceneKnobs(scene=2)) for _ in range(2))
+    first, second = (table_tennis.scene(SceneParameters(scene=2)) for _ in range(2))
     second._ball = first._ball.silhouette(0)
     for part in ("_ball_shadow", "_player", "_wall"):
         setattr(second, part, getattr(first, part))
@@ -107,7 +107,7 @@ def swung(sprite, left, top, swings, shares):
 
 @pytest.fixture(scope="module")
 def limb():
-    return table_tennis.scene(SceneKnobs(scene=3))._ball.levels[1]
+    return table_tennis.scene(SceneParameters(scene=3))._ball.levels[1]
 
 
 @pytest.mark.parametrize("count", [1, 4])
@@ -126,7 +126,7 @@ def test_blend_swung_shifts_columns_by_their_share(limb, count):
 @pytest.mark.parametrize(("seed", "side", "border"), [(3, 1, 141), (1, -1, 0)])
 def test_player_swing_decreases_towards_the_elbow(seed, side, border):
     """Compare the sleeve's upper edge at the border with the thumb's at the blade."""
-    scene = table_tennis.scene(SceneKnobs(scene=seed))
+    scene = table_tennis.scene(SceneParameters(scene=seed))
     assert scene.play.side == side
     bat = scene.play.bat(25)
     tops = []

@@ -1,4 +1,4 @@
-"""Parameters of a synthetic sequence: declared once, frozen, validated, part of its name."""
+"""Parameters of synthetic sequences: declaration, validation, canonical names."""
 
 from collections.abc import Mapping
 from difflib import get_close_matches
@@ -14,15 +14,15 @@ Seed = Annotated[int, Field(ge=0, lt=2**32)]
 
 
 def seed(subject: str) -> Any:
-    """Declare the parameter `scene`; `subject` names what the seed initialises."""
+    """Declare the parameter `scene`; `subject` describes what the seed determines."""
     return Field(0, description=f"seed of {subject}")
 
 
-class Knobs(BaseModel):
+class SequenceParameters(BaseModel):
     """Base class of the parameters of a synthetic sequence.
 
-    Each field is a parameter. Type and bounds are checked, and text from the command line is
-    accepted. The description states meaning and unit (`[pixels]`, `[frames]`, …).
+    Each field is a parameter. Values may be text of the command line; type and range are checked.
+    The description of a field is the parameter's meaning with its unit (`[pixels]`, `[frames]`, …).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -31,9 +31,9 @@ class Knobs(BaseModel):
     def checked(cls, sequence: str, values: Mapping[str, Any]) -> Self:
         """Return validated parameters.
 
-        `sequence`: name of the sequence without options, for messages. `values`: values or their
-        text, by name; the others take their defaults. Raises `SequenceError` for an unknown name or
-        a value outside the declared type or bounds.
+        `sequence` is the name of the sequence without options, for messages. `values` are values or
+        their text, by name; other parameters have their defaults. Raises `SequenceError` for an
+        unknown name or an invalid value.
         """
         for name in values:
             if name not in cls.model_fields:
@@ -41,13 +41,13 @@ class Knobs(BaseModel):
                 hint = f" Did you mean {close[0]!r}?" if close else ""
                 valid_names = ", ".join(sorted(cls.model_fields))
                 raise SequenceError(
-                    f"{sequence}: unknown knob {name!r}.{hint} Known: {valid_names}."
+                    f"{sequence}: unknown parameter {name!r}.{hint} Known: {valid_names}."
                 )
         try:
             return cls.model_validate(dict(values))
         except ValidationError as error:
             first = error.errors()[0]
-            where = f"knob {first['loc'][0]}={first['input']}: " if first["loc"] else ""
+            where = f"parameter {first['loc'][0]}={first['input']}: " if first["loc"] else ""
             message = first["msg"].removeprefix("Value error, ")
             raise SequenceError(f"{sequence}: {where}{message}.") from None
 
@@ -69,12 +69,12 @@ class Knobs(BaseModel):
         )
 
 
-class SceneKnobs(Knobs):
+class SceneParameters(SequenceParameters):
     """Parameters of a scene that has only a seed."""
 
     scene: Seed = 0
 
 
-def seeded(subject: str) -> type[SceneKnobs]:
-    """Return the parameters of a scene that has only a seed; `subject`: see `seed`."""
-    return create_model("SeededKnobs", __base__=SceneKnobs, scene=(Seed, seed(subject)))
+def seeded(subject: str) -> type[SceneParameters]:
+    """Return the parameters of a scene that has only a seed; `subject` is as in `seed`."""
+    return create_model("SeededParameters", __base__=SceneParameters, scene=(Seed, seed(subject)))

@@ -1,7 +1,7 @@
-"""Kernel-weighted colour histograms of ellipses, written out over whole images in NumPy.
+"""Kernel-weighted colour histograms of ellipses over whole images in NumPy.
 
-Nummiaro et al. 2003, equations 2 to 4; Comaniciu, Ramesh & Meer 2003. `whole` weights are in
-65536ths, what each axis takes away being rounded down, as the trackers have them.
+See Nummiaro et al. 2003, equations 2 to 4, and Comaniciu, Ramesh & Meer 2003. `whole` weights are
+integers in units of 1/65536; as in the trackers, the decrease along each axis is rounded down.
 """
 
 import cv2
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def codes_of(image, colour="rgb", bins=8):
-    """Joint bin of every pixel of a BGR image."""
+    """Return the joint bin of every pixel of a BGR image."""
     if colour == "rgb":
         blue, green, red = np.moveaxis(image.astype(int) * bins // 256, 2, 0)
         return (red * bins + green) * bins + blue
@@ -19,7 +19,7 @@ def codes_of(image, colour="rgb", bins=8):
 
 
 def pixels_of(codes, ellipse, kernel="epanechnikov", *, whole=True):
-    """Codes, columns, rows and weights of the pixels whose centres are in an ellipse."""
+    """Return codes, columns, rows and weights of the pixels with centres in an ellipse."""
     x, y, half_x, half_y = ellipse
     full = 65536 if whole else 1.0
     falls = {
@@ -38,7 +38,7 @@ def pixels_of(codes, ellipse, kernel="epanechnikov", *, whole=True):
 
 
 def histogram_of(codes, n_bins, ellipse, kernel="epanechnikov", *, whole=True):
-    """Normalised histogram; zeros where no pixel is inside."""
+    """Return the normalised histogram, or zeros if no pixel is inside."""
     actual, _, _, weights = pixels_of(codes, ellipse, kernel, whole=whole)
     histogram = np.bincount(actual, weights, n_bins)
     return histogram / histogram.sum() if len(actual) else histogram

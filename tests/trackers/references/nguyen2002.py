@@ -1,9 +1,8 @@
-"""The method of Nguyen and Smeulders in plain NumPy, equation by equation.
+"""Tracker `nguyen2002` in plain NumPy, equation by equation.
 
-Features and search are in `plain_matching`. Written down from the text and not from the tracker's
-code, with which it shares its parameters and the Kalman filter of a place alone: boxes must be the
-same. `track_offline` looks ahead as the paper does. Images are BGR, boxes are in coordinates where
-pixel centres are halves; features have the shape (rows, columns, d).
+It follows the paper's text and shares with the tracker only the parameters and the Kalman filter of
+a scalar. `track_offline` reads later frames, as the paper does. Images are BGR. Features have the
+shape (rows, columns, d). Boxes are in coordinates where pixel centres are at halves.
 """
 
 from math import floor, inf, sqrt
@@ -12,9 +11,103 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-from tests.trackers.plain_matching import Pose, features_of, match, sample
 from trackmark.trackers import resolve
 from trackmark.trackers.base import kalman
+
+
+def features_of(image, kind):
+    """Return intensity, RGB, c1, c2, c3 of equation 18 (a largest of 0 counts as 1), or arctan."""
+    blue, green, red = np.moveaxis(image.astype(np.float64), 2, 0)
+    if kind == "intensity":
+        return (red + green + blue)[:, :, np.newaxis]
+    if kind == "rgb":
+        return np.stack([red, green, blue], axis=2)
+    both = (red, green, blue), (green, blue, red), (blue, red, green)
+    ratios = [channel / np.maximum(np.maximum(*others), 1.0) for channel, *others in both]
+    return np.arctan(np.stack(ratios, axis=2)) if kind == "arctan" else np.stack(ratios, axis=2)
+
+
+class Pose(NamedTuple):
+    """Parameters a of equation 1: the template's centre (pixel centres at integers) and scale."""
+
+    x: float
+    y: float
+    scale: float
+
+
+def sample(features, pose, height, width, *, bilinear, pixels=slice(None)):
+    """Return features at φ(p; a) for the template's pixels, or for a slice of them per axis."""
+    rows, columns = features.shape[:2]
+    x = pose.x + pose.scale * (np.arange(width) - (width - 1) / 2)
+    y = pose.y + pose.scale * (np.arange(height) - (height - 1) / 2)
+    x, y = np.clip(x[pixels], 0, columns - 1), np.clip(y[pixels], 0, rows - 1)
+    if not bilinear:
+        return features[np.ix_(np.floor(y + 0.5).astype(int), np.floor(x + 0.5).astype(int))]
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    right, bottom = np.minimum(left + 1, columns - 1), np.minimum(top + 1, rows - 1)
+    u, v = (x - left)[np.newaxis, :, np.newaxis], (y - top)[:, np.newaxis, np.newaxis]
+    upper = (1 - u) * features[np.ix_(top, left)] + u * features[np.ix_(top, right)]
+    lower = (1 - u) * features[np.ix_(bottom, left)] + u * features[np.ix_(bottom, right)]
+    return (1 - v) * upper + v * lower
+
+
+def huber(error, cutoff):
+    """Return ρ of equation 3."""
+    with np.errstate(invalid="ignore"):  # an infinite cutoff times an error of 0
+        return np.where(error < cutoff, error**2 / 2, cutoff * (error - cutoff / 2))
+
+
+def matching_cost(features, template, inverse, pose, cutoff, *, stride, bilinear):
+    """Return the sum of equation 4 over every `stride`th pixel of rows and columns."""
+    pixels = slice(stride // 2, None, stride)
+    seen = sample(features, pose, *template.shape[:2], bilinear=bilinear, pixels=pixels)
+    r = seen - template[pixels, pixels]
+    squared = np.einsum("...k,km,...m->...", r, inverse, r)
+    return float(huber(np.sqrt(np.maximum(squared, 0)), cutoff).sum())
+
+
+def match(features, template, covariance, around, search_range, cutoff, *, subpixel, ties):
+    """Return the pose of the least cost, and its cost."""
+    inverse = np.linalg.inv(covariance)
+
+    def best(poses, number, *, stride, bilinear=False):
+        rated = []
+        for pose in poses:
+            held = pose._replace(scale=min(max(pose.scale, 0.5), 2.0))
+            cost = matching_cost(
+                features, template, inverse, held, cutoff, stride=stride, bilinear=bilinear
+            )
+            rated.append((cost, held))
+        return sorted(rated, key=lambda rating: rating[0])[:number]  # stable: the first of equals
+
+    centre = Pose(floor(around.x + 0.5), floor(around.y + 0.5), around.scale)
+    actual = best(grid(centre, search_range, 4), 3, stride=4)
+    actual = best([pose for _, coarse in actual for pose in grid(coarse, 2, 2)], 1, stride=4)
+    for spread in (0.02, 0.01):
+        actual = best(grid(actual[0][1], 1, 1, spread, ties), 1, stride=2)
+    if subpixel:
+        for step, spread in ((0.5, 0.01), (0.25, 0.005)):
+            actual = best(grid(actual[0][1], step, step, spread, ties), 1, stride=2, bilinear=True)
+    cost, pose = actual[0]
+    return pose, cost
+
+
+def grid(centre, half_range, step, spread=0.0, ties="ascending"):
+    """Return poses around a centre in ascending order of scale, y and x.
+
+    With `unchanged` ties, the current scale precedes the others.
+    """
+    shifts = [step * n - half_range for n in range(int(2 * half_range / step) + 1)]
+    factors = [1 - spread, 1.0, 1 + spread] if spread else [1.0]
+    if ties == "unchanged" and spread:
+        factors = [1.0, 1 - spread, 1 + spread]
+    return [
+        Pose(centre.x + across, centre.y + down, centre.scale * factor)
+        for factor in factors
+        for down in shifts
+        for across in shifts
+    ]
+
 
 Parameters = resolve("nguyen2002").plugin.Parameters
 
@@ -23,7 +116,7 @@ FLOORS = {"intensity": 3.0, "rgb": 1.0, "invariants": 1e-4, "arctan": 1e-4}
 
 
 class Settings:
-    """The tracker's parameters, and what follows from them."""
+    """Parameters of the tracker, and values derived from them."""
 
     def __init__(self, **parameters):
         self.given = Parameters(**parameters)
@@ -43,7 +136,7 @@ class Settings:
 
     @property
     def limit(self):
-        """χ² from which on a pixel is an outlier."""
+        """Least χ² of an outlier."""
         return chi2.ppf(self.delta, self.d)
 
     @property
@@ -73,23 +166,23 @@ class Settings:
 
     def too_long(self, count):
         """Return whether a pixel, an outlier for too many frames, replaces its template value."""
-        longest = round(self.gamma / self.minimal_speed, 9)  # 0.3 / 0.05 comes to less than 6
+        longest = round(self.gamma / self.minimal_speed, 9)  # 0.3 / 0.05 is less than 6
         if not self.rebootstrap:
             return False
         return count > longest if self.outlier_rule == "exceeds" else count >= longest
 
 
 def raise_eigenvalues(matrix, least):
-    """The matrix made symmetric, with its eigenvalues raised to the least allowed."""
+    """Return the symmetric part of a matrix, with eigenvalues raised to `least`."""
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
     return vectors @ np.diag(np.maximum(values, least)) @ vectors.T
 
 
 class Appearance:
-    """Template g and all that is known of its noise (equations 5 to 15).
+    """Template g and the covariances of its noise (equations 5 to 15).
 
-    A filter for each pixel, with the same covariances; `n_o` counts frames in succession for which
-    a pixel has been an outlier, `r` holds R of all frames since the second one that was seen.
+    All pixels have the same covariances. `n_o` is the number of consecutive frames in which a pixel
+    was an outlier. `r` holds R of all frames since the second one.
     """
 
     def __init__(self, settings, features):
@@ -108,7 +201,7 @@ class Appearance:
         return ~(q < self._settings.limit)
 
     def residual_covariance(self, features, covariance):
-        """R of equation 13, over the pixels that are inliers by another covariance."""
+        """Return R of equation 13 over the inliers by the given covariance."""
         updated = np.full(self.n_o.shape, True)
         if self._settings.gate:
             updated = ~self.outliers(features, covariance)
@@ -118,7 +211,7 @@ class Appearance:
         return self._shaped(r.T @ r / len(r) * self._settings.consistency_factor)
 
     def begin(self, features):
-        """Learn R(1) from what is seen second (equation 15)."""
+        """Learn R(1) from the second view (equation 15)."""
         settings = self._settings
         r = (features - self.g).reshape(-1, settings.d)
         r1 = self._shaped(r.T @ r / len(r))
@@ -130,22 +223,22 @@ class Appearance:
             down, across = np.gradient(self.g, axis=(0, 1))
             both = np.einsum("ijk,ijm->km", down, down) + np.einsum("ijk,ijm->km", across, across)
             r1 = self._shaped(r1 + settings.step**2 / 6 * both / self.n_o.size)
-        self._know(r1)
+        self._set_noise(r1)
 
     def begin_as_known(self, before):
         """Take R(1) and the measurement noise of an earlier template."""
-        self._know(before.r[0])
+        self._set_noise(before.r[0])
 
-    def _know(self, r1):
+    def _set_noise(self, r1):
         self.r, self.r_bar = [r1], r1
         self.c_f, self.c_g, self.c_w = 0.5 * r1, 0.5 * r1, np.zeros_like(r1)
 
     def share(self, features):
-        """Share of outliers (equation 16)."""
+        """Return the share of outliers (equation 16)."""
         return float(self.outliers(features, self.r_bar).mean())
 
     def update(self, features):
-        """Equations 7 to 14, for any view after the one of `begin`."""
+        """Apply equations 7 to 14 to a view after that of `begin`."""
         outliers = self.outliers(features, self.r_bar)
         self.r.append(self.residual_covariance(features, self.r_bar))
         last = self.r[-self._settings.average :]
@@ -155,7 +248,7 @@ class Appearance:
         self._filter(features, outliers)
 
     def update_first(self, features):
-        """Equations 7 to 11 for the view of `begin`: R is known, and C_w is 0."""
+        """Apply equations 7 to 11 to the view of `begin`, where R is known and C_w is 0."""
         self._filter(features, self.outliers(features, self.r_bar))
 
     def _filter(self, features, outliers):
@@ -181,12 +274,9 @@ class Appearance:
 
 
 class ScalarSmoother:
-    """The Kalman filter of a pose with its velocity (see `test_kalman`).
+    """Kalman filter of a pose and its velocity; its first pose counts as a measurement."""
 
-    The pose that it begins with is as good as a measurement.
-    """
-
-    # Deviations of acceleration, measurement and speed at the start, of place and scale.
+    # Deviations of acceleration, measurement and first speed.
     PLACE, SCALE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
 
     def __init__(self, pose, velocity):
@@ -203,21 +293,21 @@ class ScalarSmoother:
 
     @property
     def velocity(self):
-        """Its change a frame."""
+        """Velocity of the pose per frame."""
         return Pose(*(axis_filter.velocity for axis_filter in self._filters))
 
     def predicted(self):
-        """Pose to expect in the next frame."""
+        """Return the expected pose in the next frame."""
         return Pose(*(axis_filter.predicted() for axis_filter in self._filters))
 
     def measure(self, pose):
-        """Take the next frame's measured pose into account."""
+        """Update the filter with the next frame's measured pose."""
         for axis_filter, value in zip(self._filters, pose, strict=True):
             axis_filter.measure(value)
 
 
 class Candidate(NamedTuple):
-    """Return the best pose in a frame that may end an occlusion."""
+    """Best pose in a frame that may end an occlusion."""
 
     pose: Pose
     cost: float
@@ -225,10 +315,7 @@ class Candidate(NamedTuple):
 
 
 class Target:
-    """The target of a first box: its template, its place, and the steps of tracking it.
-
-    `last` is the pose reported for the last frame in which it was followed.
-    """
+    """Template and pose of the target; `last` is the last reported pose outside occlusions."""
 
     def __init__(self, settings, image, box):
         self._settings = settings
@@ -240,7 +327,7 @@ class Target:
         self.appearance = Appearance(settings, self._view(self._features(image), self.last, True))
 
     def follow(self, image):
-        """Pose to report for the next frame; None where a severe occlusion begins in it."""
+        """Return the pose to report for the next frame; None if an occlusion begins in it."""
         features = self._features(image)
         around = self._smoother.predicted()
         pose, _ = self._match(features, around, self._settings.search_range)
@@ -259,7 +346,7 @@ class Target:
         return self.last
 
     def extrapolated(self, frames):
-        """Pose so many frames after the last, had the target gone on as it went."""
+        """Return the pose some frames after the last at constant velocity."""
         velocity = self._smoother.velocity
         return Pose(
             self.last.x + frames * velocity.x, self.last.y + frames * velocity.y, self.last.scale
@@ -274,7 +361,7 @@ class Target:
         return Candidate(pose, cost, self.appearance.share(seen))
 
     def interpolated(self, pose, n):
-        """Poses of the n frames of an occlusion that is over with this pose."""
+        """Return the poses of the n frames of an occlusion that ends with this pose."""
         start, end = np.array(self.last), np.array(pose)
         return [Pose(*(start + (end - start) * i / (n + 1)).tolist()) for i in range(1, n + 1)]
 
@@ -290,7 +377,7 @@ class Target:
         self.last = pose
 
     def box(self, pose):
-        """Its box."""
+        """Return the box of a pose."""
         size = self._size * pose.scale
         return np.concatenate([(pose.x + 0.5, pose.y + 0.5) - size / 2, size])
 
@@ -313,8 +400,8 @@ class Target:
         )
 
 
-def chosen_end(candidates, settings):
-    """Frames from an occlusion's beginning to its end, by what was found in some frames."""
+def select_end(candidates, settings):
+    """Return the number of frames from an occlusion's beginning to its end."""
     for n, candidate in sorted(candidates.items()):
         if settings.end == "first" and candidate.share <= settings.accept:
             return n
@@ -322,10 +409,9 @@ def chosen_end(candidates, settings):
 
 
 def track_offline(images, box, **parameters):
-    """Track a target through a sequence that is known as a whole, as the paper does.
+    """Track a target, and return boxes (n, 4), occlusions and the final covariances.
 
-    Gives boxes (n, 4); first frame and end of each occlusion, the sequence's length where it found
-    no end; and the covariances in the end.
+    An occlusion is its first frame and its end; an open one ends with the sequence.
     """
     settings = Settings(**parameters)
     target = Target(settings, images[0], box)
@@ -345,7 +431,7 @@ def track_offline(images, box, **parameters):
             poses += [target.extrapolated(i) for i in range(1, rest + 1)]
             occlusions.append((frame, len(images)))
             break
-        n = chosen_end(candidates, settings)
+        n = select_end(candidates, settings)
         end = candidates[n].pose
         poses += [*target.interpolated(end, n), end]
         target.take_again(images[frame + n], end, n)

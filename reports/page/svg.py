@@ -1,0 +1,261 @@
+"""Charts as SVG: complete without JavaScript and in print; scripts only add a readout.
+
+Colours are CSS variables of the page, so that charts follow its light or dark theme. Coordinates of
+paths are absolute; `page.js` reads the points of a line from them.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import ceil, floor, isfinite, log10
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from trackmark.reports.page.content import Chart, Line, Page
+from trackmark.reports.palette import DASHES, MARKER_PATHS, colour_index
+from trackmark.reports.printable import one_line
+
+CROWDED = 7
+"""Maximum number of lines in full colour; of more, only the first `TOP` are not grey."""
+
+TOP = 5
+_MAX_TICKS = 6
+_MAX_LABEL = 24  # characters of a direct label
+_LETTER = 7.0  # mean width of a letter of a label [px]
+_LEFT, _TOP, _BOTTOM = 42, 10, 38  # margins [px]
+
+Array = NDArray[np.float64]
+
+
+class _Scale:
+    """Linear or logarithmic axis: limits in data and in pixels, and ticks."""
+
+    def __init__(
+        self, limits: tuple[float, float], pixels: tuple[float, float], *, log: bool
+    ) -> None:
+        self.limits, self.pixels, self.log = limits, pixels, log
+
+    def __call__(self, values: Array | float) -> Array:
+        low, high = np.log10(self.limits) if self.log else self.limits
+        shares = ((np.log10(values) if self.log else np.asarray(values)) - low) / (high - low)
+        return np.asarray(self.pixels[0] + shares * (self.pixels[1] - self.pixels[0]))
+
+    @property
+    def ticks(self) -> list[float]:
+        """At most six round values within the limits."""
+        low, high = self.limits
+        if self.log:
+            powers = range(round(log10(low)), round(log10(high)) + 1)
+            return [10.0**power for power in powers[:: ceil(len(powers) / _MAX_TICKS)]]
+        power = 10.0 ** floor(log10((high - low) / (_MAX_TICKS - 1)))
+        steps = [digit * power for digit in (1, 2, 2.5, 5, 10)]
+        step = next(step for step in steps if (high - low) / step <= _MAX_TICKS - 1)
+        first = ceil(low / step - 1e-9)
+        count = floor((high + 1e-9 * step) / step) - first + 1
+        return [round((first + n) * step, 10) for n in range(count)]
+
+
+def chart_svg(chart: Chart, page: Page, height: int = 300, width: int = 440) -> Markup:
+    """Return a chart as an SVG element; `page` gives the addresses that points open."""
+    lines = [line for line in chart.lines if np.isfinite(np.asarray(line.y, float)).any()]
+    x, y = _scales(chart, lines, width, height)
+    parts = [*_axes(chart, x, y, width, height)]
+    if chart.kind == "dots":
+        parts += [_dot(line, x, y, page) for line in lines]
+    else:
+        crowded = len(lines) > CROWDED
+        parts += [_line(line, x, y, chart.kind, crowded=crowded) for line in reversed(lines)]
+        labelled = lines[:TOP] if crowded else lines
+        parts += _labels(labelled, x, y) if chart.named else []
+    scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
+    head = Markup('<svg viewBox="0 0 {} {}" role="img" aria-label="{}" data-scale="{}">').format(
+        width, height, one_line(chart.aria or chart.words), scales
+    )
+    return head + Markup("").join(parts) + Markup("</svg>")
+
+
+def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tuple[_Scale, _Scale]:
+    xs, ys = (
+        np.concatenate([[], *(np.asarray(getattr(line, name), float) for line in lines)])
+        for name in ("x", "y")
+    )
+    xs, ys = xs[np.isfinite(xs)], ys[np.isfinite(ys)]
+    across, down = (float(_LEFT), width - 14.0), (height - float(_BOTTOM), float(_TOP))
+    low, high = (xs.min(), xs.max()) if len(xs) else (0.0, 1.0)
+    if chart.logarithmic:
+        low, high = floor(log10(max(low, 1e-9) / 1.2)), ceil(log10(max(high, 1e-9) * 1.2))
+        limits = 10.0 ** (low - (high - low < 2)), 10.0**high  # two decades at least
+    else:
+        limits = float(min(0.0, low)), float(high if high > low else low + 1)
+    top = chart.top if chart.top is not None else float(ys.max(initial=1e-9)) * 1.05
+    bottom = min(0.0, float(ys.min(initial=0.0)))
+    return (
+        _Scale(limits, across, log=chart.logarithmic),
+        _Scale((bottom, top), down, log=False),
+    )
+
+
+def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterator[Markup]:
+    """Yield grid lines with their numbers, the names of the axes, and the reference line."""
+    (left, right), (bottom, top) = x.pixels, y.pixels
+    text = Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
+    for tick in y.ticks:
+        at = float(y(tick))
+        label = f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.percent else f"{tick:g}"
+        yield Markup('<path class="grid" d="M{},{:.1f}H{}"/>').format(left, at, right)
+        yield text.format(left - 6, at + 4, "end", label)
+    for tick in x.ticks:
+        at = float(x(tick))
+        label = _time(tick) if chart.logarithmic else f"{tick:g}"
+        if chart.kind == "dots":
+            yield Markup('<path class="grid" d="M{:.1f},{}V{}"/>').format(at, top, bottom)
+        yield text.format(at, bottom + 17, "end" if at > right - 12 else "middle", label)
+    yield text.format((left + right) / 2, height - 4, "middle", chart.x)
+    if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
+        at = float(x(chart.reference))
+        yield Markup('<path class="reference" d="M{:.1f},{}V{}"/>').format(at, top, bottom)
+        if chart.reference_label:
+            yield text.format(at - 4, bottom - 6, "end", chart.reference_label)
+
+
+def _time(milliseconds: float) -> str:
+    """Return a time with the unit in which it is short."""
+    for factor, unit in ((1e3, "µs"), (1, "ms"), (1e-3, "s")):
+        if 0.99 <= milliseconds * factor < 999 or unit == "s":
+            return f"{milliseconds * factor:g} {unit}"
+    return f"{milliseconds:g} ms"
+
+
+def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Markup:
+    """Return a line with its band; the frames that its points open are numbers by point."""
+    xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
+    grey = crowded and line.position >= TOP
+    index = "rest" if grey else f"c{colour_index(line.position)}"
+    dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
+    places = " ".join(
+        ".".join(map(str, place[:4])) if place else "-"
+        for place, y_value in zip(line.places, ys, strict=False)
+        if isfinite(y_value)
+    )
+    band = Markup("")
+    if np.size(line.low) and not crowded and kind == "step":
+        low, high = np.asarray(line.low, float), np.asarray(line.high, float)
+        known = np.isfinite(low) & np.isfinite(high)
+        upper, lower = (_points(xs[known], end[known], x, y, step=True) for end in (high, low))
+        if upper:
+            band = Markup('<path class="band {}" d="M{}Z"/>').format(
+                index, "L".join([*upper, *lower[::-1]])
+            )
+    return band + Markup(
+        '<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>'
+    ).format(
+        index,
+        line.position,
+        dash,
+        _path(xs, ys, x, y, step=kind == "step"),
+        Markup(' data-places="{}"').format(places) if places else "",
+    )
+
+
+def _points(xs: Array, ys: Array, x: _Scale, y: _Scale, *, step: bool) -> list[str]:
+    """Return points as `x,y`; a step keeps its value until the next point."""
+    if step:
+        xs, ys = np.repeat(xs, 2)[1:], np.repeat(ys, 2)[:-1]
+    pairs = zip(x(xs).tolist(), y(ys).tolist(), strict=True)
+    return [f"{across:.1f},{down:.1f}" for across, down in pairs]
+
+
+def _path(xs: Array, ys: Array, x: _Scale, y: _Scale, *, step: bool) -> str:
+    """Return the path of a line; values that are not finite make gaps."""
+    finite = np.isfinite(ys)
+    starts = np.flatnonzero(np.diff(np.concatenate([[False], finite]).astype(int)) == 1)
+    pieces = []
+    for start in starts:
+        end = start + int(np.argmin(np.append(finite[start:], False)))
+        pieces.append("M" + "L".join(_points(xs[start:end], ys[start:end], x, y, step=step)))
+    return "".join(pieces)
+
+
+def _mark(line: Line, across: float, down: float) -> Markup:
+    path = MARKER_PATHS[line.position % len(MARKER_PATHS)]
+    return Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>').format(
+        colour_index(line.position), across, down, path
+    )
+
+
+def _dot(line: Line, x: _Scale, y: _Scale, page: Page) -> Markup:
+    """Return the mark, the interval and the name of a tracker; they open its worst frame."""
+    across, down = float(x(np.asarray(line.x, float))[0]), float(y(np.asarray(line.y, float))[0])
+    ends = [float(np.asarray(end, float)[0]) for end in (line.low, line.high) if np.size(end)]
+    bar = Markup("")
+    if ends and all(map(isfinite, ends)):
+        low, high = (float(y(end)) for end in ends)
+        bar = Markup('<path class="bar c{}" d="M{:.1f},{:.1f}V{:.1f}"/>').format(
+            colour_index(line.position), across, low, high
+        )
+    name, right = _short(line.label), across > sum(x.pixels) / 2
+    label = Markup('<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
+    content = (
+        bar
+        + _mark(line, across, down)
+        + label.format(
+            colour_index(line.position),
+            across + (-10 if right else 10),
+            down + 4,
+            "end" if right else "start",
+            name,
+        )
+    )
+    place = next(filter(None, line.places), None)
+    if place is None:
+        return content
+    return Markup('<a href="{}" aria-label="{}">{}</a>').format(
+        page.address(place), one_line(line.label), content
+    )
+
+
+def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
+    """Yield the names of lines where they are farthest from other lines and names."""
+    grid = np.linspace(x.pixels[0] + 6, x.pixels[1] - 6, 80)
+    heights = []
+    for line in lines:
+        xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
+        finite = np.isfinite(ys)
+        heights.append(np.interp(grid, x(xs[finite]), y(ys[finite])))
+    taken: list[tuple[float, float, float]] = []
+    for number, line in enumerate(lines):
+        half = _LETTER * len(_short(line.label)) / 2
+        best = (-np.inf, 0.0, 0.0)
+        for i in range(2, len(grid) - 2, 2):
+            centre = float(np.clip(grid[i], x.pixels[0] + half, x.pixels[1] - half))
+            near = np.abs(grid - centre) <= half + 4
+            for down in (heights[number][i] - 10, heights[number][i] + 18):
+                if not y.pixels[1] + 12 <= down <= y.pixels[0] - 4:
+                    continue
+                gaps = [_gap(other[near], down) for other in heights]
+                gaps += [
+                    max(abs(down - low) - 14, abs(centre - mid) - half - other)
+                    for mid, low, other in taken
+                ]
+                own = gaps[number]
+                others = min((*gaps[:number], *gaps[number + 1 :]), default=40.0)
+                score = min(others, 14.0) + min(own, 3.0) - abs(centre - grid[i]) / 10
+                if score > best[0]:
+                    best = score, centre, down
+        _, centre, down = best
+        if isfinite(best[0]):
+            taken.append((centre, down, half))
+            yield Markup(
+                '<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="middle">{}</text>'
+            ).format(colour_index(line.position), centre, down, _short(line.label))
+
+
+def _gap(heights: Array, down: float) -> float:
+    """Return the vertical distance of a line from a text whose baseline is at `down`."""
+    return float(np.maximum(heights - (down + 3), (down - 11) - heights).min(initial=40.0))
+
+
+def _short(label: str) -> str:
+    """Return a name of limited length for a chart."""
+    label = one_line(label)
+    return label if len(label) <= _MAX_LABEL else f"{label[: _MAX_LABEL - 1]}…"
