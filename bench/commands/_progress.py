@@ -267,7 +267,10 @@ class RunProgress:
         share = self._share()
         if share < _MIN_SHARE:
             return ""
-        return f", about {duration(self._seconds() * (1 - share) / share)} left"
+        seconds = self._seconds() * (1 - share) / share
+        # Whole minutes: seconds would suggest a precision that the estimate does not have.
+        text = f"{round(seconds / 60)} min" if 90 < seconds < 3600 else duration(seconds)
+        return f", about {text} left"
 
 
 def refresh_index(folder: Path) -> None:

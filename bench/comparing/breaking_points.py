@@ -382,16 +382,16 @@ def as_data(result: BreakingPoints) -> dict[str, Any]:
 def answer_lines(result: BreakingPoints) -> list[str]:
     """Return a sentence per difficulty: the trackers by their breaking points, the best first."""
     lines = []
-    for knob in dict.fromkeys(series.knob for series in result.series):
+    for axis in dict.fromkeys(series.axis for series in result.series):
         pairs = zip(result.series, result.points, strict=True)
-        rows = [(series, row) for series, row in pairs if series.knob == knob]
+        rows = [(series, row) for series, row in pairs if series.axis == axis]
         rows.sort(key=lambda pair: -pair[0].threshold.median)
-        words = {"never": f"never breaks up to {knob.hard:g}", "at once": "breaks at once"}
+        words = {"never": f"never breaks up to {axis.hard:g}", "at once": "breaks at once"}
         parts = [
             f"{series.tracker} {words.get(row['breaks'], f'breaks at {_level(row)}')}"
             for series, row in rows
         ]
-        lines.append(f"{knob.head}: {', '.join(parts)}.")
+        lines.append(f"{axis.head}: {', '.join(parts)}.")
     return lines
 
 
