@@ -13,13 +13,13 @@ import click
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from trackmark.bench.commands._progress import command_messages
 from trackmark.bench.commands._terminal import complain, interruptible, outlets
-from trackmark.bench.numba_compilation import announce, attend
+from trackmark.bench.numba_compilation import log_compilation, prepare_numba
 
 _COMMANDS = Path(__file__).parent / "commands"
 
 
 class _Commands(click.Group):
-    """Commands by their files; a command's module is imported when it is called."""
+    """Group of commands, one per file; calling a command imports its module."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return sorted(file.stem.replace("_", "-") for file in _COMMANDS.glob("[!_]*.py"))
@@ -52,7 +52,7 @@ def _summary(name: str) -> str:
     return (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0]
 
 
-# With `color` click does not strip control characters: our outlets show them.
+# With `color`, click keeps control characters, which are escaped where they are printed.
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "color": True})
 @click.version_option(package_name="trackmark", message="%(prog)s %(version)s")
 def trackmark() -> None:
@@ -66,10 +66,10 @@ def trackmark() -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit.
 
-    Errors of the input or the machine are printed in one line; a traceback is a defect of
+    Errors of the input or the machine are printed as one line. A traceback means a defect of
     trackmark.
     """
-    attend(announce)
+    prepare_numba(log_compilation)
     with outlets() as output, interruptible(), command_messages():
         status = _invoke(arguments)
         if output is not None:
@@ -96,20 +96,20 @@ def _invoke(arguments: Sequence[str] | None) -> int:
 
 
 def _message_of(error: Exception) -> str | None:
-    """Return the message on an error of the input or the machine; None for a defect."""
+    """Return the message for an error of the input or the machine; None for a defect."""
     if isinstance(error, OSError):
-        # From any call: for example, a name of 5000 characters cannot be looked up.
+        # Any call can raise it, for example for a file name of 5000 characters.
         reason = error.strerror or str(error)
         return f"{reason}." if error.filename is None else f"{error.filename}: {reason}."
     if isinstance(error, RuntimeError):
-        if "no locator available" in str(error):  # Numba's
-            return f"{error}. Set NUMBA_CACHE_DIR to a folder that can be written."
+        if "no locator available" in str(error):  # raised by Numba
+            return f"{error}. Set NUMBA_CACHE_DIR to a writable folder."
         # `Path.resolve` raises it before Python 3.13, for symbolic links that form a loop.
         return f"{error}." if str(error).startswith("Symlink loop") else None
     if isinstance(error, ImportError):
         return str(error)
     if isinstance(error, UnicodeEncodeError) and "\ud800" <= error.object[error.start] <= "\udfff":
-        # An argument or a file name in another encoding, of which Python makes lone surrogates.
+        # Arguments and file names in another encoding contain lone surrogates.
         from trackmark.datasets.decoding import quote
 
         return f"{quote(error.object)}: not UTF-8 at character {error.start + 1}. Give UTF-8."

@@ -1,7 +1,7 @@
-"""Compilation of kernels by Numba: an announcement for the user, and a lock between processes.
+"""Compilation of kernels by Numba: a message for the user, and a lock between processes.
 
 The first compilation takes seconds. Numba caches compiled kernels on disk, where several processes
-may read and write at the same time.
+can read and write at the same time.
 """
 
 import fcntl
@@ -15,30 +15,30 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-SENTENCE = "Compiling kernels that are used here for the first time; later runs find them compiled."
+SENTENCE = "Compiling kernels for the first use on this machine; later runs use the compiled ones."
 
 
 @cache
-def announce() -> None:
-    """Log `SENTENCE` once per process: to standard error, unless logging is set up otherwise."""
+def log_compilation() -> None:
+    """Log that kernels are compiled, once per process; by default to standard error."""
     import logging
 
     logging.getLogger("trackmark").warning(SENTENCE)
 
 
-def attend(tell: Callable[[], None] = lambda: None) -> None:
-    """Call `tell` whenever Numba begins to compile, and lock its cache on disk.
+def prepare_numba(on_compile: Callable[[], None] = lambda: None) -> None:
+    """Call `on_compile` whenever Numba starts a compilation, and lock Numba's cache on disk.
 
-    Numba is not imported here: a process without kernels need not wait for it.
+    This takes effect when Numba is imported; processes without kernels do not import it.
     """
-    sys.meta_path.insert(0, _Attendant(tell))
+    sys.meta_path.insert(0, _NumbaFinder(on_compile))
 
 
-class _Attendant:
-    """Finder of modules that finds only Numba, and registers the two as soon as it is imported."""
+class _NumbaFinder:
+    """Finder for Numba's module, which adds the callback and the lock after the import."""
 
-    def __init__(self, tell: Callable[[], None]) -> None:
-        self._tell = tell
+    def __init__(self, on_compile: Callable[[], None]) -> None:
+        self._on_compile = on_compile
 
     def find_spec(self, fullname: str, path: object, target: object = None) -> ModuleSpec | None:
         """See `importlib.abc.MetaPathFinder`."""
@@ -51,19 +51,19 @@ class _Attendant:
 
             def attended(module: ModuleType) -> None:
                 execute(module)
-                _listen(self._tell)
-                _guard()
+                _register_callback(self._on_compile)
+                _lock_cache()
 
-            spec.loader.exec_module = attended  # type: ignore[method-assign]  # this one's
+            spec.loader.exec_module = attended  # type: ignore[method-assign]  # patches this instance
         return spec
 
 
-def _listen(tell: Callable[[], None]) -> None:
+def _register_callback(on_compile: Callable[[], None]) -> None:
     from numba.core import event
 
     class Listener(event.Listener):
         def on_start(self, happened: Any) -> None:
-            tell()
+            on_compile()
 
         def on_end(self, happened: Any) -> None:
             pass
@@ -71,11 +71,11 @@ def _listen(tell: Callable[[], None]) -> None:
     event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]  # Numba's
 
 
-def _guard() -> None:
-    """Let only one process at a time read or write the cache of a function.
+def _lock_cache() -> None:
+    """Lock the cache of a function, so that one process at a time reads or writes it.
 
-    Numba stores which file holds which compiled kernel before it writes that file: meanwhile
-    another process would run an older kernel, or one for other types.
+    Numba writes the index of compiled kernels before their files. Without the lock, another process
+    could read an older kernel, or one for other types, in between.
     """
     from numba.core.caching import IndexDataCacheFile
 
@@ -87,7 +87,7 @@ def _locked(call: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(call)
     def alone(cache: Any, *arguments: Any) -> Any:
         with ExitStack() as lock:
-            with suppress(OSError):  # a folder that can only be read has no writers
+            with suppress(OSError):  # a read-only folder has no writers
                 file = lock.enter_context(Path(f"{cache._index_path}.lock").open("ab"))
                 fcntl.flock(file, fcntl.LOCK_EX)
             return call(cache, *arguments)

@@ -1,4 +1,4 @@
-"""Processes that run a module of these packages, and are ended with all their descendants."""
+"""Child processes that run a module of trackmark, and are ended with all their descendants."""
 
 import os
 import signal
@@ -12,8 +12,8 @@ from typing import Any
 
 _END_SECONDS = 10.0
 _MARK = "TRACKMARK_CHILD"
-_HOME = str(Path(__file__).parents[2])  # contains the package `trackmark`
-# Import these packages, not others that the process would find first.
+_HOME = str(Path(__file__).parents[2])  # folder of the package `trackmark`
+# Import this installation, not another one that is earlier in the path.
 _CODE = (
     "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
     "from {module} import main; main()"
@@ -21,9 +21,9 @@ _CODE = (
 
 
 class ProcessTree:
-    """Process that calls `main` of a module, given its full name and command-line arguments.
+    """Process that calls `main` of a module, which gets `arguments` in `sys.argv`.
 
-    `how`: further arguments of `subprocess.Popen`, which makes `process`.
+    `options` are further arguments of `subprocess.Popen`; `process` is the resulting object.
     """
 
     def __init__(self, module: str, arguments: Iterable[object], **how: Any) -> None:
@@ -32,33 +32,33 @@ class ProcessTree:
         self.process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  # ourselves
             [sys.executable, "-P", "-c", code, _HOME, *map(str, arguments)],
             env=os.environ | {_MARK: self._mark},
-            # In its own session the process receives no signals to this command.
+            # In its own session, the process does not receive signals for this command.
             start_new_session=True,
             **how,
         )
 
     def end(self) -> None:
         """Kill the process and all processes that it has started."""
-        self.process.send_signal(signal.SIGSTOP)  # it starts no further processes
+        self.process.send_signal(signal.SIGSTOP)  # a stopped process cannot start others
         for number in _started_by(self.process.pid, self._mark):
             with suppress(ProcessLookupError):
                 os.kill(number, signal.SIGKILL)
-        with suppress(ProcessLookupError, PermissionError):  # its session has ended
+        with suppress(ProcessLookupError, PermissionError):  # the session has already ended
             os.killpg(self.process.pid, signal.SIGKILL)
-        with suppress(subprocess.TimeoutExpired):  # a process that waits for a lost disk cannot end
+        with suppress(subprocess.TimeoutExpired):  # waits for a lost disk
             self.process.wait(_END_SECONDS)
 
 
 def _started_by(parent: int, mark: str) -> list[int]:
-    """Return the numbers of a process's descendants, and of processes that inherited its mark.
+    """Return the ids of a process's descendants, and of processes that inherited its mark.
 
-    A process with neither the mark in its environment nor a living ancestor is not found.
+    A process without the mark in its environment, whose ancestors have ended, is not found.
     """
     parents: dict[int, int] = {}
     numbers: set[int] = set()
     wanted = f"{_MARK}={mark}".encode()
     for folder in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):  # it has just ended, or belongs to another user
+        with suppress(OSError):  # the process has ended, or belongs to another user
             number = int(folder.name)
             state = (folder / "stat").read_text("utf-8", "replace")
             parents[number] = int(state.rpartition(")")[2].split()[1])

@@ -80,7 +80,7 @@ def pixel_limit(max_pixels: int | None = None) -> int:
 def check_pixels(width: int, height: int, max_pixels: int | None = None) -> None:
     """Check the size in an image's header [pixels] before memory is allocated for the image.
 
-    `max_pixels`: see `pixel_limit`. Raises `ValueError` for a larger image.
+    `max_pixels` is as in `pixel_limit`. Raises `ValueError` for a larger image.
     """
     limit = pixel_limit(max_pixels)
     if width * height > limit:

@@ -5,7 +5,7 @@ import os
 import pytest
 from hypothesis import settings
 
-from trackmark.bench.numba_compilation import attend
+from trackmark.bench.numba_compilation import prepare_numba
 
 # No deadline: the first call of a kernel compiles it, and the machine can be busy.
 settings.register_profile("everyday", deadline=None, max_examples=50)
@@ -13,7 +13,7 @@ settings.register_profile("nightly", deadline=None, max_examples=200)
 
 os.environ["COLUMNS"] = "80"  # independent of the terminal
 
-attend()  # tests run in parallel
+prepare_numba()  # tests run in parallel
 
 EVIDENCE = pytest.StashKey()
 

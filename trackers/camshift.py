@@ -78,10 +78,7 @@ class CamShift(SharingTracker):
     Parameters = CamShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises TrackerError if the box has no area, or if all its pixels have weight 0.
-        """
+        """See `Tracker.init`; raise TrackerError if the box has no area or no weight above 0."""
         x, y, width, height = (float(value) for value in box)
         self._x, self._y = x + width / 2, y + height / 2
         self._box_size = width, height

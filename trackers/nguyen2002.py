@@ -222,11 +222,7 @@ class Nguyen2002(SharingTracker):
         self._watched += 1
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises TrackerError if a side of the box is below 4 pixels, or its centre is outside the
-        image.
-        """
+        """See `Tracker.init`; raise TrackerError if the box is too small or outside the image."""
         settings = self.parameters
         self._width, self._height = (max(1, floor(side + 0.5)) for side in box[2:])
         rows, columns = frame.image.shape[:2]

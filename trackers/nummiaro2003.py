@@ -196,11 +196,7 @@ class Nummiaro2003(SharingTracker):
         self._watched = image.copy()
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises TrackerError if the box has no area, or if less than a quarter of its ellipse is in
-        the image.
-        """
+        """See `Tracker.init`; raise TrackerError if the box has no area or is mostly outside."""
         watched, self._watched = self._watched, None
         if not (box[2] > 0 and box[3] > 0):
             raise TrackerError(

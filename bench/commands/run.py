@@ -324,11 +324,11 @@ _BASES = {
 
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     """Print the numbers of stored and missing runs, and the estimated time of the missing runs."""
-    from trackmark.bench.execution.estimate import estimate, measured_before, words
+    from trackmark.bench.execution.estimate import estimate, read_measured_times, words
     from trackmark.bench.execution.plan import State
 
     plan, units = execution.plan, execution.units
-    result = estimate(units, measured_before(execution.output), execution.limits)
+    result = estimate(units, read_measured_times(execution.output), execution.limits)
     states = [state.name.lower() for state in (State.DONE, State.FAILED, State.STALE, State.LEFT)]
     by_tracker = {
         spec.label: dict(zip(states, reversed(counts), strict=True))

@@ -220,8 +220,8 @@ def tracker_line(failure: str) -> str:
         path = Path(file)
         outside = "site-packages" in path.parts or file.startswith("<")
         if not outside and not any(str(path.resolve()).startswith(root) for root in roots):
-            here = Path.cwd()
-            path = path.relative_to(here) if path.is_relative_to(here) else path
+            folder = Path.cwd()
+            path = path.relative_to(folder) if path.is_relative_to(folder) else path
             return f"{path}, line {line}, in {function}"
     return ""
 

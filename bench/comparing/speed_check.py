@@ -16,7 +16,7 @@ import pandas as pd
 from trackmark import datasets, trackers
 from trackmark.bench.comparing.baseline import Baseline, BaselineError
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, in_turns
+from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, run_seed, split_text
 from trackmark.bench.statistics.speed import (
@@ -102,7 +102,7 @@ def _sample(
                 f"{sample_of(logs).spread:.1%}; {more} more needed"
                 + (": a larger --budget gives them." if more > affordable else ".")
             )
-        logs += [log_ratio(in_turns(setups, clips)) for _ in range(min(more, affordable))]
+        logs += [log_ratio(time_interleaved(setups, clips)) for _ in range(min(more, affordable))]
         if affordable < more:
             break
     return sample_of(logs)

@@ -1,6 +1,6 @@
 """Engines: run work units on this machine (`pool.py`) or on a Dask cluster (`dask.py`).
 
-Either way, a pool runs each unit in a worker process and finds trackers that do harm.
+Both engines run each unit in a worker process of a `Pool`, which attributes failures to trackers.
 """
 
 import os
@@ -23,7 +23,7 @@ ENGINES = ("local", "dask")
 
 
 class Engine(Protocol):
-    """Runs work units."""
+    """Interface of an engine, which runs work units."""
 
     @property
     def workers(self) -> int:
@@ -35,9 +35,9 @@ class Engine(Protocol):
     ) -> Iterator[tuple[Unit, Outcome | Exception]]:
         """Yield units with their outcomes as they end, in any order.
 
-        `units`: consumed as the work goes on. `progress`: called now and then with the work
-        (`Unit.work`) done so far. An exception is one of the sequence; errors of trackers are
-        recorded in their runs.
+        `units` is consumed while the work proceeds. `progress` is called repeatedly with the work
+        (`Unit.work`) that is done. An exception as the outcome is an error of the sequence; errors
+        of trackers are stored in their runs.
         """
         ...
 
@@ -59,7 +59,7 @@ class _Local:
 
 
 def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
-    """Time a unit's trackers in a worker of its own; see `Pool.probe`."""
+    """Time a unit's trackers in a new worker process; see `Pool.probe`."""
     from trackmark.bench.engine.pool import Pool
 
     with closing(Pool(limits)) as pool:
@@ -69,11 +69,11 @@ def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
 def engine(name: str = "local", *, jobs: int | None = None, address: str | None = None) -> Engine:
     """Return an engine.
 
-    `name`: one of `ENGINES`. `jobs`: maximum number of units at a time; by default the number of
-    cores. `address`: of a running cluster.
+    `name` is one of `ENGINES`. `jobs` is the maximum number of units at a time; by default the
+    number of cores. `address` is the address of a running Dask cluster.
 
-    Raises `ExperimentError` for an unknown name, or an address that the engine does not use.
-    Raises `ImportError` with the remedy if its library is not installed.
+    Raises `ExperimentError` for an unknown name, or if an address is given to the local engine.
+    Raises `ImportError` with the remedy if Dask is not installed.
     """
     if name not in ENGINES:
         hint = close_match(name, ENGINES)
@@ -83,5 +83,7 @@ def engine(name: str = "local", *, jobs: int | None = None, address: str | None 
 
         return dask.connect(jobs, address)
     if address is not None:
-        raise ExperimentError("--address needs --engine dask; the local engine has no address.")
+        raise ExperimentError(
+            "--address is only valid with --engine dask. Omit it, or add --engine dask."
+        )
     return _Local(jobs or os.cpu_count() or 1)

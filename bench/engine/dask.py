@@ -1,8 +1,8 @@
 """Dask engine: runs work units on a Dask cluster.
 
-The cluster is either started on this machine or found by the address of its scheduler. Dask gives
-a unit to another worker if a worker is lost. A worker runs a unit only if it has the command's
-source. Runs come back to the command, which stores them.
+The cluster is started on this machine, or found by the address of its scheduler. If a Dask worker
+is lost, Dask gives its unit to another one. A Dask worker runs a unit only if its source code
+equals the command's. It returns runs to the command, which stores them.
 """
 
 import hashlib
@@ -34,22 +34,23 @@ _POLL_SECONDS = 2.0
 _CONNECT_SECONDS = 10
 _NO_WORKER_SECONDS = 300.0  # time to wait for a new worker after the last one is lost
 _HOME = Path(__file__).parents[2]  # folder of all packages of trackmark
-# Dask logs whole units. Few of them are kept in the command's memory.
+# Dask keeps a log of whole units in the command's memory; keep it short.
 _CONFIG = {"distributed.admin.low-level-log-length": 50}
 
 _Result: TypeAlias = Outcome | SequenceError | ResultsError
 
 
 class ClusterError(ResultsError):
-    """A failure of the cluster that ends the command."""
+    """Failure of the cluster that ends the command."""
 
 
 def connect(jobs: int | None, address: str | None) -> Engine:
     """Return the Dask engine.
 
-    `jobs`: maximum number of units at a time; by default the number of threads of the cluster, or
-    of cores of this machine. `address`: scheduler, for example `tcp://host:8786`. Without an
-    address, a cluster of `jobs` processes runs on this machine until the work ends.
+    `jobs` is the maximum number of units at a time; by default the number of threads of the
+    cluster, or of cores of this machine. `address` is the address of the scheduler, for example
+    `tcp://host:8786`. Without an address, a cluster of `jobs` processes runs on this machine until
+    the work ends.
 
     Raises `ImportError` if Dask is not installed. Raises `ClusterError` if no scheduler answers,
     or if it has no workers.
@@ -72,13 +73,13 @@ def connect(jobs: int | None, address: str | None) -> Engine:
             "again."
         )
     workers = jobs or threads
-    # A cluster with more threads than `jobs` would start waiting units at once.
+    # If the cluster has more threads than `jobs`, queued units would start immediately.
     return _Dask(address, workers, 2 * workers if workers >= threads else workers)
 
 
 @dataclass(frozen=True)
 class _Dask:
-    """Implementation of `bench.engine.Engine`."""
+    """Engine that submits units to a Dask cluster."""
 
     address: str | None  # of the scheduler; None for a cluster on this machine
     workers: int  # maximum number of units that run at a time
@@ -89,7 +90,8 @@ class _Dask:
     ) -> Iterator[tuple[Unit, Outcome | Exception]]:
         """See `bench.engine.Engine.perform`.
 
-        Raises `ClusterError` if workers can't do the work, or if no worker is left.
+        Raises `ClusterError` if workers have another source, or if the cluster has no worker for a
+        while.
         """
         with _open_client(self.address, self.workers) as client:
             executor = client.get_executor(pure=False)
@@ -124,22 +126,22 @@ class _Dask:
 
 
 _pools = threading.local()
-"""Pool of a thread of a Dask worker, with the command and the limits that it is for."""
+"""Pool of each thread of a Dask worker, with the command and the limits for which it was made."""
 
 
 def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Result:
-    """Perform a unit on a worker.
+    """Run a unit on a Dask worker.
 
-    Errors of the sequence and of the worker are returned, since Dask logs what is raised.
-    `command`: Dask workers outlive it, their processes with its trackers must not. `source`: the
+    Errors of the sequence and of the worker are returned, because Dask logs raised errors.
+    `command` identifies the command: a new command gets new worker processes. `source` is the
     command's `source_digest`.
     """
     try:
         if source_digest() != source:
             raise ClusterError(
-                f"the worker on {socket.gethostname()} runs another source of trackmark than this "
-                f"command, from {_HOME}. Install the same one there; restart workers that were "
-                "started before a change."
+                f"the worker on {socket.gethostname()} has another version of trackmark's source "
+                f"than this command (folder {_HOME}). Install the same version there, and restart "
+                "the Dask workers."
             )
         key = command, limits
         if getattr(_pools, "key", None) != key:
@@ -155,9 +157,9 @@ def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Res
 
 @cache
 def source_digest() -> str:
-    """Return the digest of the source at the time of the first call in this process.
+    """Return the digest of trackmark's source at the time of the first call in this process.
 
-    A long-lived worker keeps the modules that it has imported, even if their files change.
+    A long-lived worker keeps its imported modules, even if their files change later.
     """
     digest = hashlib.sha256()
     for package in ("bench", "datasets", "trackers"):
@@ -168,7 +170,7 @@ def source_digest() -> str:
 
 
 def with_absolute_paths(unit: Unit) -> Unit:
-    """Return the same unit for a process with another working directory."""
+    """Return the unit with absolute paths, for a process with another working directory."""
     entries = []
     for entry in unit.entries:
         if location := in_file(entry.tracker):
@@ -179,10 +181,10 @@ def with_absolute_paths(unit: Unit) -> Unit:
 
 
 def _read_result(future: Future[_Result], unit: Unit) -> Outcome | Exception:
-    """Return the outcome of a unit, or the error that costs only this unit.
+    """Return the outcome of a unit, or an error that affects only this unit.
 
-    Raises `ClusterError` if the work can't go on. Raises any other error of the task, which is a
-    defect of trackmark.
+    Raises `ClusterError` if no further unit can run. Any other exception of the task is a defect of
+    trackmark.
     """
     from distributed import KilledWorker
 
@@ -190,19 +192,19 @@ def _read_result(future: Future[_Result], unit: Unit) -> Outcome | Exception:
         outcome = future.result()
     except KilledWorker as error:
         return SequenceError(
-            f"{unit.source.text}: {error.allowed_failures + 1} Dask workers were lost one after "
-            f"the other while they ran it, the last at {error.last_worker.address}. "
-            "Their logs say why. The same command tries again."
+            f"{unit.source.text}: {error.allowed_failures + 1} Dask workers were lost while they "
+            f"ran this sequence, the last at {error.last_worker.address}. See their logs for the "
+            "reason, and run the same command again."
         )
     except (CancelledError, OSError) as error:
-        raise _lost_scheduler(str(error) or "it ended, or can't be reached") from error
+        raise _lost_scheduler(str(error) or "it ended, or cannot be reached") from error
     if isinstance(outcome, ClusterError):
         raise outcome
     return outcome
 
 
 def _count_threads(client: "Client") -> int:
-    """Return how many units the present workers perform at a time."""
+    """Return the number of threads of all current workers."""
     try:
         return sum(client.nthreads().values())
     except OSError as error:
@@ -226,7 +228,7 @@ def _open_client(address: str | None, workers: int) -> "Iterator[Client]":
     with ExitStack() as stack:
         stack.enter_context(config.set(_CONFIG))
         if address is None:
-            # A unit is one thread. Its memory is limited in the process that performs it.
+            # Each unit uses one thread. The worker process that runs the unit limits its memory.
             cluster = LocalCluster(
                 n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
             )
@@ -234,11 +236,11 @@ def _open_client(address: str | None, workers: int) -> "Iterator[Client]":
             client = Client(cluster, set_as_default=False)
         else:
             try:
-                get_address_host(address)  # a client with an address of unknown kind never closes
+                get_address_host(address)  # raises for an invalid address; a client would hang
                 client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
             except (OSError, ValueError) as error:
                 raise ClusterError(
-                    f"no Dask scheduler answers at {address} ({error}). Start one, or correct "
+                    f"no Dask scheduler responds at {address} ({error}). Start one, or correct "
                     "--address."
                 ) from error
         yield stack.enter_context(client)

@@ -1,9 +1,9 @@
-"""File that a worker shares with its parent: heartbeat, rows of a run, and one message at a time.
+"""File that a worker shares with its parent: heartbeat, rows of a run, and a message.
 
-The file has no name. It starts with the numbers of `Sight`; rows and a message follow. The worker
-maps numbers and rows into memory, so that they outlive it. The parent maps nothing: no damage to
-the file can crash it. Its messages are pickles. Those of a worker are JSON and arrays, since
-unpickling data from a worker could execute code.
+The file has no name. It starts with the numbers of `HeartbeatState`; rows and a message follow. The
+worker maps numbers and rows into memory, so that they remain after its death. The parent does not
+map the file: damage to the file cannot crash the parent. The parent's messages are pickles. A
+worker's messages are JSON and arrays, because unpickling data from a worker could execute code.
 """
 
 import errno
@@ -29,33 +29,33 @@ from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.files import ResultsError
 
 HEAD = mmap.ALLOCATIONGRANULARITY
-"""Bytes of the slots; rows, or the parent's message, follow."""
+"""Size of the head with the numbers [bytes]; rows, or the parent's message, follow."""
 
 STARTING, ELSEWHERE, READING, NOBODY = -4, -3, -2, -1
-"""Values of `Sight.entry` if no tracker is called: before the first message, outside of the loop,
-while a frame is read, and between calls."""
+"""Values of `HeartbeatState.entry` if no tracker is being called: before the first message,
+outside of the loop, while a frame is read, and between calls."""
 
 
 NO_ROOM = -errno.ENOSPC
-"""Value of `Sight.length` if the disk is full."""
+"""Value of `HeartbeatState.length` if the disk is full."""
 
 
 class NoRoomError(ResultsError):
-    """A lack of room for the file."""
+    """Error for a full disk: the shared file cannot be written."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(
-            f"there is no room for temporary files ({reason}). Make some, or name another folder "
-            "by the environment variable TMPDIR."
+            f"there is no space for temporary files ({reason}). Free some space, or set the "
+            "environment variable TMPDIR to another folder."
         )
 
 
-class Sight(NamedTuple):
+class HeartbeatState(NamedTuple):
     """Numbers of 64 bits at the start of the file."""
 
-    beat: int  # changes with every call of a tracker and every frame that is read
+    beat: int  # number of calls of trackers and of frames read
     frame: int  # frame that is read or passed to the tracker
-    entry: int  # of the unit whose tracker is called, or one of the values above
+    entry: int  # index in the unit of the tracker that is called, or one of the values above
     frames_done: int  # number of frames that all trackers have seen
     compiled: int  # number of kernels that Numba has begun to compile
     rows: int  # bytes of the rows
@@ -63,35 +63,35 @@ class Sight(NamedTuple):
 
     @property
     def sign_of_life(self) -> tuple[int, ...]:
-        """Numbers that change as long as the worker goes on."""
+        """Numbers of which at least one changes while the worker makes progress."""
         return self.beat, self.entry, self.compiled
 
 
-_BEAT, _FRAME, _ENTRY, _SHOWN, _COMPILED, _ROWS, _LENGTH = range(len(Sight._fields))
-_SLOTS = struct.Struct(f"={len(Sight._fields)}q")
+_BEAT, _FRAME, _ENTRY, _SHOWN, _COMPILED, _ROWS, _LENGTH = range(len(HeartbeatState._fields))
+_SLOTS = struct.Struct(f"={len(HeartbeatState._fields)}q")
 
 
 def reset(descriptor: int, entry: int, message: bytes) -> None:
-    """Write a message of the parent; everything else in the file is lost."""
-    os.ftruncate(descriptor, HEAD)  # the worker maps so much
-    slots = Sight(0, 0, entry, 0, 0, 0, len(message))
+    """Clear the file and write a message of the parent."""
+    os.ftruncate(descriptor, HEAD)  # the worker has mapped the head
+    slots = HeartbeatState(0, 0, entry, 0, 0, 0, len(message))
     _write(descriptor, 0, [_SLOTS.pack(*slots).ljust(HEAD, b"\0"), message])
 
 
-def look(descriptor: int) -> Sight:
-    """Return the present values of the slots; zeros if the file is too short."""
+def read_state(descriptor: int) -> HeartbeatState:
+    """Return the current numbers; zeros if the file is too short."""
     content = os.pread(descriptor, _SLOTS.size, 0)
-    return Sight(*_SLOTS.unpack(content.ljust(_SLOTS.size, b"\0")))
+    return HeartbeatState(*_SLOTS.unpack(content.ljust(_SLOTS.size, b"\0")))
 
 
-def read_rows(descriptor: int, sight: Sight) -> bytes:
-    """Return the rows that the worker has shared."""
+def read_rows(descriptor: int, state: HeartbeatState) -> bytes:
+    """Return the bytes of the rows that the worker has shared."""
     size = os.fstat(descriptor).st_size
-    return os.pread(descriptor, min(max(sight.rows, 0), size), HEAD)
+    return os.pread(descriptor, min(max(state.rows, 0), size), HEAD)
 
 
 class Heartbeat(Observer):
-    """The worker's side of the file, and the observer of its loop."""
+    """Observer of the worker's loop, which writes the shared file."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
@@ -109,7 +109,7 @@ class Heartbeat(Observer):
         """Write a message to the parent; see `pack`."""
         parts = pack(message)
         _write(self._descriptor, HEAD + self._rows, parts)
-        self._slots[_ROWS] = self._rows  # a tracker may have overwritten it
+        self._slots[_ROWS] = self._rows  # a tracker may have overwritten the number
         self._slots[_LENGTH] = sum(map(len, parts))
 
     def write_no_room(self) -> None:
@@ -118,13 +118,13 @@ class Heartbeat(Observer):
 
     @property
     def has_called(self) -> bool:
-        """True if a frame was read, or a tracker was called, since the parent's message."""
+        """True if a frame was read or a tracker was called since the parent's last message."""
         return self._slots[_BEAT] != 0
 
     def rows(self, shape: tuple[int, int]) -> NDArray[np.float64]:
-        """See `Observer`: the rows lie in the file."""
+        """See `Observer`; the rows are mapped from the shared file."""
         blank = super().rows(shape)
-        _write(self._descriptor, HEAD, [blank.tobytes()])  # in full: a mapping needs the room
+        _write(self._descriptor, HEAD, [blank.tobytes()])  # allocates the space on disk
         self._slots[_ROWS] = self._rows = blank.nbytes
         shared = mmap.mmap(self._descriptor, blank.nbytes, offset=HEAD)
         return np.frombuffer(shared).reshape(shape)
@@ -143,7 +143,7 @@ class Heartbeat(Observer):
         slots[_BEAT] += 1
 
     def on_tracker_return(self) -> None:
-        """See `Observer`: a copy of this process that returns from a tracker ends here."""
+        """See `Observer`; a process that a tracker forked ends here."""
         if os.getpid() != self._process:
             os._exit(0)
         self._slots[_ENTRY] = NOBODY
@@ -151,19 +151,19 @@ class Heartbeat(Observer):
     def on_frames_done(self, frames: int) -> None:
         """See `Observer`."""
         self._slots[_SHOWN] = frames
-        self._slots[_ENTRY] = NOBODY  # also if no tracker is left to be called
+        self._slots[_ENTRY] = NOBODY  # also if all trackers have failed
 
     def on_loop_end(self) -> None:
         """See `Observer`."""
         self._slots[_ENTRY] = ELSEWHERE
 
     def compiling(self) -> None:
-        """Note that a kernel is compiled, which may take longer than a frame."""
+        """Count a compilation of a kernel, which can take longer than the time limit of a frame."""
         self._slots[_COMPILED] += 1
 
 
 def pack(message: Any) -> list[bytes]:
-    """Return the parts of a message: digest, length of the JSON, JSON, and arrays.
+    """Return the parts of a message: its digest, the length of the JSON, the JSON, and arrays.
 
     Raises `ValueError` for arrays of Python objects.
     """
@@ -178,7 +178,7 @@ def pack(message: Any) -> list[bytes]:
             values = {field.name: getattr(part, field.name) for field in fields(part)}
             return {_CLASS: type(part).__name__, **values}
         if part.dtype.hasobject:
-            raise ValueError("an array of Python objects can't be stored")
+            raise ValueError("an array of Python objects cannot be stored")
         arrays.append(part.tobytes())
         offset += part.nbytes
         return {_ARRAY: [dtype_to_descr(part.dtype), part.shape, offset - part.nbytes]}
@@ -191,17 +191,17 @@ def pack(message: Any) -> list[bytes]:
     return [digest.digest(), *parts]
 
 
-def read_message(descriptor: int, sight: Sight) -> Any:
+def read_message(descriptor: int, state: HeartbeatState) -> Any:
     """Return the message of a worker; raise `ValueError` if it is damaged.
 
-    Raises `NoRoomError` if there was no room for it.
+    Raises `NoRoomError` if the worker's disk was full.
     """
-    if sight.length == NO_ROOM:
+    if state.length == NO_ROOM:
         raise NoRoomError(os.strerror(errno.ENOSPC))
     size = os.fstat(descriptor).st_size
-    if not (0 <= sight.rows <= size and 0 < sight.length <= size):
-        raise ValueError("there is no message")
-    content = memoryview(os.pread(descriptor, sight.length, HEAD + sight.rows))
+    if not (0 <= state.rows <= size and 0 < state.length <= size):
+        raise ValueError("the file contains no message")
+    content = memoryview(os.pread(descriptor, state.length, HEAD + state.rows))
     if hashlib.sha256(content[_DIGEST:]).digest() != content[:_DIGEST]:
         raise ValueError("the message is damaged")
     length = int.from_bytes(content[_DIGEST:_START], "little")

@@ -1,7 +1,7 @@
-"""Pool of worker processes: starts, watches and ends them, and finds trackers that do harm.
+"""Pool of worker processes: starts, watches and ends workers, and attributes failures to trackers.
 
-The local engine and each thread of a Dask worker has a pool. Everything runs in one thread: `Pool`
-waits for its workers' bytes and looks at their heartbeats between.
+The local engine has one pool, and each thread of a Dask worker has one. A pool uses a single
+thread: it waits for bytes from its workers, and reads their heartbeats in between.
 """
 
 import fcntl
@@ -20,7 +20,7 @@ from math import nan
 from typing import IO, Any, TypeAlias
 
 from trackmark.bench.engine import heartbeat
-from trackmark.bench.engine.heartbeat import READING, STARTING, NoRoomError, Sight
+from trackmark.bench.engine.heartbeat import READING, STARTING, HeartbeatState, NoRoomError
 from trackmark.bench.engine.process_state import machine_memory
 from trackmark.bench.engine.stack_trace import FATAL_SIGNALS, CodeLine, parse_stack
 from trackmark.bench.engine.work_unit import (
@@ -33,7 +33,7 @@ from trackmark.bench.engine.work_unit import (
     Unit,
 )
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.numba_compilation import announce
+from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
@@ -41,10 +41,10 @@ from trackmark.datasets import SequenceError
 _POLL_SECONDS = 0.1
 _ABORT_SECONDS = 5.0  # time in which an aborted process writes its stack trace
 _LONGEST_TRACE = 1 << 17  # bytes; `faulthandler` limits a stack to 100 lines
-_LONGEST_OUTPUT = 1 << 14  # bytes that are kept of what a worker prints
-_MAX_OUTPUT = 1 << 20  # bytes of its file
-_CUT_OFF = "its process closed or overwrote file descriptors that are not its own"
-# No tracker affects how long a process takes to start, a sequence to open, or a frame to read.
+_LONGEST_OUTPUT = 1 << 14  # bytes of a worker's output that are kept
+_MAX_OUTPUT = 1 << 20  # maximum size of the output file [bytes]
+_CHANNEL_CLOSED = "its process closed or overwrote file descriptors of the harness"
+# Time limits of steps that do not depend on the tracker: reading a frame, starting, and opening.
 _LONG_SECONDS = {READING: 300.0, STARTING: 300.0, heartbeat.ELSEWHERE: 3600.0}
 
 
@@ -53,18 +53,18 @@ _Steps: TypeAlias = Generator[Request, _Answer, Any]
 
 
 class Worker:
-    """A worker process, seen by its parent."""
+    """Handle of the parent on a worker process."""
 
     def __init__(self, limits: Limits) -> None:
         self._frame_seconds = limits.frame_seconds
         self._used = False
-        self._worn = False  # whether trackers have left threads in it
+        self._has_stray_threads = False  # whether trackers have left threads running in the process
         self._shared, self._output, self._trace = (_unnamed_file() for _ in range(3))
-        fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # also after it was truncated
+        fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # also after truncation
         self.channel, theirs = socket.socketpair()
         memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
         descriptors = [theirs.fileno(), self._shared.fileno(), self._trace.fileno()]
-        self._offspring = ProcessTree(
+        self._process_tree = ProcessTree(
             "trackmark.bench.engine.worker",
             [*descriptors, os.getpid(), memory],
             stdin=subprocess.DEVNULL,
@@ -72,137 +72,143 @@ class Worker:
             stderr=subprocess.STDOUT,
             pass_fds=descriptors,
         )
-        self._process = self._offspring.process
+        self._process = self._process_tree.process
         theirs.close()
 
     @property
-    def waits(self) -> bool:
-        """True if it can be given a request: it lives, and has written nothing since its answer."""
+    def is_idle(self) -> bool:
+        """True if the worker can get a request: it runs, and has sent nothing since its answer."""
         silent = not select.select([self.channel], [], [], 0)[0]
-        return self._process.poll() is None and silent and not self._worn
+        return self._process.poll() is None and silent and not self._has_stray_threads
 
-    def give(self, request: Request) -> None:
-        """Send a request; raises `NoRoomError` if there is no room for it."""
+    def send(self, request: Request) -> None:
+        """Send a request; raise `NoRoomError` if the disk is full."""
         entry = heartbeat.ELSEWHERE if self._used else STARTING
         self._used = True
         heartbeat.reset(self._shared.fileno(), entry, pickle.dumps(request))
         self._output.truncate(0)
-        self._sight, self._waited, self._last = self.look(), 0.0, time.monotonic()
+        self._last_state, self._waited, self._last = self.read_state(), 0.0, time.monotonic()
         with suppress(OSError):  # `check` notices that the worker has ended
             self.channel.send(b".")
 
-    def look(self) -> Sight:
-        """Return the present values of its heartbeat."""
-        return heartbeat.look(self._shared.fileno())
+    def read_state(self) -> HeartbeatState:
+        """Return the current numbers of the heartbeat."""
+        return heartbeat.read_state(self._shared.fileno())
 
     def check(self, ready: bool) -> "_Answer | None":
-        """Return the answer or the end of the worker; None as long as it works.
+        """Return the worker's answer, or its failure; None while it works.
 
-        `ready`: whether the channel can be read. Raises `SequenceError` of the worker, and
-        `RuntimeError` for a defect of trackmark.
+        `ready` is whether the channel can be read. Raises `SequenceError` if the worker reports
+        one, and `RuntimeError` for a defect of trackmark.
         """
-        if self.look().compiled:
-            announce()
+        if self.read_state().compiled:
+            log_compilation()
         if ready:
             with suppress(OSError):
                 if byte := self.channel.recv(1):
-                    return self._read_answer() if byte == b"." else self._dead(_CUT_OFF)
-            return self._death()
+                    return self._read_answer() if byte == b"." else self._failure(_CHANNEL_CLOSED)
+            return self._failure_after_end()
         if self._process.poll() is not None:
-            return None if select.select([self.channel], [], [], 0)[0] else self._death()
+            return (
+                None if select.select([self.channel], [], [], 0)[0] else self._failure_after_end()
+            )
         if os.fstat(self._output.fileno()).st_size > _MAX_OUTPUT:
             text = self._read_output()
             self._output.truncate(0)
             self._output.write(text.encode())
-        sight, now = self.look(), time.monotonic()
-        # Time in which this process itself was stopped does not count.
+        state, now = self.read_state(), time.monotonic()
+        # The time in which this process itself was stopped does not count.
         self._waited += min(now - self._last, 2 * _POLL_SECONDS)
         self._last = now
-        if sight.sign_of_life != self._sight.sign_of_life:
+        if state.sign_of_life != self._last_state.sign_of_life:
             self._waited = 0.0
-        self._sight = sight
-        limit = _LONG_SECONDS.get(sight.entry, self._frame_seconds)
+        self._last_state = state
+        limit = _LONG_SECONDS.get(state.entry, self._frame_seconds)
         if self._waited <= limit:
             return None
-        self._process.send_signal(signal.SIGABRT)  # it writes its stack trace, unless it is stopped
+        self._process.send_signal(signal.SIGABRT)  # makes the worker write its stack trace
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(_ABORT_SECONDS)
-        return self._dead(f"no answer within {limit:g} s", stalled=True, stack=self._read_stack())
+        return self._failure(
+            f"no answer within {limit:g} s", stalled=True, stack=self._read_stack()
+        )
 
     def end(self) -> None:
-        """Kill it and all processes that it has started."""
-        self._offspring.end()
+        """Kill the worker and all processes that it has started."""
+        self._process_tree.end()
         self.channel.close()
         for file in (self._shared, self._output, self._trace):
             file.close()
 
     def _read_answer(self) -> _Answer:
         try:
-            answer = heartbeat.read_message(self._shared.fileno(), self.look())
-            self._worn, result = answer["worn"], answer.get("result")
+            answer = heartbeat.read_message(self._shared.fileno(), self.read_state())
+            self._has_stray_threads, result = answer["worn"], answer.get("result")
         except (ValueError, KeyError, TypeError):
-            return self._dead(_CUT_OFF)
+            return self._failure(_CHANNEL_CLOSED)
         if "error" in answer:
             raise SequenceError(answer["error"])
         if "defect" in answer:
             raise RuntimeError(f"a defect of trackmark: {answer['defect']}")
         if isinstance(result, Outcome):
-            runs = [_complete(run, self._read_output()) for run in result.runs]
+            runs = [_restore_types(run, self._read_output()) for run in result.runs]
             entries = [Entry(*entry) for entry in result.entries]
             return replace(result, runs=runs, entries=entries)
-        return result if isinstance(result, Probed) else self._dead(str(answer["harm"]))
+        return result if isinstance(result, Probed) else self._failure(str(answer["harm"]))
 
-    def _death(self) -> Failure:
-        """Return how the process ended, after its end or that of the channel."""
+    def _failure_after_end(self) -> Failure:
+        """Return the failure of a worker whose process or channel has ended."""
         try:
             code = self._process.wait(_POLL_SECONDS * 10)
         except subprocess.TimeoutExpired:
-            return self._dead(_CUT_OFF)
+            return self._failure(_CHANNEL_CLOSED)
         reason = f"its process ended with status {code}"
         if code < 0:
             reason = f"its process was killed by {_signal_name(-code)}"
-        if self.look().entry == READING:
+        if self.read_state().entry == READING:
             reason += " while the frame was read"
-        return self._dead(reason, stack=self._read_stack())
+        return self._failure(reason, stack=self._read_stack())
 
-    def _dead(self, reason: str, **details: Any) -> Failure:
-        sight, output = self.look(), self._read_output()
-        rows = heartbeat.read_rows(self._shared.fileno(), sight)
-        frame = sight.frame if sight.beat else -1
-        return Failure(frame, reason, output, rows, entry=sight.entry, **details)
+    def _failure(self, reason: str, **details: Any) -> Failure:
+        state, output = self.read_state(), self._read_output()
+        rows = heartbeat.read_rows(self._shared.fileno(), state)
+        frame = state.frame if state.beat else -1
+        return Failure(frame, reason, output, rows, entry=state.entry, **details)
 
     def _read_output(self) -> str:
         return _read_end(self._output, _LONGEST_OUTPUT).decode("utf-8", "replace")
 
     def _read_stack(self) -> list[CodeLine]:
-        """Return the stack trace if the process ended by a signal at which it writes one."""
+        """Return the stack trace; empty if the process did not end by a signal that writes one."""
         if -(self._process.poll() or 0) not in FATAL_SIGNALS:
             return []
         return parse_stack(_read_end(self._trace, _LONGEST_TRACE).decode("ascii", "replace"))
 
 
-class _Lane:
-    """Place for one worker. `steps`: of the unit that it performs; None if it is idle.
+class _Slot:
+    """Slot of the pool, with at most one worker, which is replaced after a failure.
 
-    `result`: of the last steps, or a `SequenceError`.
+    `steps` is the generator of requests for the current unit, or None if the worker is idle.
+    `result` is what the last generator returned, or a `SequenceError`.
     """
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._owner = ""  # of the units that the worker has performed
+        self._owner = ""  # owner of the units that the worker has run
         self.worker: Worker | None = None
         self.steps: _Steps | None = None
         self.result: Any = None
 
     def begin(self, steps: _Steps) -> None:
-        """Give the worker the first request."""
+        """Send the first request of a unit to the worker."""
         self.steps, self._restarted = steps, False
-        self._go_on(lambda: next(steps))
+        self._request_next(lambda: next(steps))
 
     def advance(self, ready: bool) -> None:
-        """Give the worker the next request if it has answered or ended.
+        """Send the next request to the worker if it has answered or ended.
 
-        `ready`: whether its channel can be read. Raises `ResultsError` if a worker can't start.
+        `ready` is whether the worker's channel can be read. Raises `ResultsError` if a worker
+        cannot start.
         """
         steps, worker = self.steps, self.worker
         assert steps
@@ -217,15 +223,15 @@ class _Lane:
         if isinstance(answer, Failure):
             self.end_worker()
             if answer.entry == STARTING:
-                if self._restarted:  # the system may have killed the first one
+                if self._restarted:  # the operating system may have killed the first worker
                     raise ResultsError(
                         f"a worker process cannot start: {answer.reason}. Its output: "
                         f"{answer.output.strip()}"
                     )
                 self._restarted = True
-                self._give()
+                self._send()
                 return
-        self._go_on(lambda: steps.send(answer))
+        self._request_next(lambda: steps.send(answer))
 
     def end_worker(self) -> None:
         """End the worker, if there is one."""
@@ -233,7 +239,7 @@ class _Lane:
             self.worker.end()
             self.worker = None
 
-    def _go_on(self, step: Callable[[], Request]) -> None:
+    def _request_next(self, step: Callable[[], Request]) -> None:
         try:
             self.request = step()
         except StopIteration as ended:
@@ -241,29 +247,30 @@ class _Lane:
         except SequenceError as error:
             self.steps, self.result = None, error
         else:
-            self._give()
+            self._send()
 
-    def _give(self) -> None:
+    def _send(self) -> None:
         owner, worker = self.request.unit.owner, self.worker
-        if not (worker and worker.waits and owner == self._owner) or self.request.fresh:
+        if not (worker and worker.is_idle and owner == self._owner) or self.request.fresh:
             self.end_worker()
             self.worker, self._owner = Worker(self._limits), owner
         assert self.worker
-        self.worker.give(self.request)
+        self.worker.send(self.request)
 
 
 class Pool:
     """Worker processes that perform work units.
 
-    A run fails only by its own doing. After a death, a hang, a garbled answer or a changed process
-    state, the runs of the unit are repeated one by one in fresh processes. A run that failed next
-    to others is repeated alone, too. A tracker that fails alone is the cause. If it ended its
-    process, it gets units of its own from then on.
+    A run must not fail because of other trackers of its unit. After a crash, a hang, a damaged
+    answer or a changed process state, the runs of the unit are therefore repeated one by one in
+    fresh processes. A run that failed in a unit with others is also repeated alone. A run that
+    fails alone is stored as failed. If its process crashed or hung, its tracker runs alone from
+    then on.
     """
 
     def __init__(self, limits: Limits, jobs: int = 1) -> None:
         self._limits = limits
-        self._lanes = [_Lane(limits) for _ in range(jobs)]
+        self._slots = [_Slot(limits) for _ in range(jobs)]
         self._harmful_trackers: set[str] = set()
 
     def perform(
@@ -273,9 +280,9 @@ class Pool:
         return self._work(((unit, self._apply_rule(unit)) for unit in units), progress)
 
     def probe(self, unit: Unit, frames: int) -> Probed | None:
-        """Time a unit's trackers; None if one of them ended or hung the process.
+        """Time a unit's trackers; return None if one of them crashed or hung the process.
 
-        Raises `SequenceError` if the sequence can't be read.
+        Raises `SequenceError` if the sequence cannot be read.
         """
         ((_, result),) = self._work([(unit, self._probe(unit, frames))], lambda _: None)
         if isinstance(result, SequenceError):
@@ -284,35 +291,35 @@ class Pool:
 
     def close(self) -> None:
         """End all workers."""
-        for lane in self._lanes:
-            lane.end_worker()
+        for slot in self._slots:
+            slot.end_worker()
 
     def _work(
         self, jobs: Iterable[tuple[Unit, _Steps]], progress: Callable[[int], None]
     ) -> Iterator[tuple[Unit, Any]]:
-        """Yield units with the results of their steps. Idle lanes are given work first."""
+        """Yield units with the results of their steps; idle workers get work first."""
         remaining = iter(jobs)
-        running: dict[_Lane, Unit] = {}
+        running: dict[_Slot, Unit] = {}
         finished: list[tuple[Unit, Any]] = []
         done = 0
         while True:
-            for lane in self._lanes:
-                if not lane.steps and (job := next(remaining, None)):
-                    running[lane], steps = job
-                    lane.begin(steps)
+            for slot in self._slots:
+                if not slot.steps and (job := next(remaining, None)):
+                    running[slot], steps = job
+                    slot.begin(steps)
             yield from finished
             if not running:
                 return
-            channels = {lane: lane.worker.channel for lane in running if lane.worker}
+            channels = {slot: slot.worker.channel for slot in running if slot.worker}
             ready, _, _ = select.select(channels.values(), [], [], _POLL_SECONDS)
-            for lane, channel in channels.items():
-                lane.advance(channel in ready)
-            finished = [(running.pop(lane), lane.result) for lane in channels if not lane.steps]
+            for slot, channel in channels.items():
+                slot.advance(channel in ready)
+            finished = [(running.pop(slot), slot.result) for slot in channels if not slot.steps]
             done += sum(unit.work for unit, _ in finished)
             progress(done + sum(map(_work_done, running)))
 
     def _apply_rule(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
-        """Perform a unit by the rule of the class."""
+        """Run a unit by the rule in the docstring of the class."""
         suspects = [entry for entry in unit.entries if entry.tracker in self._harmful_trackers]
         others = tuple(entry for entry in unit.entries if entry not in suspects)
         outcomes: list[Outcome] = []
@@ -327,7 +334,7 @@ class Pool:
             else:
                 _check_reading(unit, answer)
                 suspects = list(unit.entries)
-        # Of several runs of a tracker that failed for one reason the first is repeated.
+        # If several runs of a tracker failed for the same reason, only the first is repeated.
         confirmed: set[tuple[str, str]] = set()
         for entry in suspects:
             reason = _reason(runs[entry]) if entry in runs else ""
@@ -342,14 +349,14 @@ class Pool:
             outcomes[-1],
             runs=list(runs.values()),
             entries=list(runs),
-            overhead=nan,  # it means little if parts were repeated
+            overhead=nan,  # not meaningful if parts were repeated
             seconds=sum(outcome.seconds for outcome in outcomes),
             cpu_seconds=sum(outcome.cpu_seconds for outcome in outcomes),
             peak_memory=max(outcome.peak_memory for outcome in outcomes),
         )
 
     def _perform_alone(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
-        """Perform the only run of a unit in a fresh process; what goes wrong is its failure."""
+        """Run the only entry of a unit in a fresh process; store a crash or hang as its failure."""
         request = Request(unit, self._limits.run_seconds, fresh=True)
         answer = yield request
         if isinstance(answer, Failure):
@@ -360,8 +367,8 @@ class Pool:
             return answer
         assert isinstance(answer, Failure)
         raise SequenceError(
-            f"{unit.source.text}: the process dies when it opens the sequence or the tracker "
-            f"{unit.entries[0].tracker}: {answer.reason}."
+            f"{unit.source.text}: the worker process fails while it opens the sequence or the "
+            f"tracker {unit.entries[0].tracker}: {answer.reason}."
         )
 
     def _probe(self, unit: Unit, frames: int) -> _Steps:
@@ -369,10 +376,10 @@ class Pool:
         return answer
 
 
-def _work_done(lane: _Lane) -> int:
-    """Return frames times trackers of the present request."""
-    frames = lane.worker.look().frames_done if lane.worker else 0
-    return min(frames * len(lane.request.unit.entries), lane.request.unit.work)
+def _work_done(slot: _Slot) -> int:
+    """Return the work that the current request has done: frames times trackers."""
+    frames = slot.worker.read_state().frames_done if slot.worker else 0
+    return min(frames * len(slot.request.unit.entries), slot.request.unit.work)
 
 
 def _check_reading(unit: Unit, answer: _Answer) -> None:
@@ -387,8 +394,8 @@ def _reason(run: Run) -> str:
     return run.failure.partition("\n")[0]
 
 
-def _complete(run: Run, output: str) -> Run:
-    """Return a run of a message, whose JSON has no tuples and no numbers as keys."""
+def _restore_types(run: Run, output: str) -> Run:
+    """Return a run from a message with the types that JSON cannot hold, and with its output."""
     arrays = {int(frame): named for frame, named in run.arrays.items()}
     segments = tuple(run.segments)
     return replace(run, arrays=arrays, segments=segments, output=run.output or output)
@@ -397,7 +404,7 @@ def _complete(run: Run, output: str) -> Run:
 def _signal_name(number: int) -> str:
     try:
         return signal.Signals(number).name
-    except ValueError:  # a real-time signal has no name
+    except ValueError:  # real-time signals have no name
         return f"signal {number}"
 
 
@@ -408,9 +415,9 @@ def _read_end(file: IO[bytes], size: int) -> bytes:
 
 
 def _unnamed_file() -> IO[bytes]:
-    """Return a file shared with a worker. The system deletes it.
+    """Return an unnamed temporary file, which the system deletes after its last use.
 
-    Raises `NoRoomError` if there is no room for it.
+    Raises `NoRoomError` if the disk is full.
     """
     try:
         file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # the caller closes it

@@ -1,4 +1,4 @@
-"""State of a process: what all its trackers share, and its memory."""
+"""State that all trackers of a process share, and memory of the process."""
 
 import os
 import random
@@ -17,9 +17,9 @@ _FORGET = Path("/proc/self/clear_refs")
 
 
 class ProcessState(NamedTuple):
-    """State of a process that one tracker can change for another."""
+    """State of a process, through which one tracker can affect another."""
 
-    numbers: tuple[Any, ...]  # of the global random generators
+    numbers: tuple[Any, ...]  # state of the global random generators
     arithmetic: Mapping[str, Any]  # handling of floating-point errors
     folder: str
     environment: Mapping[str, str]
@@ -27,17 +27,17 @@ class ProcessState(NamedTuple):
 
     @classmethod
     def current(cls) -> "ProcessState":
-        """Return the present state."""
+        """Return the current state."""
         # Only the legacy interface has a state for the whole process.
         name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002
         numbers = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
         folder = os.getcwd()  # noqa: PTH109  # compared, not used
-        umask = os.umask(0o077)  # it can't be read without being set
+        umask = os.umask(0o077)  # the mask can only be read by setting it
         os.umask(umask)
         return cls(numbers, np.geterr(), folder, dict(os.environ), umask)
 
     def restore(self) -> None:
-        """Make this the present state."""
+        """Set the process to this state."""
         python_state, name, keys, *rest = self.numbers
         random.setstate(python_state)
         np.random.set_state((name, np.frombuffer(keys, np.uint32), *rest))  # noqa: NPY002  # as above
@@ -49,7 +49,7 @@ class ProcessState(NamedTuple):
 
 
 def can_open_files() -> bool:
-    """Return whether this process has a file descriptor left."""
+    """Return whether this process can open another file."""
     try:
         os.close(os.open(os.devnull, os.O_RDONLY))
     except OSError:
@@ -68,9 +68,9 @@ def machine_memory() -> int:
 
 
 def limit_memory(number: int) -> None:
-    """Limit the data of this process and of each of its children to a number of bytes.
+    """Limit the data of this process, and of each of its child processes [bytes].
 
-    A request for more raises `MemoryError`, or fails in the way of the library that makes it.
+    An allocation beyond the limit raises `MemoryError`, or another error of the allocating library.
     """
     _, most = resource.getrlimit(resource.RLIMIT_DATA)
     allowed = number if most == resource.RLIM_INFINITY else min(number, most)
@@ -78,8 +78,8 @@ def limit_memory(number: int) -> None:
 
 
 def reset_peak() -> None:
-    """Forget earlier peaks of the memory, if the system can."""
-    with suppress(OSError):  # elsewhere the peak is that of the process's whole life
+    """Reset the peak of the memory, if the system supports it."""
+    with suppress(OSError):  # without support, the peak covers the whole life of the process
         _FORGET.write_text("5", "ascii")
 
 

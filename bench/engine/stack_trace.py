@@ -16,7 +16,7 @@ _ESCAPE = re.compile(r"\\(?:x([0-9a-f]{2})|u([0-9a-f]{4})|U([0-9a-f]{8}))")
 
 
 class CodeLine(NamedTuple):
-    """A line of source on a stack."""
+    """Line of source code in a stack trace."""
 
     file: str  # path; `faulthandler` escapes all but ASCII
     number: int
@@ -27,14 +27,14 @@ class CodeLine(NamedTuple):
 
 
 def parse_stack(text: str) -> list[CodeLine]:
-    """Return the last stack in a text, innermost line first; empty if there is none."""
+    """Return the last stack trace in a text, innermost line first; empty if the text has none."""
     _, head, stack = text.rpartition(_HEAD)
     matches = _LINE.findall(stack) if head else []
     return [CodeLine(file, int(number), function) for file, number, function in matches]
 
 
 def select_line(stack: list[CodeLine], file: Path | None) -> CodeLine:
-    """Return the innermost line of a tracker's file, or of any file if the stack has none."""
+    """Return the innermost line of a tracker's file, or of any file if the stack has none of it."""
     tracker_lines = [
         line for line in stack if file and Path(_unescape(line.file)).resolve() == file.resolve()
     ]

@@ -1,4 +1,4 @@
-"""Work units: runs on one sequence in lock step, their limits, and what becomes of them."""
+"""Work units (runs on one sequence in lock step), their limits, requests and outcomes."""
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -10,31 +10,32 @@ from trackmark.bench.experiments.experiment import ExperimentError, SequenceSour
 
 
 class Entry(NamedTuple):
-    """One run of a unit."""
+    """Run of a unit."""
 
-    tracker: str  # text form, as it was requested
+    tracker: str  # specification, as requested
     repetition: int
-    version: str  # planned `Identity.version` of the run
-    # Version of the stored stale or failed run that may be replaced; empty if none was stored.
+    version: str  # `Identity.version` of the run, as planned
+    # Version of the stored (stale or failed) run that may be replaced; empty if no run is stored.
     replaces: str = ""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """Runs that one process performs together."""
+    """Runs that one process executes together."""
 
     source: SequenceSource
-    entries: tuple[Entry, ...]  # timing units hold a single one
+    entries: tuple[Entry, ...]  # a timing unit has a single entry
     protocol: str  # as in `Identity`
     frames: int
-    # A process performs units of one owner only. Empty for trackers of the package.
+    # Tracker file outside the package; empty for the package's trackers. A process runs units of
+    # one owner.
     owner: str = ""
     arrays: bool = False  # whether arrays, masks and maps are kept
-    truth: str = ""  # path of the ground truth in the results folder; empty if unknown
+    fingerprint: str = ""  # of the planned sequence; empty if unknown
 
     @property
     def work(self) -> int:
-        """Frames times trackers."""
+        """Amount of work: frames times trackers."""
         return self.frames * len(self.entries)
 
     def split(self, parts: int) -> "list[Unit]":
@@ -54,18 +55,18 @@ class Limits:
 
     frame_seconds: float = 60.0  # wall time of one frame, or of the initialisation
     run_seconds: float = 6 * 3600.0  # all frames of a run together
-    # Of the process of a unit; by default the memory of the machine divided by its cores.
+    # Memory limit of a worker process; by default the machine's memory divided by its cores.
     memory_bytes: int | None = None
 
     def __post_init__(self) -> None:
         for name in ("frame_seconds", "run_seconds", "memory_bytes"):
             value = getattr(self, name)
             if value is not None and not value > 0:
-                raise ExperimentError(f"the limit {name} is {value}; give more than 0.")
+                raise ExperimentError(f"the limit {name} is {value}. Expected: a value above 0.")
         if self.memory_bytes is not None and self.memory_bytes < LEAST_MEMORY:
             raise ExperimentError(
-                f"the limit memory_bytes is {self.memory_bytes}; a process with its libraries "
-                f"takes {LEAST_MEMORY >> 20} MB."
+                f"the limit memory_bytes is {self.memory_bytes}, below the minimum of "
+                f"{LEAST_MEMORY >> 20} MB for a process with its libraries. Use a higher limit."
             )
 
 
@@ -74,7 +75,7 @@ class Outcome:
     """Runs of a unit and their cost."""
 
     runs: list[Run]
-    entries: list[Entry]  # of the unit, by run
+    entries: list[Entry]  # entries of the unit, in the order of the runs
     overhead: float  # harness time per frame and tracker [s]; NaN in timing runs
     seconds: float  # from opening the sequence to the end
     cpu_seconds: float
@@ -85,31 +86,31 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Failure:
-    """End of a worker process, or the reason to end it."""
+    """Crash of a worker process, or the reason why its parent ended it."""
 
     frame: int  # -1 if unknown
     reason: str
     output: str = ""
-    rows: bytes = b""  # see `bench.evaluation.recorder.Recorder`
+    rows: bytes = b""  # rows of the run so far, as in `bench.evaluation.recorder.Recorder`
     stack: list[CodeLine] = field(default_factory=list)  # innermost line first, if known
-    entry: int = 0  # see `bench.engine.heartbeat.Sight`
-    stalled: bool = False  # whether the heartbeat stood still
+    entry: int = 0  # see `bench.engine.heartbeat.HeartbeatState`
+    stalled: bool = False  # whether the heartbeat stopped
 
 
 @dataclass(frozen=True)
 class Probed:
-    """Time that frames took."""
+    """Measured times per frame."""
 
-    seconds: list[float]  # of a tracker for a frame, by entry; NaN if it failed
+    seconds: list[float]  # mean time of a tracker per frame, by entry; NaN if the tracker failed
     frame_seconds: float  # to decode or render a frame
 
 
 @dataclass(frozen=True)
 class Request:
-    """Request to run a unit; or to record its only run as failed, or to probe its trackers."""
+    """Request to run a unit, to record its only run as failed, or to probe its trackers."""
 
     unit: Unit
     run_seconds: float
     failure: Failure | None = None
     probed_frames: int = 0
-    fresh: bool = False  # whether the process must have performed nothing else
+    fresh: bool = False  # whether the process must not have run anything before

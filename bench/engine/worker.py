@@ -1,7 +1,7 @@
-"""Worker process: performs the units that its parent requests.
+"""Worker process: runs the units that its parent requests.
 
-Only `bench.engine.pool` starts it. `perform` runs a unit, from opening the sequence to the runs;
-the parent stores and scores them, where no tracker has run.
+`bench.engine.pool` starts the process. `perform` opens the sequence of a unit and returns its runs.
+The parent process, in which no tracker runs, stores and scores them.
 """
 
 import ctypes
@@ -49,44 +49,44 @@ from trackmark.bench.experiments.tracker_spec import (
     parse_trackers,
     run_identity,
 )
-from trackmark.bench.numba_compilation import attend
+from trackmark.bench.numba_compilation import prepare_numba
 from trackmark.bench.protocols import TIMING
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness, TrackerError
 
-_IDLE_SECONDS = 60.0  # a Dask worker outlives the command that it worked for
+_IDLE_SECONDS = 60.0  # a Dask worker can outlive its command
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
-_SHORTEST = 2  # frames of a pass
+_SHORTEST = 2  # number of frames of a short pass
 _NO_MEMORY = "the memory is exhausted"
 _GLOBAL_NUMBERS = (
-    "it drew from the process's global random numbers (numpy.random or random), so that its boxes "
-    "can't be repeated. Use the seed that it is given, or declare Randomness.PROCESS."
+    "it used the global random generators (numpy.random or random), so its boxes are not "
+    "repeatable. Use the seed that the tracker receives, or declare Randomness.PROCESS."
 )
 
 
 def main() -> None:
-    """Perform requests until the parent is gone, or has none for a while.
+    """Process requests until the parent has ended, or has sent none for a while.
 
-    The command line holds the descriptors of an inherited socket, of the file of the heartbeat and
-    of the file of stack traces, the process number of the parent, and a memory limit in bytes. Each
-    message in the file is followed by one byte through the socket.
+    The command-line arguments are the descriptors of an inherited socket, of the heartbeat file and
+    of the file for stack traces, the parent's process id, and a memory limit [bytes]. After each
+    message in the heartbeat file, one byte is sent through the socket.
     """
     channel, shared, trace, parent, memory = map(int, sys.argv[1:])
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the command's business
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the command handles Ctrl-C
     faulthandler.enable(trace, all_threads=False)
-    # The parent aborts a hung worker: do not write its memory to disk.
+    # The parent aborts a hung worker; prevent a core dump.
     resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
     _end_with(parent)
     cv2.setNumThreads(1)
-    # What was printed last must be in the file if the process dies.
+    # The last lines must be in the output file if the process crashes.
     sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", line_buffering=True)  # type: ignore[union-attr]  # a file
     heartbeat = Heartbeat(shared)
-    attend(heartbeat.compiling)
+    prepare_numba(heartbeat.compiling)
     limit_memory(memory)
     used = False
     while select.select([channel], [], [], _IDLE_SECONDS)[0] and os.read(channel, 1):
-        request = pickle.loads(heartbeat.read_message())  # noqa: S301  # of the parent
+        request = pickle.loads(heartbeat.read_message())  # noqa: S301  # written by the parent
         threads = threading.active_count()
         try:
             answer = _answer(request, heartbeat, used)
@@ -99,31 +99,32 @@ def main() -> None:
 
 
 def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any]:
-    """Return the result of a request, or what went wrong.
+    """Return the result of a request, or an error.
 
-    `harm` is the reason if a tracker may be the cause; `error` is wrong with the sequence; `defect`
-    is one of the harness. `used`: whether trackers were called in this process before.
+    The key `harm` holds the reason if a tracker may be the cause, `error` an error of the sequence,
+    and `defect` the traceback of a defect of the harness. `used` is whether trackers were called in
+    this process before.
     """
     try:
         result = _perform_request(request, heartbeat)
         sys.stdout.flush()
     except (SequenceError, MemoryError) as error:
-        # A tracker that was called may hold the memory or the files that decoding lacks.
+        # If decoding lacks memory or files, a tracker that was called may have used them up.
         called = used or heartbeat.has_called
         if isinstance(error, MemoryError) or (isinstance(error.__cause__, MemoryError) and called):
             return {"harm": _NO_MEMORY}
         if called and not can_open_files():
-            return {"harm": "it used up the files that its process may open"}
+            return {"harm": "it opened all files that its process may open"}
         return {"error": str(error)}
     except NotAttributableError as error:
         return {"harm": str(error)}
     except NoRoomError:
         raise
     except Exception as error:  # noqa: BLE001  # trackers' errors are caught where they are called
-        if heartbeat.has_called or request.unit.owner:  # a tracker may have changed the harness
+        if heartbeat.has_called or request.unit.owner:  # a tracker may have modified the harness
             text = "".join(traceback.format_exception_only(error)).strip()
             text = text[:MAX_TRACEBACK_CHARACTERS]
-            return {"harm": f"the harness fails after it: {text}"}
+            return {"harm": f"the harness failed after the tracker was called: {text}"}
         return {"defect": traceback.format_exc()}
     except BaseException as error:  # noqa: BLE001  # raised by a tracker to end the process
         return {"harm": f"it raised {type(error).__name__}"}
@@ -141,8 +142,9 @@ def _perform_request(request: Request, observer: Observer) -> Outcome | Probed:
 def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) -> Outcome:
     """Run a unit.
 
-    Raises `SequenceError` if the sequence can't be read to its end, or if it or a tracker is not as
-    planned. Raises `NotAttributableError` if one of several trackers harms the process.
+    Raises `SequenceError` if the sequence cannot be read to its end, or if the sequence or a
+    tracker differs from the plan. Raises `NotAttributableError` if one of several trackers harms
+    the process.
     """
     clock = _Clock()
     sequence, trackers, _ = _open(unit)
@@ -160,12 +162,12 @@ def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) 
     if unit.protocol != TIMING:
         measured = {"overhead": walk.overhead, "frame_seconds": walk.frame_seconds}
         runs = [replace(run, circumstances={**run.circumstances, **measured}) for run in runs]
-    _open(unit)  # boxes of one version must never be stored as those of another
+    _open(unit)  # checks again: boxes must not be stored under another version
     return clock.outcome(unit, runs, walk.overhead)
 
 
 def record_failure(unit: Unit, failure: Failure) -> Outcome:
-    """Record the only run of a unit as failed, with the frames that it reached."""
+    """Record the only run of a unit as failed, with its rows up to the failure."""
     clock = _Clock()
     sequence, (tracker,), (key,) = _open(unit)
     segments = segment_frames(unit.protocol, sequence, tracker.init)
@@ -211,14 +213,14 @@ def probe(unit: Unit, frames: int, observer: Observer = NULL_OBSERVER) -> Probed
 
 
 class _Clock:
-    """Clock of a unit."""
+    """Measurement of a unit's time and memory, which starts now."""
 
     def __init__(self) -> None:
         reset_peak()
         self._wall, self._cpu = time.perf_counter(), time.process_time()
 
     def outcome(self, unit: Unit, runs: list[Run], overhead: float = nan) -> Outcome:
-        """Return the outcome of a unit that ends now."""
+        """Return the outcome of a unit with the measurements up to now."""
         return Outcome(
             runs=runs,
             entries=list(unit.entries),
@@ -232,9 +234,9 @@ class _Clock:
 
 
 def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec], list[Identity]]:
-    """Return the sequence of a unit, and tracker and identity by entry.
+    """Return the sequence of a unit, and the trackers and identities in the order of its entries.
 
-    Raises `SequenceError` if the sequence can't be opened, or if anything is not as planned.
+    Raises `SequenceError` if the sequence cannot be opened, or if anything differs from the plan.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     texts = [entry.tracker for entry in unit.entries]
@@ -259,17 +261,17 @@ def _changed(tracker: str, sequence: Sequence) -> SequenceError:
 
 
 def _check_state(runs: list[Run], before: ProcessState, trackers: list[TrackerSpec]) -> list[Run]:
-    """Restore the state of the process; return the runs, failed if one drew global numbers.
+    """Restore the process state; return the runs, failed if global random numbers were used.
 
-    Raises `NotAttributableError` if one of several trackers changed the state: runs of the others
-    may depend on it.
+    Raises `NotAttributableError` if one of several trackers changed the state, because runs of the
+    others may depend on it.
     """
     now = ProcessState.current()
     if now == before:
         return runs
     before.restore()
     if len(runs) > 1:
-        raise NotAttributableError("what the trackers have in common was changed")
+        raise NotAttributableError("a tracker changed the shared state of the process")
     (run,), (tracker,) = runs, trackers
     declared = tracker.randomness is Randomness.PROCESS
     if now.numbers == before.numbers or run.failure or declared:
@@ -278,11 +280,11 @@ def _check_state(runs: list[Run], before: ProcessState, trackers: list[TrackerSp
 
 
 def _end_with(parent: int) -> None:
-    """End this process when its parent ends; elsewhere than on Linux, after the present unit."""
+    """End this process when its parent ends; on other systems than Linux, after the unit."""
     if sys.platform == "linux":
-        # At once, and even if a tracker lets no thread run.
+        # The kernel ends the process at once, even if a tracker blocks all threads.
         ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
-        # Processes that a tracker starts and abandons stay descendants, and are ended too.
+        # Orphaned processes of a tracker remain descendants of this process, and are ended with it.
         ctypes.CDLL(None).prctl(_SUBREAPER, 1)
-    if os.getppid() != parent:  # it has ended meanwhile
+    if os.getppid() != parent:  # the parent has ended in the meantime
         os._exit(1)

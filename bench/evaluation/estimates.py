@@ -1,6 +1,6 @@
-"""Checks of estimates: the values that a tracker returns must be usable.
+"""Validation of estimates, which a tracker returns.
 
-Each check returns plain values and raises `MalformedEstimateError` otherwise.
+Each function returns the values in plain types, or raises `MalformedEstimateError`.
 """
 
 from math import inf, isnan
@@ -14,10 +14,10 @@ _NUMBER_KINDS = "fiubO"  # array kinds of real numbers, and of objects that conv
 
 
 class MalformedEstimateError(ValueError):
-    """Return value of a tracker that is not a valid estimate."""
+    """Invalid return value of a tracker."""
 
 
-def checked_box(box: Any) -> list[float]:
+def validate_box(box: Any) -> list[float]:
     """Return `[x, y, width, height]`: finite numbers, with positive width and height."""
     is_array = isinstance(box, np.ndarray)
     is_sequence = isinstance(box, list | tuple) and all(map(np.isscalar, box))
@@ -27,31 +27,36 @@ def checked_box(box: Any) -> list[float]:
             f"the box is {box!r}. Expected: four numbers [x, y, width, height] as an array, list "
             "or tuple"
         )
-    # Check the stored values: a number that is finite in another type may overflow float64.
+    # Checks the converted values: a finite number of another type can overflow float64.
     numbers = list(map(float, plain.tolist()))
     x, y, width, height = numbers
-    # NaN fails every comparison, so these comparisons also reject NaN.
+    # These comparisons also reject NaN.
     if not (-inf < x < inf and -inf < y < inf and 0 < width < inf and 0 < height < inf):
-        raise MalformedEstimateError(f"the box {numbers} is not finite with a positive size")
+        raise MalformedEstimateError(
+            f"the box {numbers} is invalid. Expected: finite numbers, positive width and height"
+        )
     return numbers
 
 
-def checked_estimate(estimate: Any) -> tuple[list[float], float]:
+def validate_estimate(estimate: Any) -> tuple[list[float], float]:
     """Return box and confidence of an estimate."""
     if not isinstance(estimate, Estimate):
-        raise MalformedEstimateError(f"update returned {estimate!r}, not an Estimate")
+        raise MalformedEstimateError(f"update returned {estimate!r}. Expected: an Estimate")
     confidence = float(estimate.confidence)
     if not (0.0 <= confidence <= 1.0 or isnan(confidence)):
-        raise MalformedEstimateError(f"the confidence {confidence} is not in [0, 1]")
-    return checked_box(estimate.box), confidence
+        raise MalformedEstimateError(f"the confidence {confidence} is not in [0, 1] or NaN")
+    return validate_box(estimate.box), confidence
 
 
-def checked_mask(mask: Any, shape: tuple[int, ...]) -> Mask:
+def validate_mask(mask: Any, shape: tuple[int, ...]) -> Mask:
     """Return the mask as a plain array."""
     if not isinstance(mask, np.ndarray):
-        raise MalformedEstimateError(f"the mask is {type(mask).__name__}, not an array of bool")
+        raise MalformedEstimateError(
+            f"the mask is of type {type(mask).__name__}. Expected: an array of bool"
+        )
     if mask.dtype != np.bool_ or mask.shape != shape:
         raise MalformedEstimateError(
-            f"the mask is {mask.dtype} of shape {mask.shape}, not bool of the image's shape {shape}"
+            f"the mask is {mask.dtype} of shape {mask.shape}. Expected: bool of the image's shape "
+            f"{shape}"
         )
     return np.asarray(mask)

@@ -1,4 +1,4 @@
-"""Ground truth that a run starts from and is scored by: the boxes of a sequence, or a region."""
+"""Ground truth for initialisation and scores of a run: the boxes of a sequence, or a region."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from trackmark.datasets.spec_string import close_match
 
 @dataclass(frozen=True)
 class RegionGroundTruth:
-    """Ground truth with one of its regions in place of its boxes."""
+    """Ground truth in which a region replaces the boxes."""
 
     boxes: NDArray[np.float64]
     regions: Mapping[str, NDArray[np.float64]]
@@ -31,12 +31,12 @@ class RegionGroundTruth:
 def select_ground_truth(
     truth: GroundTruthLike, region: str, name: str = "the sequence"
 ) -> GroundTruthLike:
-    """Return the ground truth of a run that is initialised with a region.
+    """Return the ground truth of a run that is initialised with `region`.
 
-    `truth`: a sequence, or its stored ground truth. `region`: `boxes`, or one of `truth.regions`.
-    `name`: the sequence's name, for messages.
+    `truth` is a sequence or its stored ground truth. `region` is `boxes` or one of `truth.regions`.
+    `name` is the sequence's name, for messages.
 
-    Raises `SequenceError` for an unknown region, or one that is absent when the boxes begin.
+    Raises `SequenceError` if the region is unknown, or absent in the first frame with a target.
     """
     if region == BOXES:
         return truth
@@ -44,14 +44,14 @@ def select_ground_truth(
         valid_names = [BOXES, *sorted(truth.regions)]
         hint = close_match(region, valid_names)
         raise SequenceError(
-            f"{name} has no region {region!r} to initialise with (init={region}).{hint} "
+            f"{name} has no region {region!r} (init={region}).{hint} "
             f"Known: {', '.join(valid_names)}."
         )
     boxes = truth.regions[region]
     present = np.flatnonzero(np.isfinite(truth.boxes).all(axis=1))
     if len(present) and not np.isfinite(boxes[present[0]]).all():
         raise SequenceError(
-            f"{name}: the region {region!r} is absent in frame {present[0]}, where the target "
-            "appears; no tracker can be initialised with it."
+            f"{name}: the region {region!r} is absent in frame {present[0]}, the first one with "
+            "the target. Use another region for init."
         )
     return RegionGroundTruth(boxes, truth.regions, truth.visibility, truth)

@@ -1,8 +1,8 @@
-"""Interleaved timing: trackers take turns on a few frames each, in processes of their own.
+"""Interleaved timing: trackers take turns of a few frames, each in its own process.
 
-Other load of the machine then affects all of them equally. A process can hold a tracker of any
-revision, so the timing relies on the protocol of trackers only. `take_turns` is the same for
-anything that can take a turn, in this process too.
+Other load of the machine thus affects all trackers equally. A process can run a tracker of any git
+revision; only the tracker interface is required. `take_turns` also times objects in this process
+that implement `Side`.
 """
 
 import gc
@@ -27,53 +27,53 @@ from numpy.typing import NDArray
 from trackmark.bench.process_tree import ProcessTree
 
 ANSWER_SECONDS = 600.0
-"""Maximum time of a turn, compilation included."""
+"""Time limit of a turn, including compilation [s]."""
 
 _TURN_SECONDS = 0.002
 _PASSES_SECONDS = 2.0  # time of all passes of the slowest side
-_FEWEST, _MOST = 3, 100  # passes
+_MIN_PASSES, _MAX_PASSES = 3, 100  # passes
 _LONGEST = 1 << 20  # bytes of an answer
 _REFERENCE_CALLS = 15
 
 
 class TurnError(Exception):
-    """Reason in one line why a tracker can't be timed."""
+    """Error: a tracker cannot be timed; the message has one line."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """Tracker that a process runs, by name and options."""
+    """Name and options of a tracker that a process runs."""
 
     name: str
     options: Mapping[str, str] | None = None
-    home: str = ""  # folder that holds the package `trackers`; empty for this one
-    revision: str = ""  # of the tracker, for messages
-    swapped: Sequence[str] = ()  # a folder of the module path, and its substitute
+    home: str = ""  # folder of the package `trackers`; empty for this package
+    revision: str = ""  # git revision of the tracker, for messages
+    swapped: Sequence[str] = ()  # folder in the module path, and the folder that replaces it
 
 
 @dataclass(frozen=True)
 class Clip:
     """Part of a sequence on disk."""
 
-    images: str  # .npy, with the images before the first box
-    first: int  # image with the first box
+    images: str  # .npy file with all images, also those before the init box
+    first: int  # index of the image of the init box
     box: Sequence[float]
-    frames: int  # after that image
-    mask: str  # .npy; empty for none
+    frames: int  # number of frames after that image
+    mask: str  # .npy file of the init mask; empty for none
     seed: Sequence[int]  # spawn key of the seed sequence
 
 
 class Reference:
-    """Fixed work similar to that of trackers; timing runs store its time as the machine's speed."""
+    """Fixed computations, whose time shows the machine's speed during timing runs."""
 
     def init(self, *_: object) -> None:
-        """Make the image that it works on."""
+        """Make the input image."""
         random = np.random.default_rng(0)
         self._image = random.integers(0, 256, (240, 320, 3), np.uint8)
         self._weights = random.random(256).astype(np.float32)
 
     def update(self, *_: object) -> float:
-        """Convert colours, count them, look weights up, smooth, and go through a list."""
+        """Perform typical computations of a tracker."""
         import cv2
 
         hue = cv2.cvtColor(self._image, cv2.COLOR_BGR2HSV)[..., 0]
@@ -86,7 +86,7 @@ class Reference:
 
 
 def reference_seconds() -> float:
-    """Return the median CPU time of the reference."""
+    """Return the median CPU time of `Reference.update` [s]."""
     reference, seconds = Reference(), []
     reference.init()
     for _ in range(_REFERENCE_CALLS):
@@ -97,7 +97,7 @@ def reference_seconds() -> float:
 
 
 class _ClipRunner:
-    """Tracker that runs on clips, in its own process."""
+    """Tracker of the process, which runs on clips."""
 
     def __init__(self, setup: Setup, clips: Sequence[Clip]) -> None:
         self._setup, self._clips = setup, clips
@@ -124,7 +124,7 @@ class _ClipRunner:
 
 
 def _frozen(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a read-only copy, as a decoder returns it."""
+    """Return a read-only copy of an image."""
     copy = np.array(image)
     copy.flags.writeable = False
     return copy
@@ -132,7 +132,7 @@ def _frozen(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Switch OpenCV's threads and Python's garbage collector off."""
+    """Disable OpenCV's threads and Python's garbage collector."""
     import cv2
 
     threads = cv2.getNumThreads()
@@ -147,7 +147,7 @@ def one_thread() -> Iterator[None]:
 
 
 def main() -> None:
-    """Answer in the child: one line of seconds for each requested turn."""
+    """Run the process of a tracker: write a line with the seconds of each requested turn."""
     import cv2
 
     arguments = json.loads(sys.argv[2])
@@ -170,13 +170,13 @@ def main() -> None:
             answers.write(json.dumps(answer) + "\n")
             answers.flush()
             gc.collect()
-            if turns < len(clips):  # imported modules live until the end
+            if turns < len(clips):  # keeps imported modules out of later garbage collections
                 gc.freeze()
-    os._exit(0)  # a tracker may wait for something at the end
+    os._exit(0)  # skips exit handlers of a tracker, which could wait
 
 
 class _Process:
-    """Process of a tracker."""
+    """Process that runs a tracker."""
 
     def __init__(self, setup: Setup, clips: Sequence[Clip]) -> None:
         self._answers, theirs = os.pipe()
@@ -221,17 +221,17 @@ class _Process:
     def end(self) -> None:
         """End the process."""
         os.close(self._answers)
-        with suppress(OSError):  # it has not read everything
+        with suppress(OSError):  # the process has not read all input
             self._pipe.close()
         self._child.end()
 
 
-def in_turns(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[np.float64]:
-    """Time setups on the same clips, in fresh processes.
+def time_interleaved(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[np.float64]:
+    """Time trackers on the same clips, in new processes.
 
     Return the CPU seconds of the updates, shape (setups, passes, turns), without the warm-up.
 
-    Raises `TurnError` if one can't be timed.
+    Raises `TurnError` if a tracker cannot be timed.
     """
     with ExitStack() as processes:
         sides: list[_Process] = []
@@ -242,15 +242,15 @@ def in_turns(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[np.float
 
 
 class Side(Protocol):
-    """Object that can take a turn."""
+    """Object that can be timed by turns."""
 
     def turn(self, number: int, start: int, stop: int) -> float:
-        """Return the CPU seconds of these updates on a clip; a turn from 0 starts a new tracker."""
+        """Return the CPU time of some updates on a clip [s]; `start` 0 starts a new tracker."""
         ...
 
 
 class Turns(NamedTuple):
-    """CPU seconds, shape (sides, passes, turns), and clip, first and last image of each turn."""
+    """CPU times (sides, passes, turns) [s]; and clip, start and stop of each turn."""
 
     seconds: NDArray[np.float64]
     turns: list[tuple[int, int, int]]
@@ -259,23 +259,23 @@ class Turns(NamedTuple):
 def take_turns(
     sides: Sequence[Side],
     frames: Sequence[int],
-    fewest: int = _FEWEST,
+    fewest: int = _MIN_PASSES,
     seconds: float = _PASSES_SECONDS,
 ) -> Turns:
-    """Time sides, after a warm-up.
+    """Time objects by turns, after a warm-up.
 
-    `frames`: of each clip. `fewest`: minimum number of passes. `seconds`: time of all passes of the
-    slowest side.
+    `frames` is the number of frames of each clip. `fewest` is the minimum number of passes.
+    `seconds` is the total time of all passes of the slowest object [s].
     """
-    for most in (2, max(frames)):  # compiling first; then all, to warm up
+    for most in (2, max(frames)):  # compiles kernels, then fills caches
         warming = [(number, 0, min(most, stop)) for number, stop in enumerate(frames)]
         sums = _pass(sides, warming, 0).sum(axis=1)
-    passes = min(max(round(seconds / sums.max()), fewest), _MOST)
-    # A turn of any side is longer than the time to fill the caches again.
-    a_clip = max(1, round(sums.min() / len(frames) / _TURN_SECONDS))
+    passes = min(max(round(seconds / sums.max()), fewest), _MAX_PASSES)
+    # Every turn takes longer than it takes to fill the CPU caches again.
+    turns_per_clip = max(1, round(sums.min() / len(frames) / _TURN_SECONDS))
     turns = []
     for number, stop in enumerate(frames):
-        edges = np.linspace(0, stop, min(a_clip, stop) + 1).round().astype(int)
+        edges = np.linspace(0, stop, min(turns_per_clip, stop) + 1).round().astype(int)
         turns += [(number, *edge) for edge in pairwise(edges.tolist())]
     return Turns(np.stack([_pass(sides, turns, n) for n in range(passes)], axis=1), turns)
 
@@ -283,7 +283,7 @@ def take_turns(
 def _pass(
     sides: Sequence[Side], turns: Sequence[tuple[int, int, int]], first: int
 ) -> NDArray[np.float64]:
-    """Take all turns once; the first side alternates among turns and among passes."""
+    """Return the times of one pass; the order of the sides alternates from turn to turn."""
     seconds = np.empty((len(sides), len(turns)))
     for place, turn in enumerate(turns):
         for step in range(len(sides)):

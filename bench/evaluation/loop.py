@@ -1,8 +1,8 @@
 """The only loop over frames: runs trackers in lock step through the segments of a protocol.
 
 Each frame is decoded or rendered once for all trackers. An error of a tracker ends its
-own run only. Timing runs take the same loop three times: to warm up, with each image decoded just
-before the update, and with images in memory.
+own run only. Timing runs execute the loop three times: to warm up, with each image decoded just
+before the update, and with all images in memory.
 """
 
 import gc
@@ -35,36 +35,36 @@ from trackmark.datasets.interface import Frames, Image
 from trackmark.trackers.base.sharing import SharedFrame
 
 WARM_UP_FRAMES = 10
-"""Frames that compile and fill caches before the clock of a protocol runs."""
+"""Number of frames for a warm-up (compilation, caches) before time is measured."""
 
 MAX_SEGMENT_BYTES = 1 << 28
-"""Maximum size of the images that are kept for the next segment."""
+"""Maximum size of the images that are cached for the next segment [bytes]."""
 
 MAX_WARM_BYTES = 1 << 29
-"""Maximum size of the images that are kept for the warm pass; it ends where they end."""
+"""Maximum size of the images that are cached for the warm pass, which uses only these [bytes]."""
 
 
 class Observer:
-    """Callbacks of the loop; these do nothing. See `bench.engine.heartbeat.Heartbeat`."""
+    """Callbacks of the loop, without effect; `bench.engine.heartbeat.Heartbeat` overrides them."""
 
     def rows(self, shape: tuple[int, int]) -> NDArray[np.float64]:
-        """Return the buffer for the rows of a run that has the process to itself."""
+        """Return the buffer for the rows of a run that is alone in its process."""
         return blank_rows(shape)
 
     def on_frame_read(self, frame: int) -> None:
-        """Note that a frame is read next."""
+        """Handle the event before a frame is read."""
 
     def on_tracker_call(self, entry: int, frame: int) -> None:
-        """Note that a tracker is called next."""
+        """Handle the event before a tracker is called."""
 
     def on_tracker_return(self) -> None:
-        """Note that the tracker has returned or raised."""
+        """Handle the event after a tracker has returned or raised."""
 
     def on_frames_done(self, frames: int) -> None:
-        """Note the number of frames that all trackers have seen."""
+        """Handle the event that all trackers have processed a number of frames."""
 
     def on_loop_end(self) -> None:
-        """Note that the loop has ended and its trackers are gone."""
+        """Handle the end of the loop."""
 
 
 NULL_OBSERVER = Observer()
@@ -72,7 +72,7 @@ NULL_OBSERVER = Observer()
 
 @dataclass(frozen=True)
 class PassResult:
-    """Runs of one pass over a sequence, and its own time."""
+    """Runs of one pass over a sequence, and times of the harness."""
 
     runs: list[Run]  # in the order of the entries
     # Time of the harness per frame and tracker [s], without decoding and the trackers' calls. The
@@ -89,36 +89,36 @@ def evaluate(
     protocol: str = ONE_PASS,
     keep_arrays: bool = False,
 ) -> Run:
-    """Run one tracker through one sequence, once.
+    """Run one tracker once on one sequence.
 
     By default the tracker is initialised with the ground truth of the first frame in which the
-    target is present, and updated on every later frame (one-pass evaluation). With `init=REGION`
-    in its text it is initialised with, and scored by, that region of the sequence instead of its
-    boxes.
+    target is present, and updated in every later frame (one-pass evaluation). If its specification
+    contains `init=REGION`, this region of the sequence replaces the boxes for initialisation and
+    scores.
 
     Parameters
     ----------
     tracker : str or callable
-        Text form such as `camshift:window=adaptive`, or a callable that makes a tracker
-        from a `numpy.random.SeedSequence`.
+        Specification such as `camshift:window=adaptive`, or a callable that creates a tracker from
+        a `numpy.random.SeedSequence`.
     sequence : str or Sequence
-        What to run on; text is passed to `datasets.load`.
+        Sequence, or its specification for `datasets.load`.
     repetition : int
-        From 0; another repetition has other random numbers.
+        Index of the repetition, from 0, which selects the random numbers.
     protocol : str
-        How it is run: `supervised:skip=10`, say; see docs/protocols.md.
+        Protocol, for example `supervised:skip=10`; see docs/protocols.md.
     keep_arrays : bool
-        Keep `Estimate.arrays`, masks and maps of every frame; in one-pass runs only.
+        True to keep `Estimate.arrays`, masks and maps of every frame (one-pass runs only).
 
     Returns
     -------
     Run
-        With status `failed` if the tracker raised or returned a malformed estimate.
+        Its status is `failed` if the tracker raised an exception or returned an invalid estimate.
 
     Raises
     ------
     TrackerError, SequenceError, ProtocolError
-        For what can't be run: unknown names or parameters, no ground truth, an unreadable image.
+        For unknown names or parameters, a sequence without ground truth, or an unreadable image.
     """
     loaded = datasets.load(sequence) if isinstance(sequence, str) else sequence
     stored = parse_protocol(protocol).text
@@ -135,34 +135,34 @@ def run_protocol(
     run_seconds: float = inf,
     observer: Observer = NULL_OBSERVER,
 ) -> PassResult:
-    """Run several trackers through a sequence together.
+    """Run several trackers on a sequence in lock step.
 
-    `entries`: trackers with their repetitions; one for timing runs. `sequence`: with ground truth.
-    `protocol`: as runs are stored; `timing` measures time in one-pass runs. `keep_arrays`: store
-    arrays, masks and maps of one-pass runs. `run_seconds`: time limit of each tracker for all
-    frames together. `observer`: notified of calls.
+    `entries` are trackers with repetitions; timing runs have one entry. `protocol` is the stored
+    name; `timing` measures time in a one-pass run. `keep_arrays` stores arrays, masks and maps of
+    one-pass runs. `run_seconds` is the time limit of each tracker for all frames. `observer` gets
+    callbacks.
 
-    Timing runs have `times` of both passes, as decoded and warm. No work is shared, and OpenCV's
-    threads and Python's garbage collector are off. Their `reference_seconds` are CPU times of fixed
-    work before, between and after the passes; they show whether the speed of the machine changed.
+    Timing runs have `times` of two passes: right after decoding, and warm (images in memory).
+    OpenCV's threads and Python's garbage collector are disabled. `reference_seconds` are CPU times
+    of fixed computations before, between and after the passes. They show changes of the machine's
+    speed.
 
-    Raises `SequenceError` if the sequence has no usable ground truth or an image can't be read; no
-    run is kept then. Raises `NotAttributableError` if a tracker harms the process, and the harm
-    can't be attributed.
+    Raises `SequenceError` if the sequence has no usable ground truth, or if an image is unreadable.
+    Raises `NotAttributableError` if one of several trackers exhausts the memory.
     """
     sequence.check_runnable()
     make = partial(_make_recorders, list(entries), sequence, protocol)
     recorders = make(observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
     frames, warm_up = sequence.frames, min(WARM_UP_FRAMES, len(sequence) - sequence.first_frame)
-    walk = _Walk(recorders, sequence, observer)
+    walk = _SequencePass(recorders, sequence, observer)
     try:
         if protocol == TIMING:
             (recorder,), (warm,) = recorders, make(run_seconds=run_seconds)
             with one_thread():
-                _Walk(make(), sequence, observer).run(warm_up, to_the_end=False)
+                _SequencePass(make(), sequence, observer).run(warm_up, to_the_end=False)
                 return PassResult([_time(recorder, warm, sequence, observer)], nan, nan)
-        if stored_protocol(protocol).time_dependent:  # compile before the clock runs
-            _Walk(make(), sequence, observer).run(warm_up, to_the_end=False)
+        if stored_protocol(protocol).time_dependent:  # compiles kernels before time is measured
+            _SequencePass(make(), sequence, observer).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
             sequence.frames = _FrameCache(frames, MAX_SEGMENT_BYTES)
         walk.run()
@@ -186,7 +186,7 @@ def _make_recorders(
     shared_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
     **options: Any,
 ) -> list[Recorder]:
-    """Make the recorders; `shared_rows` makes the buffer of a run that is alone."""
+    """Create the recorders; `shared_rows` creates the rows of a run that is alone."""
     alone = len(entries) == 1
     options |= {"alone": alone, "make_rows": shared_rows if alone else blank_rows}
     return [
@@ -196,16 +196,16 @@ def _make_recorders(
 
 
 def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Observer) -> Run:
-    """Run a tracker on images as decoded, and a second one on images in memory."""
+    """Time a tracker on images right after decoding, and then on images in memory."""
     gc.collect()
     first, n = sequence.first_frame, len(sequence)
     sequence.frames = cached = _FrameCache(sequence.frames, MAX_WARM_BYTES)
     machine = [reference_seconds()]
-    _Walk([recorder], sequence, observer).run(to_the_end=False)
+    _SequencePass([recorder], sequence, observer).run(to_the_end=False)
     machine.append(reference_seconds())
     if not recorder.failure:
         stop = next((frame for frame in range(first, n) if frame not in cached), n)
-        _Walk([warm], sequence, observer).run(max(stop - first, 1), to_the_end=False)
+        _SequencePass([warm], sequence, observer).run(max(stop - first, 1), to_the_end=False)
         machine.append(reference_seconds())
     recorder.failure = recorder.failure or warm.failure
     run = recorder.result()
@@ -213,11 +213,11 @@ def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Obse
     return replace(run, times=recorder.times(warm), circumstances=circumstances)
 
 
-class _Walk:
-    """Trackers that go through their segments in lock step, and the time that this takes [s].
+class _SequencePass:
+    """Pass of trackers through their segments in lock step, and times of the harness [s].
 
-    `fetching`: to decode or render frames and masks, from the first box on; `fetched`: their
-    number. `overheads`: time of the harness by frame, per tracker.
+    `fetching` is the time to decode or render frames and masks from the init box on; `fetched` is
+    the number of frames. `overheads` holds the harness time per tracker, by frame.
     """
 
     def __init__(self, recorders: Sized[Recorder], sequence: Sequence, observer: Observer) -> None:
@@ -228,8 +228,8 @@ class _Walk:
     def run(self, most: int | None = None, *, to_the_end: bool = True) -> None:
         """Run trackers through their segments.
 
-        `most`: number of frames from the first box on; None for all. `to_the_end`: go on if all
-        trackers have failed; a run is kept only if all frames can be read.
+        `most` is the number of frames from the init box on; None for all. `to_the_end` continues if
+        all trackers have failed, because runs are only stored if all frames are readable.
         """
         before = 0.0
         # Trackers that start from different regions can have different segments.
@@ -240,24 +240,24 @@ class _Walk:
                 self._numbers = segment.frames(len(self._whole))
                 whole = segment.start == 0 and segment.step == 1
                 self._view = view = self._whole if whole else self._whole[segment.slice]
-                self._going = going = [recorder for recorder in group if not recorder.failure]
-                for recorder in going:
+                self._active = active = [recorder for recorder in group if not recorder.failure]
+                for recorder in active:
                     recorder.begin_segment(segment, view)
-                if going:
+                if active:
                     first = view.first_frame
                     self._start(first)
                     self._observer.on_frames_done(int(before + share))
                     for frame in range(first + 1, len(view) if most is None else first + most):
-                        if not to_the_end and all(recorder.failure for recorder in going):
+                        if not to_the_end and all(recorder.failure for recorder in active):
                             break
-                        self._follow(frame, int(before + (frame - first + 1) * share))
+                        self._process_frame(frame, int(before + (frame - first + 1) * share))
                 before += len(self._numbers) * share
 
     def _start(self, first: int) -> None:
-        """Show the frames before the target appears to trackers that watch; initialise all."""
+        """Pass frames before the target appears to `Watcher` trackers; initialise all trackers."""
         view, numbers, observer = self._view, self._numbers, self._observer
         watchers = []
-        for recorder in self._going if first else ():
+        for recorder in self._active if first else ():
             observer.on_tracker_call(recorder.entry, numbers[first])
             if recorder.watches(first):
                 watchers.append(recorder)
@@ -275,21 +275,21 @@ class _Walk:
         mask = view.mask(first)
         self.fetching += perf_counter() - began
         self.fetched += 1
-        for recorder in self._going:
+        for recorder in self._active:
             observer.on_tracker_call(recorder.entry, numbers[first])
             recorder.start(shared_frame, first, mask)
             observer.on_tracker_return()
 
-    def _follow(self, frame: int, done: int) -> None:
-        """Show a later frame; `done`: number of frames that trackers have seen then."""
+    def _process_frame(self, frame: int, done: int) -> None:
+        """Process a later frame; `done` is the number of frames that are then processed."""
         began = perf_counter()
         observer, number = self._observer, self._numbers[frame]
         observer.on_frame_read(number)
         image = self._view[frame]
         fetched = perf_counter()
-        shared_frame = SharedFrame(image, len(self._going))
+        shared_frame = SharedFrame(image, len(self._active))
         in_trackers, running = 0.0, 0
-        for recorder in self._going:
+        for recorder in self._active:
             if not recorder.failure:
                 observer.on_tracker_call(recorder.entry, number)
                 in_trackers += recorder.follow(shared_frame, frame)
@@ -304,8 +304,8 @@ class _Walk:
             self.overheads.append(overhead / running)
 
     def _compare(self, frame: int) -> float:
-        """Compare masks with the true one, which is read once; return the reading time [s]."""
-        segmenting = [r for r in self._going if r.gives_masks and not r.failure]
+        """Compare masks with the ground-truth mask; return the time to read that mask [s]."""
+        segmenting = [r for r in self._active if r.gives_masks and not r.failure]
         if not segmenting:
             return 0.0
         began = perf_counter()
@@ -319,7 +319,7 @@ class _Walk:
 
 
 class _FrameCache:
-    """Frames that are decoded or rendered once; at most `most` bytes of images are kept."""
+    """Cache of decoded or rendered frames, of at most `most` bytes."""
 
     def __init__(self, frames: Frames, most: int) -> None:
         self.frames = frames

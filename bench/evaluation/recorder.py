@@ -1,6 +1,6 @@
-"""Recorder of one run: makes the tracker, calls it, checks and stores its estimates.
+"""Recorder of one run: creates and calls the tracker, validates and stores its estimates.
 
-Exceptions of a tracker are caught only here: they are the result of its run.
+Exceptions of a tracker are caught only in this module and stored as the failure of its run.
 """
 
 import traceback
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.estimates import (
     MalformedEstimateError,
-    checked_box,
-    checked_estimate,
-    checked_mask,
+    validate_box,
+    validate_estimate,
+    validate_mask,
 )
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
@@ -47,16 +47,16 @@ COLUMNS = 6
 
 MAX_REASON_CHARACTERS = 1_000
 MAX_TRACEBACK_CHARACTERS = 20_000
-"""Maximum number of characters that are stored of an exception."""
+"""Maximum number of stored characters of the traceback of an exception."""
 
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
-# Ctrl-C is the user's. Every other exception, even SystemExit, is the tracker's own.
+# These are not the tracker's (Ctrl-C). Every other exception, even SystemExit, is the tracker's.
 _OURS = (KeyboardInterrupt, GeneratorExit)
 
 
 class NotAttributableError(Exception):
-    """Harm to the process that can't be attributed to one of its trackers."""
+    """Harm to the process that cannot be attributed to one of its trackers."""
 
 
 def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -67,18 +67,19 @@ def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:
 class Recorder:
     """One run: a tracker on the segments of a protocol, and its estimates so far.
 
-    `entry`: index of the run in its pass. `protocol`: as runs are stored; see `run_protocol`.
-    `keep_arrays`: store arrays, masks and maps. `alone`: whether no other tracker runs in the
-    process. Otherwise a lack of memory may be caused by another tracker. `run_seconds`: time
-    limit of all calls together [s]. `make_rows`: makes the buffer of the frames of all segments.
+    `entry` is the index of the run in its pass. For `protocol`, `keep_arrays` and `run_seconds`,
+    see `run_protocol`. `alone` is whether no other tracker runs in the process; otherwise another
+    tracker could have exhausted the memory. `make_rows` creates the buffer for the rows of all
+    segments.
 
-    `failure` is empty as long as the tracker is called. `seconds` is the wall time of its calls.
+    `failure` is empty until the run fails. `seconds` is the wall time of all calls of the tracker
+    [s].
     """
 
     def __init__(
         self,
         entry: int,
-        chosen: TrackerSpec,
+        spec: TrackerSpec,
         repetition: int,
         sequence: Sequence,
         protocol: str,
@@ -89,17 +90,17 @@ class Recorder:
         make_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
     ) -> None:
         if repetition < 0:
-            raise ValueError(f"repetition is {repetition}; they count from 0.")
-        # Settled before the tracker runs: later changes are not part of the run.
-        self.identity = run_identity(chosen, sequence, repetition, protocol)
+            raise ValueError(f"the repetition is {repetition}. Expected: 0 or more.")
+        # Computed before the tracker runs, so that a tracker cannot affect its identity.
+        self.identity = run_identity(spec, sequence, repetition, protocol)
         self.entry = entry
         self.failure = ""
         self.seconds = 0.0
-        self.gives_masks = False  # that are compared with the ground truth
+        self.gives_masks = False  # masks are compared with the ground truth
         self._protocol = stored_protocol(protocol)
-        self.segments = _segments(protocol, sequence, chosen.init)
-        self._frames = segment_frames(protocol, sequence, chosen.init)
-        self._chosen, self._run_seconds, self._alone = chosen, run_seconds, alone
+        self.segments = _segments(protocol, sequence, spec.init)
+        self._frames = segment_frames(protocol, sequence, spec.init)
+        self._spec, self._run_seconds, self._alone = spec, run_seconds, alone
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
         self._complete = protocol == STORED_ONE_PASS
         self._revises = protocol in (STORED_ONE_PASS, TIMING)
@@ -107,7 +108,7 @@ class Recorder:
         self._keep_arrays = keep_arrays and self._complete
         n = sum(len(segment.frames(len(sequence))) for segment in self.segments)
         self._all_rows = make_rows((n, COLUMNS))
-        self._stop = 0  # row after the present segment
+        self._stop = 0  # end row of the current segment
         self._trackers_begun = 0
         self._wall: list[float] = []  # seconds of each update
         self._cpu: list[float] = []
@@ -117,50 +118,50 @@ class Recorder:
         self._mask: Mask | None = None
         self._segmentation: Segmentation | None = None
         self._revisions: dict[int, Box] = {}
-        self._estimates: dict[int, NDArray[np.float64]] = {}  # only if rows repeat older ones
+        self._estimates: dict[int, NDArray[np.float64]] = {}  # by frame
         self._first_seen = 0
         self._controller = Controller()
         self._update: Callable[[Any], Estimate]
 
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
-        """Prepare a new tracker for the next segment; `view`: the frames of the segment."""
+        """Prepare the next segment, which has a new tracker; `view` is the segment's sequence."""
         self._segment, self._sequence = segment, view
         self._start, self._stop = self._stop, self._stop + len(view)
         self._rows = self._all_rows[self._start : self._stop]
-        truth = select_ground_truth(view, self._chosen.init, view.name)
+        truth = select_ground_truth(view, self._spec.init, view.name)
         self._truth_boxes = truth.boxes
         self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
         self._made: Tracker | None = None
 
     def watches(self, first: int) -> bool:
-        """Make the tracker; return whether it watches the frames before `first`."""
-        return self._try(first, lambda: isinstance(self._tracker(), Watcher)) or False
+        """Create the tracker; return whether it watches the frames before `first`."""
+        return self._call(first, lambda: isinstance(self._tracker(), Watcher)) or False
 
     def show(self, shared_frame: SharedFrame, frame: int) -> None:
-        """Show a frame before the first one with a target to a tracker that watches."""
+        """Pass a frame before the target appears to a `Watcher` tracker."""
         tracker = self._tracker()
         if isinstance(tracker, Watcher) and not self.failure:
-            self._try(frame, lambda: tracker.watch(shared_frame.image))
+            self._call(frame, lambda: tracker.watch(shared_frame.image))
 
     def start(self, shared_frame: SharedFrame, frame: int, mask: Mask | None) -> None:
-        """Make the tracker and initialise it."""
+        """Create and initialise the tracker."""
         box = self._truth_boxes[frame]
         if any(self._segment.perturbation):
-            box, mask = self._segment.perturbed_box(box), None  # the mask would reveal the true box
+            box, mask = self._segment.perturbed_box(box), None  # a mask would reveal the true box
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
-            # A tracker numbers the frames that it receives. Only one that watches receives frames
-            # before its first box.
+            # A tracker numbers the frames that it receives. Only a `Watcher` receives frames before
+            # the init box.
             self._first_seen = 0 if isinstance(self._made, Watcher) else frame
-            self._try(frame, lambda: self._initialise(shared_frame, box.copy(), mask))
+            self._call(frame, lambda: self._initialise(shared_frame, box.copy(), mask))
 
     def follow(self, shared_frame: SharedFrame, frame: int) -> float:
-        """Handle a frame as the protocol requires; return the seconds that the tracker took."""
+        """Process a frame as the protocol requires; return the time that the tracker took [s]."""
         seconds = 0.0
         step = self._controller.action(frame)
         if step is Action.UPDATE:
-            seconds = self._ask(shared_frame, frame)
+            seconds = self._update_tracker(shared_frame, frame)
         elif step is Action.RESTART:
             self._made = None
             before = self.seconds
@@ -173,9 +174,9 @@ class Recorder:
         return seconds
 
     def compare(self, frame: int, truth: Mask) -> None:
-        """Compare the last mask of the tracker with the true one.
+        """Compare the last mask of the tracker with the ground-truth mask.
 
-        A tracker that returns masks, but none for this frame, has lost the target.
+        If the tracker returns masks, but none for this frame, an empty mask is compared.
         """
         if self._segmentation is None:
             n = len(self._rows)
@@ -185,10 +186,10 @@ class Recorder:
         self._segmentation.contour_accuracy[frame] = contour_accuracy(mask, truth)
 
     def finish(self, frame: int) -> None:
-        """Ask for final corrections after the last frame, in one-pass runs."""
+        """Store the corrections of `Finisher.finish` after the last frame of a one-pass run."""
         tracker = self._tracker()
         if self._complete and isinstance(tracker, Finisher):
-            self._try(frame, lambda: self._take_revision(frame, tracker.finish()))
+            self._call(frame, lambda: self._store_revisions(frame, tracker.finish()))
 
     def result(self) -> Run:
         """Return the run in its current state."""
@@ -211,27 +212,27 @@ class Recorder:
             arrays=self._arrays,
             segmentation=self._segmentation,
             states=self._controller.states,
-            answered=self._controller.source_frames,
+            source_frames=self._controller.source_frames,
             segments=self._frames,
             circumstances=circumstances,
         )
 
     def times(self, warm: "Recorder") -> Times:
-        """Return the times of this run and of its repetition `warm` on images in memory."""
+        """Return the times of this run, and of the run `warm` on images in memory."""
         wall, cpu = self._times()
         warm_wall, warm_cpu = warm._times()
         return Times(wall, cpu, *self._initialisation, warm_wall, warm_cpu)
 
     def _times(self) -> NDArray[np.float64]:
-        """Return wall and CPU time by frame, of a run without skipped frames."""
+        """Return wall and CPU time by frame, shape (2, n); NaN for frames without an update."""
         times = np.full((2, len(self._all_rows)), nan)
         if self._wall:
             first = self._sequence.first_frame + 1
             times[:, first : first + len(self._wall)] = self._wall, self._cpu
         return times
 
-    def _try(self, frame: int, call: Callable[[], R]) -> R | None:
-        """Return the result of another call of the tracker than an update; None if it raises."""
+    def _call(self, frame: int, call: Callable[[], R]) -> R | None:
+        """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
             return call()
@@ -247,8 +248,8 @@ class Recorder:
         if self._made is None:
             key, number = self.identity, self._trackers_begun
             self._trackers_begun += 1
-            seed = run_seed(self._chosen.name, key.sequence, key.repetition, number)
-            self._made = self._chosen.make(seed)
+            seed = run_seed(self._spec.name, key.sequence, key.repetition, number)
+            self._made = self._spec.make(seed)
         return self._made
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
@@ -264,11 +265,11 @@ class Recorder:
         tracker.init(shared_frame.image, box, mask)
         self._initialisation = perf_counter() - wall, thread_time() - cpu
 
-    def _ask(self, shared_frame: SharedFrame, frame: int) -> float:
-        """Store the next estimate; return the seconds that the tracker took."""
+    def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
+        """Update the tracker and store its estimate; return the time that it took [s]."""
         update, argument = self._update, shared_frame if self._shared else shared_frame.image
         began = answered = perf_counter()
-        # The wall clock inside the CPU clock: reading the CPU clock must not look like waiting.
+        # The wall clock is read inside: otherwise, reading the CPU clock would count as waiting.
         cpu = thread_time()
         try:
             called_at = perf_counter()
@@ -276,7 +277,7 @@ class Recorder:
             answered = perf_counter()
             self._cpu.append(thread_time() - cpu)
             self._wall.append(answered - called_at)
-            self._take(shared_frame, frame, estimate)
+            self._store_estimate(shared_frame, frame, estimate)
         except _OURS:
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
@@ -291,27 +292,29 @@ class Recorder:
             self.fail(frame, reason)
         return seconds
 
-    def _take(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
-        """Check an estimate and store it."""
-        box, confidence = checked_estimate(estimate)
+    def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
+        """Validate and store an estimate."""
+        box, confidence = validate_estimate(estimate)
         self._mask = None
         if estimate.mask is not None:
-            self._mask = checked_mask(estimate.mask, shared_frame.image.shape[:2])
+            self._mask = validate_mask(estimate.mask, shared_frame.image.shape[:2])
             self.gives_masks = self._complete
         self._rows[frame] = (*box, bool(estimate.visible), confidence)
         for key, value in estimate.details.items():
             if key not in self._details:
                 if not isinstance(key, str) or key in RESERVED_COLUMNS or not key.isprintable():
-                    raise MalformedEstimateError(f"a detail can't be called {key!r}")
+                    raise MalformedEstimateError(
+                        f"the name {key!r} of a detail is reserved or not printable text"
+                    )
                 self._details[key] = np.full(len(self._all_rows), nan)
             self._details[key][self._start + frame] = value
         if estimate.revised:
-            self._take_revision(frame, estimate.revised)
+            self._store_revisions(frame, estimate.revised)
         if self._keep_arrays:
-            self._keep(shared_frame, frame, estimate)
+            self._store_arrays(shared_frame, frame, estimate)
 
-    def _keep(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
-        """Store arrays, the mask and maps; the values of maps are multiplied by 255."""
+    def _store_arrays(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
+        """Store arrays, mask and maps; maps are stored as uint8, 255 for 1."""
         arrays = {key: np.array(value) for key, value in estimate.arrays.items()}
         if estimate.mask is not None:
             arrays["mask"] = np.array(estimate.mask)
@@ -320,13 +323,13 @@ class Recorder:
         for key, weights in maps.items():
             if np.shape(weights) != shared_frame.image.shape[:2]:
                 raise MalformedEstimateError(
-                    f"the map {key!r} is of shape {np.shape(weights)}, not the image's"
+                    f"the map {key!r} has shape {np.shape(weights)}. Expected: the image's shape"
                 )
             arrays[f"{MAP}{key}"] = np.rint(255 * np.clip(weights, 0, 1)).astype(np.uint8)
         if arrays:
             self._arrays[frame] = arrays
 
-    def _take_revision(self, frame: int, revised: Mapping[int, Box]) -> None:
+    def _store_revisions(self, frame: int, revised: Mapping[int, Box]) -> None:
         if not self._revises:
             return
         last = frame - self._first_seen
@@ -334,29 +337,29 @@ class Recorder:
             whole = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
             if not (whole and 0 <= earlier <= last):
                 raise MalformedEstimateError(
-                    f"revised frame {earlier!r} is not one of the frames 0 to {last} seen so far"
+                    f"revised frame {earlier!r} is not one of the processed frames 0 to {last}"
                 )
-            self._revisions[self._first_seen + int(earlier)] = np.array(checked_box(box))
+            self._revisions[self._first_seen + int(earlier)] = np.array(validate_box(box))
 
     def fail(self, frame: int, reason: str) -> None:
-        """Mark the run as failed for a reason other than an exception."""
+        """Mark the run as failed, for a reason other than an exception."""
         self.failure = f"{self._sequence.frame_name(frame)}: {reason}"
 
     def _fail(self, frame: int, error: BaseException) -> None:
         if not self._alone and _lacks_memory(error):
             raise NotAttributableError("the memory is exhausted") from error
-        # The traceback module handles exceptions that cannot be printed.
+        # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         trace = "".join(traceback.format_exception(error))
-        # The cause stands at the beginning of a message and at the end of a traceback.
+        # The relevant parts are the start of a message and the end of a traceback.
         reason = message[:MAX_REASON_CHARACTERS]
         text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"
-        # A file name, for example, may not be valid UTF-8.
+        # The text may contain surrogates, for example in file names.
         self.failure = text.encode("utf-8", "backslashreplace").decode()
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Return whether memory is exhausted; OpenCV has its own error for this case."""
+    """Return whether an exception reports exhausted memory, also from OpenCV."""
     return isinstance(error, MemoryError) or (
         isinstance(error, cv2.error) and error.code == _NO_MEMORY
     )
@@ -365,9 +368,9 @@ def _lacks_memory(error: BaseException) -> bool:
 def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArray[np.int32], ...]:
     """Return the frame numbers of each segment; empty for a protocol without segments.
 
-    `protocol`: as runs are stored. `init`: the ground truth that the run starts from.
+    `protocol` is the stored name. `init` names the ground truth for the initialisation.
 
-    Raises `SequenceError` if the sequence lacks that region, or has no ground truth.
+    Raises `SequenceError` if the sequence does not have this region, or no ground truth.
     """
     if not stored_protocol(protocol).segmented:
         return ()

@@ -30,14 +30,15 @@ def judge(
     Parameters and errors are those of `score`.
     """
     if run.failure:
-        raise ValueError(f"{run!r} can't be scored: {run.failure.splitlines()[0]}")
+        raise ValueError(f"{run!r} cannot be scored: {run.failure.splitlines()[0]}")
     if trace not in get_args(Trace):
         raise ValueError(f"unknown trace {trace!r}. Known: online, revised.")
     scored = _truth(sequence)
     fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
     if fingerprint != run.identity.fingerprint:
         raise ValueError(
-            f"{run!r} was made on another sequence, or on another version of it; run it again."
+            f"{run!r} was made on another sequence, or on another version of this sequence. Run "
+            "the tracker again."
         )
     init = select_ground_truth(scored, run.identity.init, run.identity.sequence)
     chosen = metrics_preset(preset)
@@ -66,9 +67,9 @@ def judge(
 
 
 def can_judge(preset: str, protocol: str) -> bool:
-    """Return whether a metrics preset is for runs of a stored protocol.
+    """Return whether a metrics preset can score runs of a stored protocol.
 
-    No preset is for unknown protocols, which runs of a later trackmark may have.
+    No preset can score unknown protocols, which a later version of trackmark may have stored.
     """
     try:
         rules = stored_protocol(protocol)
@@ -78,18 +79,21 @@ def can_judge(preset: str, protocol: str) -> bool:
 
 
 def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> None:
-    """Raise `ValueError` unless a run has the segments of its protocol.
+    """Raise `ValueError` if a run does not have the segments of its protocol.
 
-    A stored run may be of any origin, and its frames are indices of the ground truth. Segments may
-    start from values that no stored ground truth has, or at frames that another toolkit has chosen.
-    These need only go from a frame to an end of the sequence.
+    Frames of a run are used as indices of the ground truth, and a stored run can have any origin.
+    If segments depend on values that are not stored, or were chosen by another toolkit, they must
+    only go from a frame to an end of the sequence.
     """
     n = len(boxes)
     for frames in run.segments:
         first = int(frames[0]) if len(frames) and frames.dtype.kind == "i" else -1
         ways = np.arange(first, n), np.arange(first, -1, -1)
         if not (0 <= first < n and any(np.array_equal(frames, way) for way in ways)):
-            raise ValueError(f"{run!r} has a segment that is not from a frame to an end of {n}.")
+            raise ValueError(
+                f"{run!r} has an invalid segment. Expected: from a frame to an end of the {n} "
+                "frames."
+            )
     rules = stored_protocol(run.identity.protocol)
     if run.segments and (rules.by_values or run.identity.imported):
         return
@@ -98,8 +102,8 @@ def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> 
     expected = [segment.frames(n) for segment in segments]
     if len(expected) != len(run.segments) or not all(map(np.array_equal, run.segments, expected)):
         raise ValueError(
-            f"{run!r} has {len(run.segments)} segments, which are not the {len(expected)} of the "
-            f"protocol {title(run.identity.protocol)}."
+            f"{run!r} has {len(run.segments)} segments, which differ from the {len(expected)} "
+            f"segments of the protocol {title(run.identity.protocol)}."
         )
 
 
@@ -130,19 +134,19 @@ def score(
     preset : str
         Definitions of the scores; see `bench.metrics`.
     trace : {'online', 'revised'}
-        Which boxes to score: those of each frame at once, or the tracker's final corrections.
+        Boxes to score: as returned by each update, or with the tracker's corrections.
 
     Returns
     -------
     dict of str to float
-        Scores of the preset, and for online boxes those of masks
-        (`bench.metrics.regions.segmentation_scores`) if there are any; for timing runs the times.
+        Scores of the preset. For online boxes of runs with masks, also
+        `bench.metrics.regions.segmentation_scores`; for timing runs, also times.
 
     Raises
     ------
     ValueError
         For a failed run, an unknown preset or trace, another sequence, or a run that the preset
-        can't judge.
+        cannot score.
     """
     scores = dict(judge(run, sequence, preset, trace).scores)
     if run.segmentation is not None and trace == "online":
@@ -152,9 +156,10 @@ def score(
 
 
 def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
-    """Return the scores of a run by the preset `native`, and those of its revised boxes, if any.
+    """Return the scores by the preset `native` of the online boxes and of any revised boxes.
 
-    The names of the latter start with `REVISED`. Parameters and errors are those of `score`.
+    Names of scores of revised boxes start with `REVISED`. Parameters and errors are those of
+    `score`.
     """
     scores = score(run, sequence)
     if run.revised is None or run.times is not None:

@@ -1,9 +1,9 @@
-"""Version check of scenes and trackers: proves that changed sources still give the same output.
+"""Version check of scenes and trackers: shows that changed sources have unchanged output.
 
 `python -m trackmark.bench.evaluation.version_check` (`make seal`) renders every scene and runs
 every tracker whose syntax tree differs from the recorded one. If the golden digests agree, it
-records the new tree. Otherwise it reports the difference and keeps the entry. `--new NAME` gives
-the scene or tracker a new version: stored results of the old version then count as missing. See
+records the new tree. Otherwise, it reports the difference and keeps the entry. `--new NAME` gives
+the scene or tracker a new version, so that stored runs of the old version are stale. See
 `trackmark.datasets.versioning`.
 """
 
@@ -30,21 +30,21 @@ Golden = dict[str, Mapping[str, str]]
 
 SHORT = (("samples/face", 0, 12), ("wang2010/table-tennis", 5, 16), ("moreno2005/octopus", 0, 5))
 """Sequences and their frames (from, to) on which trackers are checked: a recorded face, an occluded
-ball, and a mask. They are few, since some trackers take a second per frame."""
+ball, and a mask. They are few, because some trackers take a second per frame."""
 
 
 @dataclass(frozen=True)
 class Sealed:
-    """Scene or tracker that has a seal, or needs one."""
+    """Scene or tracker that has a recorded version, or needs one."""
 
     name: str  # key in the `golden.json`
     file: Path  # the `golden.json`
-    tree: str  # present digest of the syntax trees
-    seal: VersionEntry | None  # of the file
+    tree: str  # current digest of the syntax trees
+    seal: VersionEntry | None  # recorded version in the file; None if missing
     texts: list[str]  # keys of the golden digests
-    digests: Callable[[str], dict[str, str]]  # returns the present golden digests of a text
+    digests: Callable[[str], dict[str, str]]  # current golden digests of a text
     libraries: list[str]  # import names of the libraries of a tracker; empty for scenes
-    described: list[str]  # sequences of a scene whose descriptions are sealed
+    described: list[str]  # sequences of a scene whose metadata are recorded
 
 
 def sealed() -> Iterator[Sealed]:
@@ -54,7 +54,7 @@ def sealed() -> Iterator[Sealed]:
 
 
 def golden_boxes(key: str) -> dict[str, str]:
-    """Return the digest of a tracker's estimates; `key`: its text, ` on ` and a key of `SHORT`."""
+    """Return the digest of a tracker's estimates; `key` is `TRACKER on SEQUENCE`, see `SHORT`."""
     text, _, name = key.partition(" on ")
     run = evaluate(text, _short(name))
     if run.failure:
@@ -99,7 +99,7 @@ def _trackers() -> Iterator[Sealed]:
     for name in trackers.names():
         try:
             specification = trackers.resolve(name)
-        except trackers.TrackerError:  # it can't be used here
+        except trackers.TrackerError:  # not available on this machine
             continue
         if specification.file.parent != PACKAGE:
             continue
@@ -113,7 +113,7 @@ def _trackers() -> Iterator[Sealed]:
 
 
 def _seal(item: Sealed, new: bool) -> str:
-    """Check a scene or tracker and write its seal; return what changed, empty for nothing."""
+    """Check a scene or tracker and record its version; return a message, empty if unchanged."""
     seal = item.seal
     if (
         seal is not None
@@ -134,11 +134,11 @@ def _seal(item: Sealed, new: bool) -> str:
         different = [text for text in common if not _agree(golden[text], seal.golden[text])]
         if different and not new:
             return (
-                f"NOT sealed, as {', '.join(different)} came out otherwise. If that is meant, "
-                f"--new {item.name} gives a new version."
+                f"NOT sealed: the output changed for {', '.join(different)}. If that is intended, "
+                f"use --new {item.name} for a new version."
             )
         entry = replace(seal, tree=item.tree, golden=golden, known=metadata)
-        message = "the same as before: sealed again"
+        message = "equal output: sealed again"
         if different:
             entry = replace(entry, version=seal.next_version(), libraries=item.libraries)
             message = f"now version {entry.version[0]}"
@@ -148,15 +148,20 @@ def _seal(item: Sealed, new: bool) -> str:
 
 
 def _agree(digests: Mapping[str, str], golden: Mapping[str, str]) -> bool:
-    """Return whether digests are equal; `look` only helps to see how images differ."""
+    """Return whether digests are equal, except `look`, which only describes images."""
     return all(digests.get(part) == digest for part, digest in golden.items() if part != "look")
 
 
 @click.command("seal")
-@click.option("--new", multiple=True, metavar="NAME", help="may give other pixels or boxes now")
-@click.option("--only", default="", metavar="PREFIX", help="names that start with this")
+@click.option(
+    "--new",
+    multiple=True,
+    metavar="NAME",
+    help="scene or tracker that gets a new version if its output changed",
+)
+@click.option("--only", default="", metavar="PREFIX", help="check only names with this prefix")
 def main(new: tuple[str, ...], only: str) -> None:
-    """Check scenes and trackers whose source changed, and seal them."""
+    """Check scenes and trackers whose source changed, and record their versions."""
     refused = 0
     for item in sealed():
         if item.name.startswith(only) and (message := _seal(item, item.name in new)):

@@ -1,8 +1,8 @@
 """Estimate of the time that the remaining runs of a plan take.
 
-The time of a run is estimated from earlier runs of the same tracker: on the same sequence, on other
-sequences, or with other parameters, in this order. A tracker without earlier runs is probed on the
-first frames of the shortest sequence; the probe is not stored.
+The time of a run is estimated from earlier runs of the same tracker on the same sequence. If there
+are none, runs on other sequences are used, then runs with other parameters. A tracker without any
+earlier run is timed on the first frames of the shortest sequence (a probe, which is not stored).
 """
 
 import heapq
@@ -28,15 +28,15 @@ from trackmark.trackers import Randomness
 
 PROBED_FRAMES = 12
 _START_SECONDS = (2.0, 5.0)  # of a worker process, with its imports
-_PROBE_SECONDS = 10.0  # time limit of a frame: an estimate must be quick
+_PROBE_SECONDS = 10.0  # time limit of a frame, so that an estimate is quick
 _STORE_SECONDS = 0.01  # to score and write a run
 
 
 class Basis(IntEnum):
-    """Source of the estimated time of a run."""
+    """Basis on which the time of a run is estimated."""
 
     NOTHING = 0
-    """No source: the tracker never ran, and failed in the probe."""
+    """None: the tracker never ran, and failed in the probe."""
 
     PROBE = 1
     """The tracker's first frames on the shortest sequence."""
@@ -58,7 +58,7 @@ _RANGES = {
     Basis.TRACKER: (0.6, 1.8),
     Basis.SEQUENCE: (0.7, 1.6),
 }
-"""Observed ratios of the real to the estimated time of a unit, lowest and highest."""
+"""Lowest and highest observed ratio of the real to the estimated time of a unit, by basis."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +67,12 @@ class Estimate:
 
     low: float  # wall time [s]
     high: float
-    bases: dict[Basis, int]  # number of runs by source
+    bases: dict[Basis, int]  # number of runs by basis
 
 
 Measured = tuple[str, str, str, float, float, int]
-"""Times of the runs of a tracker on a sequence: the tracker's name and label, the sequence, mean
-time per frame of the tracker and of decoding or rendering [s], and the number of runs."""
+"""Measured times of a tracker on a sequence: name and label of the tracker, sequence, mean time per
+frame of the tracker and of decoding or rendering [s], number of runs."""
 
 _MEASURED = """
     SELECT json_extract(t.identity, '$.tracker_name'), r.tracker, r.sequence,
@@ -81,22 +81,23 @@ _MEASURED = """
 """
 
 
-def measured_before(output: Path) -> list[Measured]:
-    """Return the times of finished runs of all experiments in a folder of results."""
+def read_measured_times(output: Path) -> list[Measured]:
+    """Return the times of finished runs of all experiments in a results folder."""
     measured: list[Measured] = []
     for file in sorted(output.glob(f"*/{DATABASE}")):
         with (
             suppress(ResultsError),
             open_database(file.parent) as database,
-        ):  # others may be damaged
+        ):  # skips damaged files
             measured += [tuple(row) for row in database.select(_MEASURED)]
     return measured
 
 
 def estimate(units: Units, measured: Sequence[Measured], limits: Limits) -> Estimate:
-    """Estimate the time of the remaining runs after sequences and trackers have been resolved.
+    """Estimate the time of the remaining runs of a plan.
 
-    `units`: the remaining work. `measured`: see `measured_before`. `limits`: for probed trackers.
+    `units` are the remaining work units. `measured` holds times of earlier runs. `limits` apply to
+    the probe.
 
     Raises `SequenceError` if the sequence for the probe cannot be read.
     """
@@ -106,7 +107,8 @@ def estimate(units: Units, measured: Sequence[Measured], limits: Limits) -> Esti
     if not runs.any():
         return Estimate(0.0, 0.0, {})
     seconds, basis = _tracker_seconds(plan, measured)
-    reading = _reading_seconds(plan, measured)
+    means = _means(((sequence,), reading, n) for _, _, sequence, _, reading, n in measured)
+    reading = np.array([means.get((sequence.name,), nan) for sequence in plan.sequences])
     unknown = np.flatnonzero((basis == Basis.NOTHING).any(axis=0) & runs.any(axis=0))
     if len(unknown) or np.isnan(reading).all():
         took, frame_seconds = _probed(plan, unknown.tolist(), limits)
@@ -118,7 +120,7 @@ def estimate(units: Units, measured: Sequence[Measured], limits: Limits) -> Esti
     tracker_numbers = {text: number for number, text in enumerate(plan.trackers)}
 
     def unit_seconds(side: int, unit: Unit) -> float:
-        """Return the time of a unit; `side`: 0 for the low end of the range, 1 for the high end."""
+        """Return the lower (`side` 0) or upper (1) estimate of the time of a unit [s]."""
         sequence = sequence_numbers[unit.source]
         trackers = [tracker_numbers[entry.tracker] for entry in unit.entries]
         frame = reading[sequence] + float(seconds[sequence, trackers].sum())
@@ -136,22 +138,19 @@ def estimate(units: Units, measured: Sequence[Measured], limits: Limits) -> Esti
 
 
 def words(estimate: Estimate) -> str:
-    """Return the range as text, with at most two significant digits."""
+    """Return the range of an estimate as text, with at most two significant digits."""
     size, unit = next(
         (size, unit)
         for size, unit in ((86400, "days"), (3600, "hours"), (60, "minutes"), (1, "seconds"))
         if estimate.high >= 2 * size or size == 1
     )
-    low, high = (_two_digits(max(seconds, 1.0) / size) for seconds in (estimate.low, estimate.high))
+    numbers = [max(seconds, 1.0) / size for seconds in (estimate.low, estimate.high)]
+    low, high = (round(number, 1 - floor(log10(number))) for number in numbers)
     return f"{low:g} to {high:g} {unit}"
 
 
-def _two_digits(number: float) -> float:
-    return round(number, 1 - floor(log10(number)))
-
-
 def _makespan(units: Units, seconds: Callable[[Unit], float]) -> float:
-    """Return the end of the last worker, if each takes the next unit when it is free [s]."""
+    """Return the time until all workers have finished [s]; a free worker takes the next unit."""
     ends = [0.0] * units.workers
     for unit in units:
         heapq.heapreplace(ends, ends[0] + seconds(unit))
@@ -161,7 +160,7 @@ def _makespan(units: Units, seconds: Callable[[Unit], float]) -> float:
 def _tracker_seconds(
     plan: Plan, measured: Sequence[Measured]
 ) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Return seconds of a tracker per frame, and their basis, by sequence and tracker."""
+    """Return the time per frame [s] and its basis, shape (sequences, trackers)."""
     shape = len(plan.sequences), len(plan.trackers)
     seconds, basis = np.zeros(shape), np.zeros(shape, np.uint8)
     by_name = _means(((name,), seconds, n) for name, _, _, seconds, _, n in measured)
@@ -181,16 +180,10 @@ def _tracker_seconds(
     return seconds, basis
 
 
-def _reading_seconds(plan: Plan, measured: Sequence[Measured]) -> NDArray[np.float64]:
-    """Return seconds to decode or render a frame, by sequence; NaN if they are not known."""
-    means = _means(((sequence,), reading, n) for _, _, sequence, _, reading, n in measured)
-    return np.array([means.get((sequence.name,), nan) for sequence in plan.sequences])
-
-
 def _means(
     values: Iterable[tuple[tuple[str, ...], float | None, int]],
 ) -> dict[tuple[str, ...], float]:
-    """Return weighted means by key."""
+    """Return means by key, weighted by the number of runs."""
     sums: dict[tuple[str, ...], list[float]] = {}
     for key, value, n in values:
         if value is not None:
@@ -201,7 +194,7 @@ def _means(
 
 
 def _probed(plan: Plan, trackers: list[int], limits: Limits) -> tuple[NDArray[np.float64], float]:
-    """Return the time per frame of each tracker, NaN if it failed, and of reading a frame [s]."""
+    """Time trackers; return times per frame (NaN if one failed) and the reading time [s]."""
     shortest = min(plan.sequences, key=lambda sequence: sequence.frames)
     texts = list(plan.trackers)
     groups: list[list[int]] = [[]]
@@ -223,6 +216,6 @@ def _probed(plan: Plan, trackers: list[int], limits: Limits) -> tuple[NDArray[np
         if result is not None:
             took |= dict(zip(group, result.seconds, strict=True))
             reading = result.frame_seconds if isfinite(result.frame_seconds) else reading
-        elif len(group) > 1:  # one of the trackers ended or hung the process
+        elif len(group) > 1:  # a tracker crashed or hung the process
             groups += [[number] for number in group]
     return np.array([took.get(number, np.nan) for number in trackers]), reading

@@ -1,4 +1,4 @@
-"""Execution of an experiment: runs what is missing, stores and scores it, writes the log."""
+"""Execution of an experiment: executes, stores and scores missing runs, and writes the log."""
 
 import math
 import os
@@ -14,7 +14,7 @@ from trackmark import datasets
 from trackmark.bench.engine import Engine, engine
 from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
 from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
-from trackmark.bench.execution.scheduling import Units, left_of
+from trackmark.bench.execution.scheduling import Units, missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.log import RunLog
@@ -47,7 +47,7 @@ def run(
     retry_failed : bool
         Whether failed runs are repeated.
     engine : {'local', 'dask'}
-        Execute on this machine, or on a Dask cluster.
+        Engine that executes the runs: this machine, or a Dask cluster.
     address : str, optional
         Scheduler of a running Dask cluster.
     limits : Limits, optional
@@ -61,7 +61,7 @@ def run(
     Raises
     ------
     TrackerError, SequenceError, ExperimentError, ResultsError
-        If a part of the experiment cannot be run. Finished runs are stored and not repeated.
+        If a part of the experiment cannot be executed. Finished runs stay stored.
     """
     if not isinstance(experiment, Experiment):
         experiment = read_experiment(experiment)
@@ -85,19 +85,19 @@ def run(
 class Execution:
     """Execution of an experiment.
 
-    `folder`: the experiment's results. `plan`: states of the runs before the execution.
+    `folder` is the folder of the results. `plan` holds the states of the runs before the execution.
     """
 
-    experiment: Experiment  # these fields are as in `run`
+    experiment: Experiment  # this field and the next five are parameters of `run`
     output: Path
     jobs: int | None = None
     retry_failed: bool = False
     engine: str = "local"
     address: str | None = None
     limits: Limits = field(default_factory=Limits)
-    known_sequences: KnownSequences = field(default_factory=dict)  # already opened
-    on_opened: Callable[[int, int], None] = lambda *_: None  # gets numbers of opened sequences, all
-    errors: list[str] = field(default_factory=list)  # of sequences that could not be read
+    known_sequences: KnownSequences = field(default_factory=dict)  # sequences that are already open
+    on_opened: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
+    errors: list[str] = field(default_factory=list)  # messages on sequences that could not be read
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
@@ -108,11 +108,11 @@ class Execution:
         )
         self._harness_seconds = 0.0
         self._frame_count = 0
-        self._truths: set[tuple[SequenceSource, str]] = set()  # stored, with fingerprints
+        self._truths: set[tuple[SequenceSource, str]] = set()  # stored ones
 
     @cached_property
     def performer(self) -> Engine:
-        """Engine; runs that depend on the time of updates are executed one by one."""
+        """Engine; it has one worker if runs depend on the time of updates."""
         jobs = 1 if self.experiment.time_dependent else self.jobs
         return engine(self.engine, jobs=jobs, address=self.address)
 
@@ -120,16 +120,16 @@ class Execution:
     def units(self) -> Units:
         """Work units of the missing runs."""
         workers = self.performer.workers
-        return left_of(self.plan, workers=workers, retry_failed=self.retry_failed)
+        return missing_units(self.plan, workers=workers, retry_failed=self.retry_failed)
 
     @property
     def work(self) -> int:
-        """Amount of work: frames times trackers."""
+        """Total work of the missing runs: frames times trackers."""
         return self.units.work
 
     @property
     def overhead(self) -> float:
-        """Time of the harness itself per frame and tracker [s]; NaN before the first run."""
+        """Mean time of the harness per frame and tracker [s]; NaN before the first run."""
         return self._harness_seconds / self._frame_count if self._frame_count else math.nan
 
     def rows(self, progress: Callable[[int], None] | None = None) -> Iterator[dict[str, Any]]:
@@ -166,23 +166,23 @@ class Execution:
                 yield from rows
             end = "finished"
         finally:
-            add_scores(self._results, scored)  # after a kill, the next reader computes them again
+            add_scores(self._results, scored)  # otherwise computed by the next reader
             log.write("end", outcome=end, seconds=round(time.monotonic() - started_at, 3))
 
     def _store(self, unit: Unit, outcome: Outcome) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows."""
         source = unit.source.absolute()
-        if (unit.source, unit.truth) not in self._truths:
+        if (unit.source, unit.fingerprint) not in self._truths:
             sequence = datasets.load(source.text, truth=source.truth)
             write_truth(self.folder, sequence)
             self._truths.add((unit.source, sequence.fingerprint))
-        if (unit.source, unit.truth) not in self._truths:
+        if (unit.source, unit.fingerprint) not in self._truths:
             raise SequenceError(
                 f"{unit.source.text}: the sequence changed during its runs, which were not stored. "
                 "Run the same command again."
             )
         origin = {"source": source.text, "truth": str(source.truth or ""), "host": outcome.host}
-        # If another process has stored a run meanwhile, that one stays.
+        # A run that another process has stored in the meantime is kept.
         self._results.write_all(
             (replace(run, circumstances={**run.circumstances, **origin}), entry.replaces)
             for entry, run in zip(outcome.entries, outcome.runs, strict=True)

@@ -27,7 +27,7 @@ from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness
 
 MIN_SEQUENCES_FOR_WORKERS = 12
-"""Minimum number of sequences that are opened by worker processes, which take seconds to start."""
+"""Minimum number of sequences that are opened by worker processes; a start takes seconds."""
 
 
 class State(IntEnum):
@@ -48,31 +48,30 @@ class State(IntEnum):
 
 @dataclass(frozen=True)
 class PlannedSequence:
-    """Properties of a sequence that was opened and checked."""
+    """Properties of a sequence that was opened and validated."""
 
     source: SequenceSource
-    name: str  # as `datasets.Sequence` has them
+    name: str  # this and the next as in `datasets.Sequence`
     fingerprint: str
-    frames: int  # of a run, in all its segments
-    images_beyond_truth: int  # images that no run reads
+    frames: int  # number of frames of a run, in all segments
+    images_beyond_truth: int  # number of images that no run reads
     starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
     opening_seconds: float
-    protocol: str = STORED_ONE_PASS  # that determines `frames`
 
 
-KnownSequences = dict[SequenceSource, PlannedSequence]
-"""Opened sequences, which need not be opened again."""
+KnownSequences = dict[tuple[SequenceSource, str], PlannedSequence]
+"""Sequences that were already opened, by source and protocol."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """All runs of an experiment and their states.
 
-    The runs on each sequence are the repetitions of the first tracker, then of the second, …
+    On each sequence, the runs are the repetitions of the first tracker, then those of the second, …
     """
 
     experiment: Experiment
-    trackers: dict[str, TrackerSpec]  # by their texts; all are different
+    trackers: dict[str, TrackerSpec]  # by specification; no tracker occurs twice
     repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
     versions: list[list[str]]  # `Identity.version` by sequence and tracker
@@ -83,12 +82,12 @@ class Plan:
 
     @cached_property
     def protocol(self) -> str:
-        """Protocol under which runs are stored."""
+        """Name of the protocol under which runs are stored."""
         return self.experiment.filed_under
 
     @cached_property
     def run_trackers(self) -> NDArray[np.int64]:
-        """Number of the tracker of each run on a sequence."""
+        """Index of the tracker of each run on a sequence."""
         return np.repeat(np.arange(len(self.repetitions)), self.repetitions)
 
     @cached_property
@@ -99,7 +98,7 @@ class Plan:
 
     @cached_property
     def requested(self) -> dict[RunKey, str]:
-        """Requested versions by run; sequence by sequence."""
+        """Requested version of each run, ordered by sequence."""
         labels = [chosen.label for chosen in self.trackers.values()]
         numbers = list(zip(self.run_trackers.tolist(), self.run_repetitions.tolist(), strict=True))
         return {
@@ -125,7 +124,7 @@ class Plan:
 
     @property
     def frames(self) -> NDArray[np.int64]:
-        """Frames of a run, by sequence."""
+        """Number of frames of a run, by sequence."""
         return np.array([sequence.frames for sequence in self.sequences], np.int64)
 
     def count(self, state: State) -> int:
@@ -139,11 +138,11 @@ class Plan:
         return counts
 
     def manifest(self) -> Manifest:
-        """Return the requests that are stored with the results."""
+        """Return the requested runs, to be stored with the results."""
         return Manifest(self.experiment.title or self.experiment.name, self.requested)
 
     def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
-        """Return the plan with the states of stored runs; see `bench.store.run_rows.list_runs`."""
+        """Return the plan with the states of stored runs, given as rows of `list_runs`."""
         stored = {run_key(row): (row["version"], row["status"]) for row in rows}
         return replace(self, stored=stored)
 
@@ -157,12 +156,12 @@ def make_plan(
 ) -> Plan:
     """Resolve trackers and sequences, and read the states of the runs.
 
-    `known_sequences`: sequences that were opened for another plan; those of this plan are added.
-    `on_opened`: called with the number of opened sequences and of all. `jobs`: number of processes
-    that open sequences, if there are many.
+    `known_sequences` contains sequences that were opened for another plan; the sequences of this
+    plan are added. `on_opened` is called with the numbers of opened and of all sequences. `jobs` is
+    the number of processes that open sequences, if there are many.
 
     Raises `TrackerError`, `SequenceError`, `ExperimentError` or `ResultsError` for every error that
-    can be found before the first run.
+    can be detected before the first run.
     """
     trackers = _distinct_trackers(experiment)
     repetitions = [
@@ -175,15 +174,15 @@ def make_plan(
     versions: list[list[str]] = []
     protocol = experiment.filed_under
     known_sequences = {} if known_sequences is None else known_sequences
-    _drop_other_protocols(known_sequences, experiment)
-    unopened = [
-        source for source in dict.fromkeys(experiment.sequences) if source not in known_sequences
-    ]
+    # Timing runs have the frames of one-pass runs.
+    frame_protocol = STORED_ONE_PASS if experiment.timing else protocol
+    keys = dict.fromkeys((source, frame_protocol) for source in experiment.sequences)
+    unopened = [key for key in keys if key not in known_sequences]
     if jobs > 1 and len(unopened) >= MIN_SEQUENCES_FOR_WORKERS:
-        _open_by_workers(unopened, known_sequences, on_opened, jobs, _frame_protocol(experiment))
-    for sequence in _distinct_sequences(experiment, known_sequences, on_opened):
+        _open_by_workers(unopened, known_sequences, on_opened, jobs)
+    for sequence in _distinct_sequences(list(keys), known_sequences, on_opened):
         for spec in trackers.values():
-            if spec.init not in sequence.starts:  # raises an error with the reason
+            if spec.init not in sequence.starts:  # raises the error that explains why
                 select_ground_truth(_open(sequence.source), spec.init, sequence.name)
         sequences.append(sequence)
         versions.append(
@@ -203,73 +202,60 @@ def make_plan(
 
 
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
-    """Return trackers by text; several texts of the same tracker count once."""
+    """Return trackers by specification; several specifications of a tracker count once."""
     by_label: dict[str, tuple[str, TrackerSpec]] = {}
     for text, spec in resolve_trackers(experiment.trackers).items():
         other = by_label.setdefault(spec.label, (text, spec))[1]
         if (other.file, other.version) != (spec.file, spec.version):
             raise ExperimentError(
-                f"two trackers are called {spec.label!r}: {other.file} and {spec.file}. "
+                f"two different trackers are called {spec.label!r}: {other.file} and {spec.file}. "
                 "Give one of them another name with as=NAME."
             )
     return dict(by_label.values())
 
 
 def _distinct_sequences(
-    experiment: Experiment, known_sequences: KnownSequences, on_opened: Callable[[int, int], None]
+    keys: list[tuple[SequenceSource, str]],
+    known_sequences: KnownSequences,
+    on_opened: Callable[[int, int], None],
 ) -> list[PlannedSequence]:
     """Return the opened sequences; raise `ExperimentError` if two have the same name."""
     by_name: dict[str, PlannedSequence] = {}
-    for number, source in enumerate(experiment.sequences):
-        on_opened(number, len(experiment.sequences))
-        if source not in known_sequences:
-            known_sequences[source] = _open_planned(source, _frame_protocol(experiment))
-        sequence = known_sequences[source]
+    for number, key in enumerate(keys):
+        on_opened(number, len(keys))
+        if key not in known_sequences:
+            known_sequences[key] = _open_planned(*key)
+        sequence = known_sequences[key]
         other = by_name.setdefault(sequence.name, sequence)
         if other.fingerprint != sequence.fingerprint:
             raise ExperimentError(
                 f"two different sequences are called {sequence.name!r}: {other.source.text} and "
-                f"{source.text}. Rename a folder or a file."
+                f"{sequence.source.text}. Rename a folder or a file."
             )
     return list(by_name.values())
 
 
-def _frame_protocol(experiment: Experiment) -> str:
-    """Return the protocol that determines the frames of a run; timing runs have one pass."""
-    return STORED_ONE_PASS if experiment.timing else experiment.filed_under
-
-
-def _drop_other_protocols(known_sequences: KnownSequences, experiment: Experiment) -> None:
-    """Remove sequences whose number of frames belongs to another protocol."""
-    protocol = _frame_protocol(experiment)
-    for source in experiment.sequences:
-        if source in known_sequences and known_sequences[source].protocol != protocol:
-            del known_sequences[source]
-
-
 def _open_by_workers(
-    sources: list[SequenceSource],
+    keys: list[tuple[SequenceSource, str]],
     known_sequences: KnownSequences,
     on_opened: Callable[[int, int], None],
     jobs: int,
-    protocol: str,
 ) -> None:
     from loky import ProcessPoolExecutor
 
     executor = ProcessPoolExecutor(max_workers=jobs)
     try:
         # If one call raises, `map` cancels the others; loky's thread then prints a traceback.
-        futures = [executor.submit(_open_planned, source, protocol) for source in sources]
-        for number, future in enumerate(futures):
-            sequence = future.result()
-            on_opened(number, len(sources))
-            known_sequences[sequence.source] = sequence
+        futures = {key: executor.submit(_open_planned, *key) for key in keys}
+        for number, (key, future) in enumerate(futures.items()):
+            known_sequences[key] = future.result()
+            on_opened(number, len(keys))
     finally:
         executor.shutdown(wait=True, kill_workers=True)
 
 
 def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
-    """Raise `ExperimentError` if stored runs are on other data of the same name."""
+    """Raise `ExperimentError` if stored runs used another sequence of the same name."""
     stored = group_recorded_data(rows)
     for sequence in plan.sequences:
         if sequence.name not in stored:
@@ -278,8 +264,9 @@ def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
         data = RecordedData(sequence.fingerprint, origin.text, str(origin.truth or ""))
         if other := find_different_data(data, stored[sequence.name]):
             raise ExperimentError(
-                f"{folder} holds runs on other data that are also called {sequence.name!r}: "
-                f"{other}. Store runs on {data} elsewhere, with --name or --output."
+                f"{folder} contains runs on another sequence that is also called "
+                f"{sequence.name!r}: {other}. Store runs on {data} in another folder, with --name "
+                "or --output."
             )
 
 
@@ -295,7 +282,6 @@ def _open_planned(source: SequenceSource, protocol: str) -> PlannedSequence:
         images_beyond_truth=sequence.images_beyond_truth,
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
         opening_seconds=perf_counter() - started_at,
-        protocol=protocol,
     )
 
 

@@ -26,11 +26,11 @@ class _Group(NamedTuple):
 class Units:
     """Work units of a plan, created one after another.
 
-    Trackers that use the random generator of their process share no process with other trackers,
-    nor do trackers that are timed or that are outside the package. Their units come first. Within a
-    group that may share a process, the longest sequences come first, so that no worker finishes
-    much later than the others. No unit is larger than the share of one worker, unless it holds a
-    single run. The sequences of the last round, which are fewer than the workers, are split.
+    A process runs a single tracker if the tracker uses global random generators, is timed, or is
+    not part of the package. The units of these trackers come first. Within a group of runs that may
+    share a process, the longest sequences come first, so that no worker finishes much later than
+    the others. A unit has at most the share of one worker, unless it has a single run. The last
+    sequences, which are fewer than the workers, are split among all workers.
     """
 
     plan: Plan
@@ -44,7 +44,7 @@ class Units:
 
     @property
     def work(self) -> int:
-        """Frames times trackers."""
+        """Total work: frames times trackers."""
         return int((self.wanted.sum(axis=1) * self.plan.frames).sum())
 
     def __len__(self) -> int:
@@ -86,7 +86,7 @@ class Units:
             return runs
         most = np.maximum(self.work // (self.workers * self.plan.frames), 1)
         parts: NDArray[np.int64] = -(-runs // most)
-        # Sequences of the last round are split among all workers, so that none waits.
+        # The last sequences are split among all workers, so that no worker waits.
         longest_first = np.argsort(-self.plan.frames * runs, kind="stable")
         busy = longest_first[: np.count_nonzero(runs)]
         last = busy[len(busy) - len(busy) % self.workers :]
@@ -103,24 +103,32 @@ class Units:
             cell = plan.trackers[text].label, planned.name, repetition, plan.protocol
             replaced, _ = plan.stored.get(cell, ("", ""))
             entries.append(Entry(text, repetition, plan.versions[sequence][tracker], replaced))
-        arrays, frames, truth = plan.experiment.arrays, planned.frames, planned.fingerprint
-        return Unit(planned.source, tuple(entries), plan.protocol, frames, owner, arrays, truth)
+        arrays, frames = plan.experiment.arrays, planned.frames
+        return Unit(
+            planned.source,
+            tuple(entries),
+            plan.protocol,
+            frames,
+            owner,
+            arrays,
+            planned.fingerprint,
+        )
 
 
 def owner_of(spec: TrackerSpec) -> str:
-    """Return the name of a tracker outside the package, which shares its process with no other.
+    """Return file and name of a tracker outside the package, which gets its own process.
 
-    It is empty for the package's trackers, which leave the state of the process unchanged.
+    The text is empty for the package's trackers, which do not change the state of the process.
     """
     if spec.file is not None and spec.file.parent == PACKAGE:
         return ""
     return f"{spec.file}:{spec.name}"
 
 
-def left_of(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -> Units:
+def missing_units(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -> Units:
     """Return the work units of the missing runs of a plan.
 
-    `workers`: number of units that are executed at the same time. `retry_failed`: whether failed
+    `workers` is the number of units that run at the same time. `retry_failed` is whether failed
     runs count as missing.
     """
     return Units(plan, plan.states <= (State.FAILED if retry_failed else State.STALE), workers)

@@ -39,11 +39,11 @@ PAPERS = FOLDER.parent / "papers"
 VERSION = 1
 
 MAX_SWEPT = 1_000_000
-"""Maximum number of trackers or sequences that the tables of an experiment sweep over."""
+"""Maximum number of trackers or sequences to which a table entry of an experiment expands."""
 
 
 class ExperimentError(ValueError):
-    """An experiment that cannot be read; the message names file and key."""
+    """Invalid experiment; the message names the file and the key."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class SequenceSource:
     Attributes
     ----------
     text : str
-        Name with variant, or path; as for `datasets.load`.
+        Name with parameters, or path, as for `datasets.load`.
     truth : Path or None
-        Ground-truth file of recorded data without its own.
+        Ground-truth file for recorded data without ground truth.
     """
 
     text: str
@@ -63,7 +63,7 @@ class SequenceSource:
 
     def absolute(self) -> "SequenceSource":
         """Return the source with absolute paths."""
-        from trackmark.datasets.catalogue import is_built_in  # imports the suites
+        from trackmark.datasets.catalogue import is_built_in  # a slow import, of all suites
 
         path = Path(self.text).expanduser()
         text = self.text if is_built_in(self.text) else str(path.absolute())
@@ -79,19 +79,19 @@ class Experiment:
     name : str
         Name of the results folder.
     trackers : tuple of str
-        Specifications.
+        Specifications of the trackers.
     sequences : tuple of SequenceSource
-        Sequences; relative paths start at the current folder.
+        Sequences; relative paths refer to the current folder.
     repetitions : int
         Number of repetitions of stochastic trackers; other trackers run once.
     repeated : mapping of str to int
-        Number of repetitions of single trackers, by specification.
+        Numbers of repetitions that differ from `repetitions`, by specification of the tracker.
     timing : bool
-        True if runs are timed one by one, instead of scored in lockstep.
+        True if runs are timed one by one. Otherwise, trackers run in lock step.
     title : str
         Title of the report.
     protocol : str
-        Protocol, as `bench.protocols.parse_protocol` takes it; timing runs are one-pass.
+        Protocol, in a form that `bench.protocols.parse_protocol` accepts; timing runs are one-pass.
     arrays : bool
         True if new runs store masks, contours, particles and maps of trackers.
     """
@@ -108,7 +108,7 @@ class Experiment:
 
     @property
     def filed_under(self) -> str:
-        """Canonical text of the protocol, under which runs are filed; `timing` for timing runs."""
+        """Canonical text of the protocol under which runs are stored; `timing` for timing runs."""
         from trackmark.bench.protocols import TIMING
 
         return TIMING if self.timing else self._protocol.text
@@ -120,14 +120,14 @@ class Experiment:
 
     @property
     def _protocol(self) -> "Protocol":
-        from trackmark.bench.protocols import parse_protocol  # imports NumPy
+        from trackmark.bench.protocols import parse_protocol  # a slow import, of NumPy
 
         return parse_protocol(self.protocol)
 
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name or self.name.startswith((".", "_")):
             raise ExperimentError(
-                f"{self.name!r} is not a valid name of a results folder. Give a name without '/' "
+                f"{self.name!r} is not a valid name of a results folder. Use a name without '/' "
                 "that does not start with '.' or '_'."
             )
         check_name(Path(self.name))
@@ -135,7 +135,9 @@ class Experiment:
             if number < 1:
                 raise ExperimentError(f"{self.name}: repetitions: {number}. Give 1 or more.")
         if not self.trackers or not self.sequences:
-            raise ExperimentError(f"{self.name}: give at least one tracker and one sequence.")
+            raise ExperimentError(
+                f"{self.name}: no tracker or no sequence is given. Give at least one of both."
+            )
         for texts in (self.trackers, [source.text for source in self.sequences]):
             ((text, number),) = Counter(texts).most_common(1)
             if number > 1:
@@ -147,7 +149,8 @@ class Experiment:
             raise ExperimentError(f"{self.name}: {error}") from None
         if self.arrays and (self.timing or not one_pass):
             raise ExperimentError(
-                f"{self.name}: arrays require the protocol one-pass and no timing."
+                f"{self.name}: arrays are only stored by the protocol one-pass without timing. "
+                "Omit arrays, or change the protocol."
             )
         if self.timing and not one_pass:
             raise ExperimentError(
@@ -193,15 +196,15 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
 
 
 def read_toml(path: Path, error: type[ValueError]) -> dict[str, Any]:
-    """Return the content of a TOML file; raise `error` with its name if it cannot be read."""
+    """Return the content of a TOML file; raise `error` with its name if it is unreadable."""
     try:
-        return tomllib.loads(path.read_text("utf-8-sig"))  # Windows editors write a BOM
+        return tomllib.loads(path.read_text("utf-8-sig"))  # BOM of Windows editors
     except OSError as reason:
         raise error(f"{path}: {reason.strerror}.") from None
     except ValueError as reason:  # also UnicodeDecodeError, and integers of over 4300 digits
         raise error(f"{path}: {reason}.") from None
     except RecursionError:
-        raise error(f"{path}: lists or tables are nested too deeply.") from None
+        raise error(f"{path}: lists or tables are nested too deeply. Use fewer levels.") from None
 
 
 _TYPES: Mapping[str, type] = {
@@ -230,7 +233,7 @@ def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
     trackers = list(_expanded(path, "trackers", table.pop("trackers"), "repetitions"))
     for text, number in trackers:
         if number is not None and type(number) is not int:
-            raise ExperimentError(f"{path}: trackers: {text!r}: repetitions must be a number.")
+            raise ExperimentError(f"{path}: trackers: {text!r}: repetitions must be an integer.")
     sequences = _expanded(path, "sequences", table.pop("sequences"), "truth")
     return Experiment(
         name=_name_of(path),
@@ -247,18 +250,18 @@ def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
 def _expanded(
     path: Path, kind: str, entries: Iterable[Any], special: str
 ) -> Iterable[tuple[str, Any]]:
-    """Yield the specifications of entries; a table stands for the product of its lists.
+    """Yield the specifications of entries; a table expands to the product of its lists.
 
-    `special`: key that is not part of the specification; its value is yielded with it.
+    `special` is a key that is not part of the specification; its value is yielded separately.
     """
     count = sum(
         math.prod(len(value) for value in entry.values() if isinstance(value, list))
         for entry in entries
         if isinstance(entry, dict)
     )
-    if count > MAX_SWEPT:  # checked first: the product may not fit into memory
+    if count > MAX_SWEPT:  # checked before the product is computed, which may not fit into memory
         raise ExperimentError(
-            f"{path}: {kind} sweeps over {count} combinations; the maximum is {MAX_SWEPT}. Use "
+            f"{path}: {kind} expands to {count} combinations; the maximum is {MAX_SWEPT}. Use "
             "fewer values."
         )
     for entry in entries:
@@ -269,7 +272,9 @@ def _expanded(
             value = options.pop(special, None)
             lists = [item if isinstance(item, list) else [item] for item in options.values()]
             if not all(lists):
-                raise ExperimentError(f"{path}: {kind}: {entry!r} sweeps over an empty list.")
+                raise ExperimentError(
+                    f"{path}: {kind}: {entry!r} contains an empty list. Give at least one value."
+                )
             for name, *values in product(*lists):
                 keys = list(options)[1:]
                 yield format_text(str(name), dict(zip(keys, values, strict=True))), value

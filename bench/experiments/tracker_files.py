@@ -1,7 +1,7 @@
 """Trackers from outside the package, imported in a child process.
 
-Importing a file can print, end the process, change its folder or never return. The process of the
-command therefore imports no such file. A child process imports it and writes the result as JSON.
+Importing a file can print, end the process, change the working directory or never return. A child
+process therefore imports such files and writes the result as JSON.
 """
 
 import json
@@ -33,15 +33,15 @@ from trackmark.trackers.base.catalogue import is_outside
 from trackmark.trackers.base.former_imports import warn_of_former_imports
 
 _SECONDS = 300.0
-"""Time limit of the child [s]."""
+"""Time limit of the child process [s]."""
 
-_MAX_BYTES = 1 << 26  # of the output of the child
+_MAX_BYTES = 1 << 26  # maximum size of the child's output
 
 
 def resolve_trackers(texts: Iterable[str]) -> dict[str, TrackerSpec]:
     """Return trackers by specification; a child process imports those outside the package.
 
-    Raises `TrackerError`, which names the file, also for a file that cannot be imported.
+    Raises `TrackerError`, which names the file, for an invalid tracker or a failed import.
     """
     texts = list(dict.fromkeys(texts))
     names = {text: split_text(text)[0] for text in texts}
@@ -54,18 +54,18 @@ def resolve_trackers(texts: Iterable[str]) -> dict[str, TrackerSpec]:
 
 
 def describe_tracker(name: str) -> dict[str, Any]:
-    """Return the description of a tracker, as `trackers.describe` does; see `resolve_trackers`."""
+    """Return the description of a tracker like `trackers.describe`; see `resolve_trackers`."""
     return _ask_child("describe", [name])[name] if is_outside(name) else trackers.describe(name)
 
 
 def _spec(text: str, answer: dict[str, Any]) -> TrackerSpec:
-    """Return the tracker that the child described; creating it imports it in this process."""
+    """Return the tracker from the child's description; only its creation imports its file."""
     version = answer.pop("version")
     file = Path(answer.pop("file"))
     randomness = Randomness(answer.pop("randomness"))
     warn_of_former_imports(file)
     spec = TrackerSpec(**answer, randomness=randomness, make=partial(_make, text), file=file)
-    vars(spec)["version"] = version  # value of the `cached_property`
+    vars(spec)["version"] = version  # sets the `cached_property`, which would import the file
     return spec
 
 
@@ -74,30 +74,30 @@ def _make(text: str, seed: np.random.SeedSequence) -> Tracker:
 
 
 def _ask_child(question: str, texts: list[str]) -> dict[str, Any]:
-    """Return the results of the child by text; raise `TrackerError` if it failed or died."""
+    """Return the child's results by specification; raise `TrackerError` if a tracker failed."""
     if not texts:
         return {}
     end, lines = _child(json.dumps([question, texts]))
     answers: dict[str, tuple[str, Any]] = {}
-    with suppress(ValueError, TypeError):  # a tracker file may write to any descriptor
+    with suppress(ValueError, TypeError):  # a tracker file can write to any descriptor
         for line in lines:
             text, error, answer = json.loads(line)
             answers[text] = error, answer
     for text in texts:
-        error, _ = answers.get(text, (f"{text}: while it is imported, {end}.", None))
+        error, _ = answers.get(text, (f"{text}: the import failed: {end}.", None))
         if error:
             raise TrackerError(error)
     return {text: answers[text][1] for text in texts}
 
 
 def _child(request: str) -> tuple[str, list[bytes]]:
-    """Run the child; return how it ended, and the lines that it wrote."""
+    """Run the child process; return how it ended, and the lines that it wrote."""
     with tempfile.TemporaryFile() as answers:
         child = ProcessTree(
             "trackmark.bench.experiments.tracker_files",
             [answers.fileno()],
             stdin=subprocess.PIPE,
-            # Output of a tracker file is dropped here; failed runs store it.
+            # Output of a tracker file is discarded.
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             pass_fds=[answers.fileno()],
@@ -115,7 +115,7 @@ def _child(request: str) -> tuple[str, list[bytes]]:
 
 
 def main() -> None:
-    """Write the results of the child: a JSON line with text, error and result for each text."""
+    """Run the child process: write a JSON line with text, error and result per specification."""
     with os.fdopen(int(sys.argv[1]), "w", encoding="ascii") as file:
         question, texts = json.load(sys.stdin)
         for line in answer_lines(question, texts):
@@ -125,7 +125,7 @@ def main() -> None:
 
 
 def answer_lines(question: str, texts: Iterable[str]) -> Iterator[str]:
-    """Yield the JSON lines of the child."""
+    """Yield the JSON lines that the child process writes."""
     answer = partial(_parse, {}) if question == "parse" else trackers.describe
     for text in texts:
         try:
@@ -139,7 +139,7 @@ def answer_lines(question: str, texts: Iterable[str]) -> Iterator[str]:
 
 def _parse(versions: TrackerVersions, text: str) -> dict[str, Any]:
     spec = parse_trackers([text], versions)[text]
-    json.dumps(spec.parameters)  # raises for values that an identity cannot hold
+    json.dumps(spec.parameters)  # raises an exception for values that JSON cannot hold
     data = {field.name: getattr(spec, field.name) for field in fields(spec)}
     del data["make"]
     return data | {"version": spec.version}

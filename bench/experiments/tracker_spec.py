@@ -6,7 +6,7 @@ import json
 import typing
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -25,24 +25,24 @@ TrackerFactory: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
 PACKAGE = Path(str(trackers.__file__)).parent
 GOLDEN = PACKAGE / "golden.json"
-"""Versions of the trackers; see `datasets.versioning`."""
+"""File with the versions of the trackers; see `datasets.versioning`."""
 
 BOXES = "boxes"
-"""Name of the ground-truth boxes, from which runs are initialised by default."""
+"""Name of the ground-truth boxes, which initialise runs by default."""
 
 IMPORTED = "results of others"
-"""Value of `source` in the tracker version of imported runs."""
+"""Value of `source` in the `tracker_version` of imported runs."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """Properties that determine a run: equal identities give equal boxes."""
+    """Properties that determine a run: runs with equal identities have equal boxes."""
 
     tracker: str  # canonical specification: name, preset unless default, changed parameters
-    tracker_name: str  # without parameters; the seed depends on it
-    preset: str  # `recommended` also if the specification names none
-    # All parameters. A tracker that had results before it had parameters (`OpenCVParameters`)
-    # omits defaults, so that its older runs keep their identity.
+    tracker_name: str  # name without parameters; the seed depends on it
+    preset: str  # name of the preset, also if it is the default
+    # All parameters. Trackers whose stored results are older than their parameters
+    # (`OpenCVParameters`) omit default values, so that older runs keep their identity.
     parameters: Mapping[str, Any]
     # `source` (sealed version, or digest of the syntax trees of the tracker's file and of the
     # shared modules it imports) and `libraries` (version by distribution).
@@ -55,7 +55,7 @@ class Identity:
 
     @property
     def imported(self) -> bool:
-        """True if the run was read from a result file of another toolkit."""
+        """True if the run was imported from a result file of another toolkit."""
         return bool(self.tracker_version.get("source") == IMPORTED)
 
     @cached_property
@@ -65,11 +65,11 @@ class Identity:
 
     @cached_property
     def version(self) -> str:
-        """Digest of all fields but the repetition; runs of one version may be averaged."""
+        """Digest of all fields except the repetition; runs of equal version can be averaged."""
         return _digest(self._determining("repetition"))
 
     def _determining(self, *excluded: str) -> dict[str, Any]:
-        """Return the values by field, not copied: an experiment has thousands of identities."""
+        """Return the values by field, without a copy, for speed."""
         names = (entry.name for entry in fields(self))
         return {name: getattr(self, name) for name in names if name not in excluded}
 
@@ -80,7 +80,7 @@ class Identity:
 
 
 def _digest(determining: Mapping[str, Any]) -> str:
-    """Return 16 hexadecimal digits."""
+    """Return 16 hexadecimal digits of the SHA-256 digest of JSON values."""
     text = json.dumps(determining, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -93,16 +93,15 @@ class TrackerSpec:
     name: str  # name without parameters
     preset: str  # as in `Identity`
     parameters: Mapping[str, Any]
-    randomness: Randomness  # source of its random numbers
+    randomness: Randomness  # source of the tracker's random numbers
     make: TrackerFactory  # creates a tracker from a seed sequence
-    file: Path | None  # source file; None for a callable without one
+    file: Path | None  # source file; None for a callable without a file
     init: str = BOXES  # as in `Identity`
-    class_name: str = ""  # class within its file, if the name does not contain it
-    implied: list[str] = field(default_factory=list)  # not in `Identity.parameters`
+    class_name: str = ""  # class in the file, if it is not part of the name
 
     @cached_property
     def version(self) -> dict[str, Any]:
-        """Sealed version or digest of the source, and versions of libraries; see `Identity`."""
+        """Version of the source, and versions of libraries; see `Identity`."""
         return tracker_version(self.name, self.file, self.class_name)
 
 
@@ -120,7 +119,7 @@ def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[
 
 
 def built_in_digest(name: str) -> str | None:
-    """Return `Identity.tracker_digest` of a tracker's current version; None for an outside one.
+    """Return the current `Identity.tracker_digest` of a tracker of the package, otherwise None.
 
     The tracker is not imported.
     """
@@ -129,26 +128,29 @@ def built_in_digest(name: str) -> str | None:
 
 
 def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
-    """Return a tracker from its specification, or from a callable that creates it.
+    """Return a tracker from its specification, or from a callable that creates the tracker.
 
-    `tracker`: `name:key=value:…`, with `preset` and `init` among the keys;
-    `path/to/file.py:ClassName:…`, without the class if the file holds one tracker, and with `as`
-    among the keys; or a callable that takes a `numpy.random.SeedSequence`.
+    `tracker` is `name:key=value:…` or `path/to/file.py:ClassName:key=value:…`, or a callable that
+    takes a `numpy.random.SeedSequence`. The class can be omitted if the file defines one tracker.
+    In addition to parameters, keys can be `preset`, `init` and, for files, `as`.
 
-    Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text, and
-    `TypeError` for a tracker object, whose seed is unknown.
+    Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
+    `TypeError` for a tracker object, because its seed is unknown.
     """
     if isinstance(tracker, str):
         return _from_text(tracker)
     if not callable(tracker):
         raise TypeError(
-            f"{type(tracker).__name__} is a tracker object, whose seed is unknown. Give its name, "
-            "or a callable that creates it from a numpy.random.SeedSequence."
+            f"{type(tracker).__name__} is a tracker object, whose seed is unknown. Use its name, "
+            "or a callable that creates the tracker from a numpy.random.SeedSequence."
         )
     name = getattr(tracker, "__qualname__", type(tracker).__qualname__)
     try:
         source = inspect.getsourcefile(inspect.unwrap(tracker))
-    except (TypeError, OSError):  # no source of its own: functools.partial, a prompt's lambda
+    except (
+        TypeError,
+        OSError,
+    ):  # no source file, as of a functools.partial
         source = None
     return TrackerSpec(
         label=name,
@@ -162,7 +164,7 @@ def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
 
 
 TrackerVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
-"""Versions of trackers by file and `class_name`."""
+"""Cached versions of trackers, by file and `class_name`."""
 
 
 def parse_trackers(
@@ -170,8 +172,8 @@ def parse_trackers(
 ) -> dict[str, TrackerSpec]:
     """Return trackers by their specifications; see `parse_tracker`.
 
-    The version of a file is computed once, since that takes the most time. `versions`: cache, to
-    which missing versions are added.
+    The version of a file is computed only once, because that is slow. Missing versions are added to
+    the cache `versions`.
     """
     versions = {} if versions is None else versions
     specs = {text: parse_tracker(text) for text in dict.fromkeys(texts)}
@@ -188,8 +190,8 @@ def run_seed(
 ) -> np.random.SeedSequence:
     """Return the seed of a run: it depends on tracker name, sequence name and repetition only.
 
-    Variants of a tracker share their random numbers, and other trackers have no influence.
-    `restarts`: number of trackers that the protocol has started before in the same run.
+    Variants of a tracker get the same random numbers. Other trackers have no influence. `restarts`
+    is the number of trackers that the protocol has started earlier in the run.
     """
     key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
     return np.random.SeedSequence(repetition, spawn_key=(*key, restarts) if restarts else key)
@@ -216,9 +218,7 @@ def run_identity(
         tracker=chosen.label,
         tracker_name=chosen.name,
         preset=chosen.preset,
-        parameters={
-            key: value for key, value in chosen.parameters.items() if key not in chosen.implied
-        },
+        parameters=chosen.parameters,
         tracker_version=chosen.version,
         sequence=sequence.name,
         fingerprint=sequence.fingerprint,
@@ -241,32 +241,23 @@ def _from_text(text: str) -> TrackerSpec:
         label=format_text(specification.name, {**specification.options, **init_option}),
         name=specification.name,
         preset=specification.options.get("preset", DEFAULT_PRESET),
-        parameters=parameters.model_dump(),
+        parameters=parameters.model_dump(exclude_defaults=getattr(parameters, "implied", False)),
         randomness=specification.randomness,
         make=specification.create,
         file=specification.file,
         init=init,
         class_name="" if named else class_name,
-        implied=_implied(parameters),
     )
 
 
-def _implied(parameters: trackers.Parameters) -> list[str]:
-    """Return the parameters with default values if the tracker had results before parameters."""
-    if not getattr(parameters, "implied", False):
-        return []
-    fields = type(parameters).model_fields
-    return [key for key, value in parameters if value == fields[key].default]
-
-
 def split_text(text: str) -> tuple[str, dict[str, str]]:
-    """Return name and options of a specification; a file is part of the name.
+    """Return name (or file and class) and options of a specification.
 
     Raises `TrackerError` for a malformed text.
     """
     place = in_file(text.strip())
     file, rest = place or ("", text)
-    if place and "=" in rest.partition(":")[0]:  # no class, but an option
+    if place and "=" in rest.partition(":")[0]:  # an option, not a class
         rest = f":{rest}"
     try:
         name, options = parse_text(rest)

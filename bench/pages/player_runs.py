@@ -217,8 +217,8 @@ def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
     judged, marks = np.ones(len(truth), bool), list[int]()
     judged[np.flatnonzero(_present(truth))[:1]] = False
     numbers_by_name: dict[str, list[float | str | None]] = {}
-    if run.answered is not None:
-        answered = [None if frame < 0 else frame for frame in run.answered.tolist()]
+    if run.source_frames is not None:
+        answered = [None if frame < 0 else frame for frame in run.source_frames.tolist()]
         numbers_by_name["answer to frame"] = answered
     if run.states is not None:
         judged &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))

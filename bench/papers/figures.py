@@ -121,10 +121,11 @@ def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
                 count_from=first,
             )
         )
+    frame_numbers = ", ".join(map(str, entry.frames))
     words = (
-        f"Frames {', '.join(map(str, entry.frames))} of {scene}, the scene with the median error "
-        f"of {entry.trackers[0]} as recommended; in brackets the centre error. Each row states in "
-        "how many scenes the target is tracked and lost in the same of these frames."
+        f"Frames {frame_numbers} of {scene}, with the centre error in brackets. In this scene the "
+        f"recommended {entry.trackers[0]} has its median error. Each row states in how many scenes "
+        "the target is tracked in the same frames and lost in the same frames."
     )
     return words, np.vstack(rows)
 
@@ -177,8 +178,8 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     trackers = list(entry.trackers)
     title = f"{entry.sequence}: {quantity}"
     plot = series_plot(panels, title, quantity, trackers, "scenes", start, ROW_HEIGHT)
-    words = f"Series by frame of {', '.join(trackers)}, {quantity}: median and quartiles over "
-    return f"{words}{len(scenes)} scenes of {entry.sequence}, a panel per setting.", plot
+    words = f"Curves of {'; '.join(trackers)}; {quantity}: median and quartiles over "
+    return f"{words}{len(scenes)} scenes of {entry.sequence}, one panel per setting.", plot
 
 
 def _stacked(series: list[Series]) -> Series:

@@ -39,7 +39,10 @@ def sensitivity_table(context: Context, table: Sensitivity) -> Table:
             cells.append(format_mean(values, measure, members))
         rows.append([row.choice, row.setting.replace("-", " "), *cells])
     heads = ["choice", "setting", *(column.head for column in table.columns)]
-    caption = f"Sensitivity: means over {table.scenes} scenes; no verdicts."
+    caption = (
+        f"Means over {table.scenes} scenes. Each row changes one choice of its setting; rows with "
+        "the choice `none` change nothing."
+    )
     return text_table("sensitivity", caption, heads, rows, 2)
 
 
@@ -108,7 +111,10 @@ def criteria_table(paper: str) -> Table:
         failed = sorted({r.scene for r in values if r.sequence == sequence and not r.passes})
         if failed:
             numbers = ", ".join(map(str, failed))
-            skipped.append(f"Skipped scenes of {sequence.partition('/')[2]}: {numbers}.")
+            name = sequence.partition("/")[2]
+            skipped.append(
+                f"Scenes of sequence {name} that miss a criterion and are not used: {numbers}."
+            )
     caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
     table = text_table("criteria", caption, heads, rows, 2)
     in_view = any(criterion.with_result_in_view for criterion in declared)

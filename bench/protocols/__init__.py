@@ -1,9 +1,9 @@
-"""Protocols: start frames of a tracker, repetitions, and restarts after a failure.
+"""Protocols: start frames of a tracker, init boxes, and restarts after failures.
 
-Each file of this folder defines one protocol. Its docstring is the definition with its source. It
-exports a subclass of `Protocol`, named `PROTOCOL`, whose fields are the parameters. A protocol
-divides a run into segments; a tracker is initialised for each. Its controller decides frame by
-frame whether the tracker is updated, restarted or not shown the frame.
+Each file of this folder defines one protocol. The file's docstring is the definition, with its
+source. `PROTOCOL` is a subclass of `Protocol`, whose fields are the parameters. A protocol divides
+a run into segments; for each segment, a new tracker is initialised. The protocol's controller
+decides for each frame whether the tracker is updated or restarted, or whether the frame is skipped.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ ONE_PASS = "one-pass"  # noqa: S105  # not a password
 """Name of the default protocol."""
 
 STORED_ONE_PASS = "accuracy"  # noqa: S105  # not a password
-"""Stored name of one-pass runs. It dates from the time when there was no other protocol."""
+"""Stored name of one-pass runs, which is older than the other protocols."""
 
 TIMING = "timing"
 """Stored name of timing runs, which are one-pass runs with measured times."""
@@ -40,14 +40,14 @@ class ProtocolError(ValueError):
 
 @dataclass(frozen=True)
 class Segment:
-    """Part of a run for which a tracker is initialised: from a frame to an end of the sequence.
+    """Part of a run with its own tracker: from a start frame to one end of the sequence.
 
-    With start 0 and step 1 it is the whole sequence. The tracker is then initialised in the first
-    frame with a target.
+    With start 0 and step 1, the segment is the whole sequence. The tracker is then initialised in
+    the first frame with a target.
     """
 
     start: int = 0
-    step: int = 1  # -1: backwards to the first frame
+    step: int = 1  # 1: to the last frame; -1: backwards to the first frame
     # Offset of the init box from the ground truth (x, y, width, height), in multiples of the width
     # and height of the ground-truth box.
     perturbation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
@@ -68,25 +68,25 @@ class Segment:
 
 
 class Action(Enum):
-    """Action on a tracker at a frame."""
+    """Action for a frame."""
 
     UPDATE = "update"
-    RESTART = "initialise a new one with the ground truth"
-    SKIP = "do not show the frame"
+    RESTART = "initialise a new tracker with the ground truth"
+    SKIP = "the tracker does not receive the frame"
 
 
 class Controller:
-    """Decisions on one tracker, frame by frame after its first; this class always updates it."""
+    """Decisions on one tracker after its init frame; this class updates it in every frame."""
 
-    states: NDArray[np.int32] | None = None  # (n,): a `bench.metrics.preset.FrameState` per frame
-    source_frames: NDArray[np.int32] | None = None  # (n,): frame on which each estimate was made
+    states: NDArray[np.int32] | None = None  # (n,): `bench.metrics.preset.FrameState` of each frame
+    source_frames: NDArray[np.int32] | None = None  # (n,): frame of the estimate in each row
 
     def action(self, frame: int) -> Action:
-        """Return the action at a frame; called once per frame, in order."""
+        """Return the action for a frame; called once per frame, in order."""
         return Action.UPDATE
 
     def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """Receive an estimate; return the reason if the run fails because of it, otherwise "".
+        """Process an estimate; return the reason if the run has failed, otherwise an empty text.
 
         `row`: x, y, width, height [px], visible (1 or 0), confidence (NaN if missing). `seconds`:
         time of the update.
@@ -95,28 +95,28 @@ class Controller:
 
 
 class Protocol(Parameters):
-    """Base class of protocols. The fields are the parameters, with type, bounds and meaning."""
+    """Base class of protocols. Its fields are the parameters, with type, bounds and meaning."""
 
     judged: ClassVar[tuple[str, ...]] = ("one pass",)
-    """Kinds of metrics presets that judge its runs; see `bench.metrics.preset.Preset.protocol`."""
+    """Kinds of metrics presets that can score runs; see `bench.metrics.preset.Preset.protocol`."""
 
     preset: ClassVar[str] = "native"
-    """Default metrics preset of its tables."""
+    """Default metrics preset of the protocol's tables."""
 
     segmented: ClassVar[bool] = False
     """True if runs store their frames by segment, even if there is only one."""
 
     by_values: ClassVar[bool] = False
-    """True if the segments depend on values of the data; see `segments`."""
+    """True if the segments depend on `values` of the sequence; see `segments`."""
 
     @property
     def name(self) -> str:
-        """Name of the file, with hyphens."""
+        """Name of the protocol's file, with hyphens."""
         return type(self).__module__.rpartition(".")[2].replace("_", "-")
 
     @property
     def text(self) -> str:
-        """Canonical text, under which runs are stored: name and parameters that are not default."""
+        """Canonical text under which runs are stored: name, and parameters other than defaults."""
         fields = type(self).model_fields
         return format_text(
             self.name, {key: value for key, value in self if value != fields[key].default}
@@ -132,16 +132,16 @@ class Protocol(Parameters):
     ) -> list[Segment]:
         """Return the segments of a run; by default one, the whole sequence.
 
-        `present`: frames with a target, shape (n,), at least one. `values`: values of the data by
-        name, one per frame.
+        `present` (n,) is true for frames with a target, of which there is at least one. `values`
+        holds further per-frame values of the sequence, by name.
         """
         return [Segment()]
 
     def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
-        """Return the controller of one segment; by default the tracker is updated at every frame.
+        """Return the controller of a segment; by default, the tracker is updated in every frame.
 
-        `truth`: ground truth of the init box. `first`: frame of initialisation. `size`: width and
-        height of the images [px].
+        `truth` is the ground truth that initialises the run. `first` is the frame of the
+        initialisation. `size` is the width and height of the images [px].
         """
         return Controller()
 
@@ -153,7 +153,7 @@ def names() -> list[str]:
 
 
 def parse_protocol(text: str) -> Protocol:
-    """Return the protocol of a text `name:parameter=value:…`, or of a stored name.
+    """Return the protocol from its text `name:parameter=value:…`, or from its stored name.
 
     Raises `ProtocolError` for an unknown name or parameter, or an invalid value.
     """
@@ -173,12 +173,12 @@ def parse_protocol(text: str) -> Protocol:
 
 
 def stored_protocol(stored: str) -> Protocol:
-    """Return the protocol of stored runs; timing runs are one-pass."""
+    """Return the protocol of stored runs; for timing runs, the one-pass protocol."""
     return parse_protocol(STORED_ONE_PASS if stored == TIMING else stored)
 
 
 def title(stored: str) -> str:
-    """Return the title of stored runs in tables: `one-pass`, or the text of their protocol."""
+    """Return the protocol's title in tables, from its stored name."""
     return ONE_PASS if stored == STORED_ONE_PASS else stored
 
 

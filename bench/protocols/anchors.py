@@ -1,11 +1,11 @@
 """Segments from many anchor frames, forwards or backwards (VOT 2020 to 2022).
 
-If the data have values named `anchor`, their frames are the anchors: forwards for values above 0,
-backwards for values below 0. Otherwise anchors lie about `spacing` frames apart, from the first
-frame with a target to the last one. An anchor without target moves to the next frame with one. The
-tracker runs from an anchor to the further end of the sequence; a backward segment ends with frame
-0. Each segment has its own tracker and random numbers. Source: Kristan et al., "The eighth visual
-object tracking VOT2020 challenge results", ECCV workshops 2020.
+If the sequence has values named `anchor`, frames with values other than 0 are the anchors: forwards
+for values above 0, backwards for values below 0. Otherwise, anchors lie about `spacing` frames
+apart, from the first frame with a target to the last one. An anchor without target is moved to the
+next frame with a target. The tracker runs from an anchor to the more distant end of the sequence; a
+backward segment ends with frame 0. Each segment has its own tracker and random numbers. Source:
+Kristan et al., "The eighth visual object tracking VOT2020 challenge results", ECCV workshops 2020.
 """
 
 from collections.abc import Mapping
@@ -21,14 +21,14 @@ _VALUE = "anchor"
 
 
 class Anchors(Protocol):
-    """Protocol with the distance of anchors as its parameter."""
+    """Anchor-based protocol."""
 
     judged: ClassVar[tuple[str, ...]] = ("anchors", "one pass")
     preset: ClassVar[str] = "vot-anchor"
     segmented: ClassVar[bool] = True
     by_values: ClassVar[bool] = True
 
-    spacing: int = whole(50, "frames between anchors, if the data name none")
+    spacing: int = whole(50, "number of frames between anchors, if the sequence defines no anchors")
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]

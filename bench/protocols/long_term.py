@@ -1,9 +1,9 @@
-"""One-pass run of a tracker that reports its confidence (VOT long-term).
+"""One-pass run of a tracker that reports a confidence (VOT long-term).
 
 The target may leave and return, and the tracker is never restarted. Precision, recall and F-measure
-depend on the confidence. A tracker therefore fails at a frame in which it reports the target
-without a confidence. Boxes that a tracker revises later are not stored. Source: Lukežič et al.,
-"Now you see me: evaluating performance in long-term visual tracking", 2018.
+depend on the confidence. A run therefore fails if the tracker reports a visible target without a
+confidence. Revised boxes are not stored. Source: Lukežič et al., "Now you see me: evaluating
+performance in long-term visual tracking", 2018.
 """
 
 from math import isnan
@@ -17,7 +17,7 @@ from trackmark.bench.protocols import Controller, Protocol
 
 
 class _ConfidenceCheck(Controller):
-    """Controller that fails a run at a reported box without confidence."""
+    """Controller that ends a run at a visible estimate without confidence."""
 
     def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
         """See `Controller.on_estimate`."""

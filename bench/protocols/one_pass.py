@@ -1,8 +1,8 @@
 """One pass over the sequence without restarts (OPE).
 
 The tracker is initialised with the ground truth of the first frame in which the target is present,
-and updated in every later frame. It is never corrected. This is the default protocol. Source: Wu,
-Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
+and updated in every later frame. The tracker is never corrected. This is the default protocol.
+Source: Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 """
 
 from typing import ClassVar
@@ -17,7 +17,7 @@ class OnePass(Protocol):
 
     @property
     def text(self) -> str:
-        """Stored name, which dates from the time before other protocols."""
+        """Stored name, which is older than the other protocols."""
         return STORED_ONE_PASS
 
 

@@ -1,16 +1,16 @@
-"""Frames that arrive at a fixed rate: a late estimate counts for later frames.
+"""Frames arrive at a fixed rate; late estimates count for later frames.
 
-Frame k arrives k / `fps` seconds after the first one; the clock starts after the initialisation.
-When the tracker is free it takes the newest frame, and is busy during the update. It never sees
-frames that come and go meanwhile. The estimate of a frame is the newest one that was complete when
-the next frame arrived: its own or that of an earlier frame (at first the init box). Each stored row
-names the frame of its estimate.
+Frame k arrives k / `fps` seconds after the first one; the clock starts after the initialisation. A
+free tracker gets the newest frame, and is then busy during the update. It does not receive frames
+that are replaced by newer ones in the meantime. The estimate for a frame is the newest one that was
+complete when the next frame arrived. It was computed on this frame or an earlier one (at first, it
+is the init box). Each stored row contains the frame on which its estimate was computed.
 
-The time of an update is wall-clock time without decoding, in a process that runs nothing else.
-Runs therefore differ from machine to machine. With `seconds`, updates take these times instead and
-runs are repeatable. Boxes that a tracker revises later are not stored. After Li, Wang and Ramanan,
-"Towards streaming perception", ECCV 2020. VOT and GOT-10k have experiments of this name with other
-rules (docs/protocols.md).
+The time of an update is wall-clock time without decoding, in a process that runs a single tracker.
+Results therefore depend on the machine. With `seconds`, these times replace measured ones, and runs
+are repeatable. Revised boxes are not stored. After Li, Wang and Ramanan, "Towards streaming
+perception", ECCV 2020. VOT and GOT-10k have real-time experiments with other rules
+(docs/protocols.md).
 """
 
 from math import inf
@@ -34,7 +34,10 @@ class _Clock(Controller):
         self.source_frames[first] = first
         self._first, self._fps, self._seconds = first, fps, seconds
         self._free_at = 0.0
-        self._complete, self._pending = first, first  # frames of the newest estimate and the next
+        self._complete, self._pending = (
+            first,
+            first,
+        )  # frames of the newest complete and of the next estimate
         self._n_updates = 0
 
     def action(self, frame: int) -> Action:
@@ -59,18 +62,18 @@ class _Clock(Controller):
 
 
 class RealTime(Protocol):
-    """Protocol with the frame rate and the times of updates as its parameters."""
+    """Real-time protocol."""
 
     fps: float = Field(25.0, gt=0, description="frames per second")
     seconds: str = Field(
-        "", description="times of updates in turn, such as 0.02/0.5; measured if empty"
+        "", description="times of updates, used in turn, such as 0.02/0.5; measured if empty"
     )
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         for number in self._update_seconds():
             if not 0 <= number < inf:
-                raise ValueError("seconds are numbers of 0 or more, such as 0.02 or 0.02/0.5")
+                raise ValueError("seconds must be numbers ≥ 0, such as 0.02 or 0.02/0.5")
         return self
 
     @property

@@ -3,9 +3,9 @@
 The init box is shifted to the left, right, up and down by a tenth of its width or height. Each of
 its corners is moved outwards by a tenth of both, while the opposite corner stays. The box is scaled
 about its centre by 0.8, 0.9, 1.1 and 1.2. Boxes are not rounded and may reach beyond the image; no
-mask is given. Each segment has its own tracker and random numbers. It is scored from the frame
-after the initialisation, with the unperturbed ground truth. A score is the mean over segments.
-Source: Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
+mask is given. Each segment has its own tracker and random numbers. Each segment is scored from the
+frame after the initialisation, with the unperturbed ground truth. A score is the mean over
+segments. Source: Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 """
 
 from collections.abc import Mapping
@@ -19,12 +19,19 @@ from trackmark.bench.protocols import Protocol, Segment
 
 
 class SpatialRobustness(Protocol):
-    """Protocol with the sizes of perturbations as its parameters."""
+    """Protocol of spatial robustness evaluation."""
 
     segmented: ClassVar[bool] = True
 
-    shift: float = Field(0.1, gt=0, lt=1, description="shift of boxes and corners [box sizes]")
-    scale: float = Field(0.1, gt=0, lt=0.5, description="step of the scale, two down and two up")
+    shift: float = Field(
+        0.1, gt=0, lt=1, description="shift of boxes and corners [width or height of the box]"
+    )
+    scale: float = Field(
+        0.1,
+        gt=0,
+        lt=0.5,
+        description="difference between consecutive scales, of which two are below 1 and two above",
+    )
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]

@@ -1,14 +1,15 @@
 """Restarts some frames after every failure (VOT 2013 to 2019).
 
 A tracker fails at a frame with a target if the overlap of its box with the ground truth is at most
-`threshold`. The overlap is that of `vot-supervised`: counted in pixels within the image. A new
-tracker with its own random numbers is initialised with the ground truth `skip` frames after the
-failure, or at the first later frame with a target. Frames before that are not shown.
+`threshold`. The overlap is defined as in the preset `vot-supervised`: counted in pixels within the
+image. A new tracker with its own random numbers is initialised with the ground truth `skip` frames
+after the failure, or at the first later frame with a target. The tracker does not receive the
+frames in between.
 
-A tracker without failure has exactly its one-pass run. The state of each frame is stored: tracked,
-failed, skipped or initialised. The preset, not the protocol, leaves out ten frames of burn-in after
-each initialisation. Boxes that a tracker revises later are not stored. Source: Kristan et al., "A
-novel performance evaluation methodology for single-target trackers", TPAMI 2016.
+Without a failure, the run equals the one-pass run. The state of each frame is stored: tracked,
+failed, skipped or initialised. Ten frames after each initialisation (burn-in) are excluded by the
+metrics preset, not by the protocol. Revised boxes are not stored. Source: Kristan et al., "A novel
+performance evaluation methodology for single-target trackers", TPAMI 2016.
 """
 
 from typing import ClassVar
@@ -25,7 +26,7 @@ from trackmark.trackers.base.parameters import whole
 
 
 class _Supervision(Controller):
-    """Controller that checks every estimate and restarts the tracker after a failure."""
+    """Controller that restarts the tracker after a failure."""
 
     states: NDArray[np.int32]
 
@@ -63,14 +64,14 @@ class _Supervision(Controller):
 
 
 class Supervised(Protocol):
-    """Protocol with the failure threshold and the pause as its parameters."""
+    """Supervised protocol."""
 
     judged: ClassVar[tuple[str, ...]] = ("supervised",)
     preset: ClassVar[str] = "vot-supervised"
 
-    skip: int = whole(5, "frames from a failure to the restart")
+    skip: int = whole(5, "number of frames from a failure to the restart")
     threshold: float = Field(
-        0.0, ge=0, lt=1, description="largest overlap that counts as a failure"
+        0.0, ge=0, lt=1, description="maximum overlap that counts as a failure"
     )
 
     def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:

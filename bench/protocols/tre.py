@@ -3,7 +3,7 @@
 The start frames are evenly spaced among the frames with a target from which at least `least` frames
 remain. The first and the last of these frames are included. If there are fewer such frames than
 `starts`, all of them are start frames. Each segment has its own tracker and random numbers; the
-first one is exactly the one-pass run. A score is the mean over segments. Source: Wu, Lim and Yang,
+first segment equals the one-pass run. A score is the mean over segments. Source: Wu, Lim and Yang,
 "Online object tracking: a benchmark", CVPR 2013.
 """
 
@@ -18,12 +18,12 @@ from trackmark.trackers.base.parameters import whole
 
 
 class TemporalRobustness(Protocol):
-    """Protocol with the number of starts and the shortest segment as its parameters."""
+    """Protocol of temporal robustness evaluation."""
 
     segmented: ClassVar[bool] = True
 
     starts: int = whole(20, "maximum number of start frames")
-    least: int = whole(20, "length of the shortest segment [frames]", least=2)
+    least: int = whole(20, "minimum length of a segment [frames]", least=2)
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]

@@ -235,10 +235,10 @@ def _judge_run(run: Run, truth: StoredTruth, name: str) -> ScoredRun:
         judged = judge(run, truth, name)
     except ValueError as error:  # raised by a preset that cannot judge the run
         return str(error)
-    if run.answered is None:
+    if run.source_frames is None:
         return judged
-    frames = np.flatnonzero(run.answered >= 0)[1:]
-    late = float(np.mean(run.answered[frames] != frames)) if len(frames) else nan
+    frames = np.flatnonzero(run.source_frames >= 0)[1:]
+    late = float(np.mean(run.source_frames[frames] != frames)) if len(frames) else nan
     return replace(judged, scores={**judged.scores, LATE.name: late})
 
 

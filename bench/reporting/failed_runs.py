@@ -124,7 +124,7 @@ def _lost_run(run: Run) -> Run:
         confidence=np.full(n, nan),
         revised=None,
         segmentation=None,
-        answered=None,
+        source_frames=None,
         states=states,
     )
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
-    """Return all runs of an experiment, or of all experiments in a folder.
+    """Return the runs of an experiment, or of all experiments in a folder.
 
     Parameters
     ----------
@@ -27,16 +27,16 @@ def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) ->
     Returns
     -------
     DataFrame
-        One row per run: `experiment`, the fields of `bench.store.run_rows.list_runs` (texts as
-        categories), and one float column per score, in the order of the requests. Requested runs
-        that are not stored come last and have the status `missing`. Runs of another version of the
-        tracker or sequence than the requested one have the status `stale`.
+        One row per run, in the order of the requests. Columns: `experiment`, the fields of
+        `bench.store.run_rows.list_runs` (texts as categories), and one float column per score.
+        Requested runs that are not stored come last and have the status `missing`. Stored runs of
+        another version of the tracker or sequence have the status `stale`.
 
     Raises
     ------
     ResultsError
-        If there are no results, or a file is damaged. A damaged run does not raise it: a warning
-        names the run, and its status is `missing`.
+        If there are no results, or a file is damaged. A damaged run does not raise an error: a
+        warning names the run, and its status is `missing`.
     """
     selected = None if cells is None else set(cells)
     rows: list[dict[str, Any]] = []
@@ -78,7 +78,8 @@ _FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "scores"}
 def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
 
-    `runs`: of `load_results`. Runs without revised boxes keep the scores of their online boxes.
+    `runs` is a data frame of `load_results`. Runs without revised boxes keep the scores of their
+    online boxes.
     """
     revised_names = [name for name in runs if str(name).startswith(REVISED)]
     if not runs[revised_names].notna().any(axis=None):
@@ -91,7 +92,7 @@ def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
 def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
     """Return the rows of stored runs with scores, in the order of `load_results`.
 
-    `results`: of an experiment. `only`: required values of fields.
+    `only` selects rows by values of fields, for example `status="finished"`.
     """
     return [
         row
@@ -101,7 +102,7 @@ def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
 
 
 def with_manifest(rows: Iterable[dict[str, Any]], manifest: Manifest) -> list[dict[str, Any]]:
-    """Return requested runs in order, other stored ones, and missing ones, with their states."""
+    """Return rows of requested runs, then other stored runs, then missing runs, with `status`."""
     stored = {run_key(row): row for row in rows}
     ordered = []
     for key, version in manifest.versions.items():

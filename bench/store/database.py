@@ -1,7 +1,7 @@
 """The SQLite file of an experiment: schema, connections, and digests of all rows.
 
-Every row has a SHA-256 digest of its other columns. For every table the file holds the combined
-digest (exclusive or) of all its rows. A changed, lost or added row is therefore detected.
+Every row has a SHA-256 digest of its other columns. For every table, the file also stores the
+exclusive or of the digests of all its rows. Readers thereby detect changed, missing and added rows.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, refuse_parquet_layout
 
 APPLICATION_ID = 0x74726D6B
-"""Marks SQLite files of trackmark: "trmk" in ASCII."""
+"""SQLite application id of trackmark's files: "trmk" in ASCII."""
 
 SCHEMA_VERSION = 3
 """Version of the schema. Versions 1 and 2 were folders of Parquet files."""
@@ -47,7 +47,7 @@ _TABLES = {
         "update_seconds REAL, circumstances TEXT NOT NULL, contents TEXT NOT NULL",
         "UNIQUE (tracker, sequence, repetition, protocol)",
     ),
-    "content": (  # `frames`, `revised`, `arrays`: separate, so that lists of runs are read quickly
+    "content": (  # `frames`, `revised`, `arrays`; not in `run`, so that runs are listed quickly
         "run INTEGER NOT NULL REFERENCES run, name TEXT NOT NULL, data BLOB NOT NULL",
         "PRIMARY KEY (run, name)",
     ),
@@ -72,18 +72,18 @@ _STATEMENTS = [
 
 
 class DamagedError(ResultsError):
-    """A file does not contain what was written; the message names it."""
+    """Damaged file: its content is not what was written. The message names the file."""
 
 
 def digest(values: Iterable[Any]) -> bytes:
     """Return the SHA-256 digest of texts, numbers, null values and bytes, with their types."""
-    # A long value counts by its digest, so that `repr` stays short.
+    # Bytes are replaced by their digest, so that `repr` stays short.
     values = [hashlib.sha256(v).digest() if isinstance(v, bytes) else v for v in values]
     return hashlib.sha256(repr(values).encode("utf-8", "backslashreplace")).digest()
 
 
 def is_intact(row: sqlite3.Row) -> bool:
-    """Return whether a row is as it was written, by its digest in the last column."""
+    """Return whether a row is unchanged, by the digest in its last column."""
     *columns, sha256 = row
     return bool(digest(columns) == sha256)
 
@@ -94,7 +94,7 @@ class Database:
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
         self._connection = connection
-        self._changed: Counter[str] = Counter()  # exclusive or of added and removed rows' digests
+        self._changed: Counter[str] = Counter()  # exclusive or of changed rows' digests
 
     def select(self, query: str, *values: Any) -> list[Any]:
         """Return the rows of a query without checking digests."""
@@ -103,28 +103,28 @@ class Database:
     def rows(self, table: str, where: str = "1", *values: Any) -> list[sqlite3.Row]:
         """Return rows of a table, each with its digest as the last column.
 
-        Raises `DamagedError` if a row is not what was written.
+        Raises `DamagedError` if a row was changed.
         """
         rows = self.select(f"SELECT * FROM {table} WHERE {where}", *values)
         for row in rows:
             if not is_intact(row):
-                raise self._changed_row(table, row)
+                raise self.changed_row(table, row)
         return rows
 
     def intact_rows(self, table: str) -> tuple[list[sqlite3.Row], list[DamagedError]]:
-        """Return all rows that are as written, and an error for each row that was changed.
+        """Return all unchanged rows, and an error for each changed row.
 
         Raises `DamagedError` if rows are missing.
         """
         rows = self.select(f"SELECT * FROM {table}")
         stored = [row["sha256"] for row in rows]
         computed = [digest([*row][:-1]) for row in rows]
-        # In a changed row either the digest or another column is still the original.
+        # In a changed row, either the digest or the other columns are still the original ones.
         if int(self.setting(_total(table)), 16) not in (_combine(stored), _combine(computed)):
             raise self.damaged(f"rows of its table {table!r} are missing")
         if stored == computed:
             return rows, []
-        changed = [self._changed_row(table, row) for row in rows if not is_intact(row)]
+        changed = [self.changed_row(table, row) for row in rows if not is_intact(row)]
         return [row for row in rows if is_intact(row)], changed
 
     def table(self, name: str) -> list[sqlite3.Row]:
@@ -146,12 +146,19 @@ class Database:
         self._connection.execute("INSERT OR REPLACE INTO setting VALUES (?, ?, ?)", values)
 
     def insert(self, table: str, rows: Iterable[Sequence[Any]]) -> None:
-        """Insert rows: values of all columns without the digest."""
+        """Insert rows, given the values of all columns except the digest."""
         sealed = [(*row, digest(row)) for row in rows]
         if sealed:
             marks = ", ".join("?" * len(sealed[0]))
             self._connection.executemany(f"INSERT INTO {table} VALUES ({marks})", sealed)
             self._changed[table] ^= _combine(row[-1] for row in sealed)
+
+    def repair(self, table: str, row: Sequence[Any]) -> None:
+        """Replace a damaged row by its original values."""
+        marks = ", ".join("?" * (len(row) + 1))
+        query = f"INSERT OR REPLACE INTO {table} VALUES ({marks})"
+        self._connection.execute(query, (*row, digest(row)))
+        self.recount(table)
 
     def delete(self, table: str, where: str = "1", *values: Any) -> None:
         """Delete rows."""
@@ -161,7 +168,7 @@ class Database:
             self._changed[table] ^= _combine(row["sha256"] for row in removed)
 
     def recount(self, *tables: str) -> None:
-        """Compute the digests of tables, by default of all, after damaged rows were removed."""
+        """Compute the digests of tables (default: all) again, after damaged rows were deleted."""
         for table in tables or _TABLES.keys() - {"setting"}:
             rows = self.select(f"SELECT sha256 FROM {table}")
             self.set(_total(table), f"{_combine(row['sha256'] for row in rows):x}")
@@ -173,7 +180,7 @@ class Database:
             self.set(_total(table), f"{int(self.setting(_total(table)), 16) ^ change:x}")
 
     def find_damage(self) -> list[str]:
-        """Return a sentence for each damage of the file's structure and of its rows."""
+        """Return a message for each damage of the file's structure, and for each damaged table."""
         messages = []
         structure = [row[0] for row in self.select("PRAGMA integrity_check(1)")]
         if structure != ["ok"]:
@@ -188,10 +195,11 @@ class Database:
             except DamagedError as error:
                 messages.append(str(error))
             except (sqlite3.Error, UnicodeDecodeError) as error:
-                messages.append(str(_explained(self.path, error)))
+                messages.append(str(_to_results_error(self.path, error)))
         return messages
 
-    def _changed_row(self, table: str, row: sqlite3.Row) -> DamagedError:
+    def changed_row(self, table: str, row: sqlite3.Row) -> DamagedError:
+        """Return the error for a changed row."""
         values = ", ".join(str(value)[:60] for value in tuple(row)[:5] if value != "")
         return self.damaged(f"a row of its table {table!r} was changed ({values})")
 
@@ -221,18 +229,18 @@ class Database:
 def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
     """Open the file of an experiment for one transaction.
 
-    `folder`: of the experiment. If it has no results, it is created for writing, and tables are
-    empty for reading. `write`: lock out other writers. An exception undoes all changes.
+    `folder` is the experiment's folder. If it has no results, writing creates them, and reading
+    returns empty tables. `write` locks the file for other writers. An exception undoes all changes.
 
-    Raises `ResultsError` naming the file if it is damaged, is no file of this version, or cannot be
+    Raises `ResultsError`, which names the file, if it is damaged, has another version, or cannot be
     read or written.
     """
     path = folder / DATABASE
     connection = None
     try:
         connection = _open(path, write=write)
-        database = _checked(path, connection)
-        if database is None:  # nothing was written yet
+        database = _validated_database(path, connection)
+        if database is None:  # the file is new or empty
             if not write:
                 connection.close()
                 connection = _in_memory()
@@ -242,8 +250,8 @@ def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
         if write:
             database.store_totals()
         connection.execute("COMMIT")
-    except (sqlite3.Error, UnicodeDecodeError) as error:  # the message may quote the file
-        raise _explained(path, error) from error
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # in a message of SQLite
+        raise _to_results_error(path, error) from error
     finally:
         if connection is not None:
             connection.close()
@@ -261,8 +269,8 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
             raise ResultsError(
                 f"{path} cannot be written: {error.strerror}. Choose another folder with --output."
             ) from error
-    # `rw` falls back to reading if the file is write-protected. `immutable=1` must not be used: it
-    # ignores the journal of an interrupted transaction and returns half of its changes.
+    # `rw` also opens write-protected files for reading. `immutable=1` must not be used: it ignores
+    # the journal of an interrupted transaction and returns half of its changes.
     mode = "rwc" if write else "rw"
     connection = sqlite3.connect(
         f"file:{quote(str(path.absolute()))}?mode={mode}",
@@ -272,12 +280,12 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
     )
     connection.row_factory = sqlite3.Row
     connection.execute("PRAGMA foreign_keys = ON")
-    # EXTRA also syncs the folder after the journal is deleted: after a power cut the journal could
-    # come back and undo a transaction that was reported as complete. The journal mode stays DELETE,
-    # since WAL fails on network file systems and needs write access for reading.
+    # EXTRA also syncs the folder after the journal is deleted. Otherwise, the journal could
+    # reappear after a power cut and undo a completed transaction. The journal mode is DELETE,
+    # because WAL fails on network file systems and requires write access for reading.
     connection.execute("PRAGMA synchronous = EXTRA")
-    # IMMEDIATE waits for other writers here. Otherwise two transactions that both read first could
-    # each wait for the other one, and SQLite would end one without waiting.
+    # IMMEDIATE waits for other writers before the first read. Otherwise, two transactions that have
+    # both read could wait for each other, and SQLite would abort one of them.
     connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
     return connection
 
@@ -289,8 +297,8 @@ def _in_memory() -> sqlite3.Connection:
     return connection
 
 
-def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
-    """Return the database; None if the file is empty. Raise `ResultsError` for other files."""
+def _validated_database(path: Path, connection: sqlite3.Connection) -> Database | None:
+    """Return the database, or None if the file is empty; raise `ResultsError` for other files."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
@@ -299,14 +307,14 @@ def _checked(path: Path, connection: sqlite3.Connection) -> Database | None:
     if application != APPLICATION_ID:
         raise DamagedError(
             f"{path} is damaged or not a file of trackmark: its application id is "
-            f"{application:#x}, expected {APPLICATION_ID:#x}. Move it "
-            "elsewhere, or restore it from a backup."
+            f"{application:#x}, expected {APPLICATION_ID:#x}. Move the file elsewhere, or restore "
+            "it from a backup."
         )
     if version != SCHEMA_VERSION:
         raise ResultsError(
-            f"{path} has the schema version {version}; this trackmark reads version "
-            f"{SCHEMA_VERSION}. Read it with the trackmark that wrote it, or run again into "
-            "another folder."
+            f"{path} has the schema version {version}; this version of trackmark reads "
+            f"{SCHEMA_VERSION}. Read it with the version of trackmark that wrote it, or store new "
+            "runs in another folder."
         )
     database = Database(path, connection)
     stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
@@ -320,13 +328,13 @@ def _total(table: str) -> str:
 
 
 def _combine(digests: Iterable[bytes]) -> int:
-    # In a damaged file a digest may be null or a text.
+    # In a damaged file, a digest can be null or text.
     valid = (sha256 for sha256 in digests if isinstance(sha256, bytes))
     return reduce(xor, (int.from_bytes(sha256, "big") for sha256 in valid), 0)
 
 
-def _explained(path: Path, error: Exception) -> ResultsError:
-    """Return the error of the store for an error of SQLite, or of decoding its message."""
+def _to_results_error(path: Path, error: Exception) -> ResultsError:
+    """Return the `ResultsError` for an error of SQLite."""
     name = getattr(error, "sqlite_errorname", "")
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
         return ResultsError(
@@ -335,13 +343,13 @@ def _explained(path: Path, error: Exception) -> ResultsError:
         )
     if name == "SQLITE_READONLY_ROLLBACK":
         return ResultsError(
-            f"{path} was left in the middle of a write, and its folder is read-only. Copy "
-            f"{path.name} and {path.name}-journal to a folder that can be written, and read there."
+            f"{path} has an unfinished transaction, and its folder is read-only. Copy {path.name} "
+            f"and {path.name}-journal to a writable folder, and read them there."
         )
     if name.startswith(("SQLITE_FULL", "SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_IOERR")):
         return ResultsError(
-            f"{path} cannot be read or written: {error}. Make room, correct the permissions or the "
-            "disk, or choose another folder with --output."
+            f"{path} cannot be read or written: {error}. Free disk space, correct the "
+            "permissions, or choose another folder with --output."
         )
     return DamagedError(
         f"{path} is damaged: {error}. Restore the file from a backup, or remove it and run the "

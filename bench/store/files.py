@@ -1,4 +1,4 @@
-"""The error of the store, and atomic writing of single files."""
+"""Error of the store, and atomic writing of a file."""
 
 import os
 from pathlib import Path
@@ -6,13 +6,13 @@ from tempfile import NamedTemporaryFile
 
 
 class ResultsError(ValueError):
-    """Results cannot be read or written; the message names folder or file."""
+    """Error in reading or writing results; the message names the folder or file."""
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file, or replace it. After a crash, either the old or the new file is complete.
+    """Write or replace a file such that after a crash, the old or the new file is complete.
 
-    `path`: file; a missing folder is created. `content`: new content of the file.
+    A missing folder is created.
 
     Raises `ResultsError` if the file cannot be written.
     """
@@ -30,6 +30,6 @@ def write_atomically(path: Path, content: bytes) -> None:
                 raise
     except OSError as error:
         raise ResultsError(
-            f"{path} cannot be written: {error.strerror or error}. Make room, correct the "
+            f"{path} cannot be written: {error.strerror or error}. Free disk space, correct the "
             "permissions, or choose another folder with --output."
         ) from error

@@ -1,4 +1,4 @@
-"""The log of an experiment: a row for each event of a command."""
+"""Log of an experiment: one row per event of a command."""
 
 import json
 import os
@@ -12,7 +12,7 @@ from trackmark.bench.store.database import open_database
 
 
 class RunLog:
-    """Events of one command. `name`: start, host and process number of the command."""
+    """Log of one command. `name` consists of the command's start time, host and process id."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -20,7 +20,7 @@ class RunLog:
         self.name = f"{now}-{socket.gethostname()}-{os.getpid()}"
 
     def write(self, event: str, **fields: Any) -> None:
-        """Add an event with fields that JSON can hold.
+        """Add an event; JSON must be able to represent the fields.
 
         Raises `ResultsError` if it cannot be written.
         """
@@ -32,7 +32,7 @@ class RunLog:
 
 
 def read_logs(folder: Path) -> dict[str, list[Mapping[str, Any]]]:
-    """Return the events of an experiment, in order, by the name of their log; the oldest first.
+    """Return the events of an experiment in order, by the name of their log; oldest log first.
 
     Raises `ResultsError` if the file is damaged.
     """

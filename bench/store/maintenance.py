@@ -1,4 +1,4 @@
-"""Maintenance of stored results: damage, merging, and different data of one name."""
+"""Maintenance of stored results: damage, merging, and sequences of equal name."""
 
 import os
 from collections.abc import Iterable, Mapping
@@ -16,26 +16,26 @@ _BATCH = 200  # runs that are copied in one transaction
 
 
 class RecordedData(NamedTuple):
-    """Recorded sequence of stored runs."""
+    """Recorded sequence on which stored runs were made."""
 
-    fingerprint: str  # as in `datasets.Sequence`
-    source: str  # path from which it was opened
-    truth: str  # path of its ground truth if that was given; else empty
+    fingerprint: str  # fingerprint as in `datasets.Sequence`
+    source: str  # path from which the sequence was opened
+    truth: str  # path of the ground truth if it was given, otherwise empty
 
     def __str__(self) -> str:
         return f"{self.source} with the truth {self.truth}" if self.truth else self.source
 
     @property
     def real_paths(self) -> tuple[str, str]:
-        """Real paths of the data and of a given ground truth."""
+        """Real paths of sequence and ground truth."""
         return os.path.realpath(self.source), self.truth and os.path.realpath(self.truth)
 
 
 def group_recorded_data(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[RecordedData]]:
-    """Return the recorded data of rows of runs, by the names of their sequences."""
+    """Return the recorded data by sequence name, from rows of runs."""
     by_name: dict[str, set[RecordedData]] = {}
     for row in rows:
-        if Path(row["source"]).is_absolute():  # the source of a built-in sequence is its name
+        if Path(row["source"]).is_absolute():  # built-in sequences have their name as source
             data = RecordedData(row["fingerprint"], row["source"], row["truth"])
             by_name.setdefault(row["sequence"], set()).add(data)
     return by_name
@@ -44,9 +44,9 @@ def group_recorded_data(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[Reco
 def find_different_data(
     data: RecordedData, candidates: Iterable[RecordedData]
 ) -> RecordedData | None:
-    """Return a candidate that differs from the data; None if there is none.
+    """Return a candidate with other data from another path; None if there is none.
 
-    Data that were changed in their folder do not count as different: runs on them are stale.
+    Data that changed in the same folder are not different data: their runs are stale.
     """
     for candidate in candidates:
         if candidate.fingerprint != data.fingerprint and candidate.real_paths != data.real_paths:
@@ -55,7 +55,7 @@ def find_different_data(
 
 
 def find_damage(folder: Path) -> list[str]:
-    """Return one message per damaged row or table; an empty list if there is none."""
+    """Return one message per damage; an empty list if the file is intact."""
     try:
         with open_database(folder) as database:
             messages = database.find_damage()
@@ -72,11 +72,11 @@ def find_damage(folder: Path) -> list[str]:
 def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     """Copy runs of experiments into an experiment.
 
-    `sources`: folders of experiments, or folders that contain experiments. `target`: the
-    experiment's folder; created if it is missing.
+    `sources` are folders of experiments, or folders that contain experiments. `target` is the
+    folder of an experiment; it is created if it is missing.
 
-    Returns the number of copied runs, and the conflicts: runs that are stored in two folders with
-    different identities. If there are conflicts, nothing is copied.
+    Returns the number of copied runs, and messages on conflicts: runs with equal keys and different
+    versions, or different sequences with equal names. If there are conflicts, nothing is copied.
 
     Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """

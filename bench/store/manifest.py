@@ -1,4 +1,4 @@
-"""The runs that were requested of an experiment."""
+"""List of the requested runs of an experiment."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,15 +11,15 @@ from trackmark.bench.store.layout import RunKey, run_key
 class Manifest:
     """Requested runs of an experiment.
 
-    `title`: headline of the report. `versions`: requested `Identity.version` by run, in the order
-    of the requests. All repetitions of a tracker on a sequence have one version.
+    `title` is the title of the report. `versions` holds the requested `Identity.version` by run, in
+    the order of the requests. All repetitions of a tracker on a sequence have the same version.
     """
 
     title: str
     versions: Mapping[RunKey, str]
 
     def merged_with(self, later: "Manifest") -> "Manifest":
-        """Return these requests and later ones; later versions replace those of all repetitions."""
+        """Return these and later requests; a later version replaces that of all repetitions."""
         newest = {(t, s, p): version for (t, s, _, p), version in later.versions.items()}
         versions = {
             (t, s, repetition, p): newest.get((t, s, p), version)
@@ -29,13 +29,13 @@ class Manifest:
 
 
 def read_manifest(database: Database) -> Manifest:
-    """Return the requested runs; raise `DamagedError` if they are not what was written."""
+    """Return the requested runs; raise `DamagedError` if their rows are damaged."""
     rows = database.table("requested")
     return Manifest(database.setting("title"), {run_key(row): row["version"] for row in rows})
 
 
 def write_manifest(database: Database, manifest: Manifest) -> None:
-    """Store the requested runs in place of earlier ones."""
+    """Replace the stored list of requested runs."""
     database.set("title", manifest.title)
     database.delete("requested")
     requested = enumerate(manifest.versions.items())

@@ -1,4 +1,4 @@
-"""Named arrays as compressed bytes."""
+"""Conversion of named arrays to compressed bytes and back."""
 
 import json
 import zlib
@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_LEVEL = 6  # of zlib
-_HEADER = 4  # bytes of the size of the header
+_LEVEL = 6  # compression level of zlib
+_HEADER = 4  # number of bytes that encode the size of the header
 
 
 def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """Return arrays by name as bytes: a header, and the bytes of the arrays, compressed together.
+    """Return named arrays as bytes: a header and the arrays' bytes, compressed together.
 
-    The first bytes of all elements come first, then all second bytes, and so on: neighbouring
-    values differ in few bytes, so that this order compresses better.
+    The first bytes of all elements come first, then all second bytes, and so on. This order
+    compresses better, because neighbouring values differ in few bytes.
     """
     header: list[tuple[str, str, tuple[int, ...]]] = []
     parts = []
@@ -43,6 +43,6 @@ def unpack(data: bytes) -> dict[str, NDArray[Any]]:
         size = int(np.prod(shape)) * dtype.itemsize
         flat = np.frombuffer(raw, np.uint8, size, offset).reshape(dtype.itemsize, -1).T
         arrays[name] = np.ascontiguousarray(flat).reshape(-1).view(dtype).reshape(shape)
-        arrays[name].flags.writeable = False  # runs may be shared; see `run_cache`
+        arrays[name].flags.writeable = False  # several readers can share a run; see `run_cache`
         offset += size
     return arrays

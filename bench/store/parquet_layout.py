@@ -1,4 +1,4 @@
-"""Conversion of results of an older trackmark: a Parquet file for each run.
+"""Conversion of results of older versions of trackmark, with one Parquet file per run.
 
 ```
 <experiment>/plan.json                                          requested runs
@@ -47,12 +47,13 @@ _BATCH = 200  # runs that are written in one transaction
 
 
 def convert_results(folder: Path, progress: Callable[[int, int], None] = lambda *_: None) -> int:
-    """Write the results in an experiment's folder to a new file of this version.
+    """Convert the Parquet files in an experiment's folder to a new results file.
 
-    `progress`: called with the numbers of converted runs and of all. Returns the number of runs.
+    `progress` is called with the number of converted runs and the number of all runs. Returns the
+    number of runs.
 
-    Raises `ResultsError` if the folder has no such results or already the new file, a file is
-    damaged, or pyarrow is missing. The folder is unchanged then.
+    Raises `ResultsError`, without changes of the folder, if it has no Parquet results, if it
+    already has the new file, if a file is damaged, or if pyarrow is missing.
     """
     try:
         import pyarrow  # noqa: F401
@@ -61,9 +62,11 @@ def convert_results(folder: Path, progress: Callable[[int, int], None] = lambda 
             "Converting Parquet files needs pyarrow: `pip install 'trackmark[parquet]'`."
         ) from error
     if not (folder / "plan.json").is_file():
-        raise ResultsError(f"{folder} has no plan.json: it holds no results of older versions.")
+        raise ResultsError(f"{folder} has no plan.json, so it has no results of older versions.")
     if (folder / DATABASE).exists():
-        raise ResultsError(f"{folder / DATABASE} exists. Remove it to convert the results again.")
+        raise ResultsError(
+            f"{folder / DATABASE} already exists. Remove it to convert the results again."
+        )
     with TemporaryDirectory(dir=folder, prefix=".convert-") as temporary:
         number = _convert(folder, Path(temporary), progress)
         (Path(temporary) / DATABASE).replace(folder / DATABASE)
@@ -90,8 +93,8 @@ def _convert(folder: Path, target: Path, progress: Callable[[int, int], None]) -
     return len(files)
 
 
-def _read_checked(path: Path) -> bytes:
-    """Return the content of a file; raise `DamagedError` if its digest is of another content."""
+def _read_verified(path: Path) -> bytes:
+    """Return the content of a file; raise `DamagedError` if its digest does not match."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -100,7 +103,9 @@ def _read_checked(path: Path) -> bytes:
         blank = content.replace(stored, _MARK + b"0" * 64)
         if stored == _MARK + hashlib.sha256(blank).hexdigest().encode():
             return content
-    raise DamagedError(f"{path} is damaged: its digest does not match. Remove it and try again.")
+    raise DamagedError(
+        f"{path} is damaged: its digest does not match. Remove the file and try again."
+    )
 
 
 def _read_metadata(path: Path, table: "pa.Table") -> dict[str, Any]:
@@ -117,7 +122,7 @@ def _check_schema(path: Path, schema: object) -> None:
 
 
 def _read_manifest(path: Path) -> Manifest:
-    plan = json.loads(_read_checked(path))
+    plan = json.loads(_read_verified(path))
     _check_schema(path, plan["schema"])
     names, series = plan["names"], plan["series"]
     keys = ("tracker", "sequence", "protocol", "version", "first", "count")
@@ -135,11 +140,11 @@ def _read_run(path: Path) -> Run:
     import pyarrow as pa
     from pyarrow import feather, parquet
 
-    table = parquet.ParquetFile(pa.BufferReader(_read_checked(path))).read(use_threads=False)
+    table = parquet.ParquetFile(pa.BufferReader(_read_verified(path))).read(use_threads=False)
     metadata = _read_metadata(path, table)
     columns = {name: table.column(name).to_numpy() for name in table.column_names}
     companions = {
-        kind: _read_checked(path.with_name(name)) for kind, name in metadata["companions"].items()
+        kind: _read_verified(path.with_name(name)) for kind, name in metadata["companions"].items()
     }
     segmentation = times = revised = None
     if metadata.get("segmented"):
@@ -171,7 +176,7 @@ def _read_run(path: Path) -> Run:
         segmentation=segmentation,
         times=times,
         states=harness_columns.get("state"),
-        answered=harness_columns.get("answered"),
+        source_frames=harness_columns.get("answered"),
         segments=segments,
         circumstances=metadata["circumstances"],
         output=metadata["output"],
@@ -182,11 +187,12 @@ def _read_truth(path: Path, sequence: str) -> StoredTruth:
     import pyarrow as pa
     from pyarrow import feather
 
-    table = feather.read_table(pa.BufferReader(_read_checked(path)))
+    table = feather.read_table(pa.BufferReader(_read_verified(path)))
     metadata = _read_metadata(path, table)
     if metadata["name"] != sequence:
         raise DamagedError(
-            f"{path} holds the ground truth of {metadata['name']}, not of {sequence}."
+            f"{path} contains the ground truth of {metadata['name']}, not of {sequence}. Restore "
+            "the file from a backup."
         )
     size = metadata.get("image_size")
     return StoredTruth(
@@ -236,7 +242,7 @@ def _arrays(content: bytes) -> dict[int, dict[str, NDArray[Any]]]:
 
 
 def _events(path: Path) -> Iterator[tuple[str, str, str, str]]:
-    """Yield the columns of the events of a log."""
+    """Yield the columns of each event of a log."""
     for line in path.read_text().splitlines():
         event: dict[str, Any] = json.loads(line)
         fields = {k: v for k, v in event.items() if k not in ("event", "date", "crc32")}

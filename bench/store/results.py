@@ -38,17 +38,17 @@ _SECONDS = ("seconds", "frame_seconds", "update_seconds")
 class Results:
     """The results of one experiment.
 
-    `folder`: `results/<experiment>`. It need not exist yet.
+    `folder` is `results/<experiment>`; it need not exist yet.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def prepare(self, manifest: Manifest) -> None:
-        """Create the file if it is missing, and add to the requested runs.
+        """Create the file if it is missing, and add requested runs.
 
-        Raises `ResultsError` if the file cannot be written, or there are too many runs, and
-        `UnicodeEncodeError` for a name that is not UTF-8, before anything is created.
+        Raises `ResultsError` if the file cannot be written, or if there are too many runs. Raises
+        `UnicodeEncodeError` for a name that is not UTF-8, before a file is created.
         """
         for key in manifest.versions:
             "".join(map(str, key)).encode()
@@ -60,12 +60,12 @@ class Results:
                     f"{len(both.versions)} runs are requested in {self.folder}; an experiment has "
                     f"at most {MAX_RUNS}. Use another experiment with --name."
                 )
-            # Dictionaries in another order are equal, but the order of requests matters, too.
+            # Compares the order, too: dictionaries are also equal if their orders differ.
             if both != present or [*both.versions] != [*present.versions]:
                 write_manifest(database, both)
 
     def manifest(self) -> Manifest:
-        """Return the runs that were requested so far; none for a new folder.
+        """Return the requested runs; empty for a new folder.
 
         Raises `ResultsError` if the file is damaged.
         """
@@ -73,22 +73,21 @@ class Results:
             return read_manifest(database)
 
     def list_keys(self) -> list[RunKey]:
-        """Return the keys of all stored runs, in order. Damaged runs are among them."""
+        """Return the keys of all stored runs (also of damaged ones), in order."""
         with open_database(self.folder) as database:
             rows = database.select("SELECT tracker, sequence, repetition, protocol FROM run")
         try:
-            return sorted((run_key(row) for row in rows), key=order)
+            return sorted((run_key(row) for row in rows), key=sort_key)
         except (TypeError, ValueError) as error:
             raise database.damaged(f"a run has a key of another type ({error})") from error
 
     def write(self, run: Run, replaces: str = "") -> bool:
-        """Store a run, unless another process has stored a run with the same key meanwhile.
+        """Store a run, unless another process has stored a run with the same key in the meantime.
 
-        `run`: finished or failed. `replaces`: version of the stored run that may be replaced; empty
-        if none was stored when this run was planned. A finished run of the same version is never
-        replaced.
+        `replaces` is the version of the stored run that may be replaced; it is empty if no run was
+        stored when this run was planned. A finished run of the same version is never replaced.
 
-        Returns whether the run was stored. Raises `ResultsError` if it cannot be written.
+        Returns whether the run was stored. Raises `ResultsError` if the file cannot be written.
         """
         return self.write_all([(run, replaces)])[0]
 
@@ -99,7 +98,7 @@ class Results:
             return [_write(database, row, replaces) for row, replaces in prepared]
 
     def remove(self, cells: Collection[RunKey]) -> None:
-        """Remove runs, their scores and requests, and all that no other run needs.
+        """Remove runs with their scores and requests, and trackers and ground truths without runs.
 
         Raises `ResultsError` if the file cannot be written.
         """
@@ -112,19 +111,19 @@ class Results:
             database.delete(
                 "truth", "(sequence, fingerprint) NOT IN (SELECT sequence, fingerprint FROM run)"
             )
-            database.recount()  # damaged rows may have been removed
+            database.recount()  # removed rows can have been damaged
 
     def read(self, key: RunKey) -> Run:
-        """Read a run; within `run_cache` only once.
+        """Return a stored run, from `run_cache` if it was read before.
 
-        Raises `ResultsError` naming the file and the run if it is damaged or missing.
+        Raises `ResultsError`, which names file and run, if the run is damaged or missing.
         """
         with open_database(self.folder) as database:
             row = next(iter(database.rows("run", _KEY, *key)), None)
             if row is None:
                 raise ResultsError(
                     f"{self.folder / DATABASE} has no run of {key[0]} on {key[1]}, repetition "
-                    f"{key[2]}, by {key[3]!r}. Run the same command again."
+                    f"{key[2]}, protocol {key[3]!r}. Run the same command again."
                 )
             cache = run_cache.get()
             if cache is not None and (run := cache.get(row["sha256"])):
@@ -134,13 +133,13 @@ class Results:
 
 
 class RunCache(dict[Hashable, Run]):
-    """Runs in memory, by the digest of their rows."""
+    """Cache of runs, by the digest of their rows."""
 
     free = 1 << 30
-    """Remaining bytes. Runs that do not fit are read whenever they are needed."""
+    """Remaining size [bytes]; runs that do not fit are not cached."""
 
     def add(self, key: Hashable, run: Run) -> Run:
-        """Add a run if it fits, and return it."""
+        """Add a run if it fits; return the run."""
         arrays = [array for named in run.arrays.values() for array in named.values()]
         arrays += [run.boxes] * 3 + list(run.details.values())  # 3: estimate for the other columns
         size = sum(array.nbytes for array in arrays)
@@ -151,16 +150,10 @@ class RunCache(dict[Hashable, Run]):
 
 
 run_cache: ContextVar[RunCache | None] = ContextVar("run_cache", default=None)
-"""Cache of a command that reads each run once; None by default."""
+"""Cache for a command that reads runs several times; None by default."""
 
 
-def identity_text(identity: Identity) -> str:
-    """Return an identity without the repetition, as stored."""
-    fields = {key: value for key, value in asdict(identity).items() if key != "repetition"}
-    return json.dumps(fields)
-
-
-def order(key: RunKey) -> tuple[str, str, str, int]:
+def sort_key(key: RunKey) -> tuple[str, str, str, int]:
     """Return the sort key of stored runs."""
     tracker, sequence, repetition, protocol = key
     return tracker, protocol, sequence, repetition
@@ -194,7 +187,7 @@ def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
 
 
 def _text(text: str) -> str:
-    """Escape what UTF-8 cannot hold: bytes of another encoding, which a tracker printed."""
+    """Escape surrogates, which UTF-8 cannot encode; trackers can print them."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
@@ -203,15 +196,15 @@ def _seconds(value: Any) -> float | None:
 
 
 def run_columns(run: Run) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a run by frame, by name."""
+    """Return the per-frame arrays of a run, by name."""
     columns = {"boxes": run.boxes.T, "visible": run.visible, "confidence": run.confidence}
     columns |= {f"detail/{name}": values for name, values in run.details.items()}
     if run.segmentation is not None:
         columns |= {f"segmentation/{name}": a for name, a in vars(run.segmentation).items()}
     if run.states is not None:
         columns["states"] = run.states.astype(np.int32)
-    if run.answered is not None:
-        columns["answered"] = run.answered.astype(np.int32)
+    if run.source_frames is not None:
+        columns["answered"] = run.source_frames.astype(np.int32)
     columns |= {f"segment/{i}": frames.astype(np.int32) for i, frames in enumerate(run.segments)}
     if run.times is not None:
         times = {name: value for name, value in vars(run.times).items() if value is not None}
@@ -225,19 +218,24 @@ def _write(
     identity, columns, contents = row
     key = run_key(identity)
     failed = columns[2] == "failed"
+    fields = {name: value for name, value in asdict(identity).items() if name != "repetition"}
+    tracker = identity.version, json.dumps(fields)
+    stored_trackers = database.select("SELECT * FROM tracker WHERE version = ?", identity.version)
+    if not stored_trackers:
+        database.insert("tracker", [tracker])
+    elif not is_intact(stored_trackers[0]):
+        database.repair("tracker", tracker)
     for present in database.select(f"SELECT * FROM run WHERE {_KEY}", *key):
-        intact = is_intact(present)  # a damaged run counts as missing, and is replaced
+        intact = is_intact(present)  # a damaged run counts as missing and is replaced
         if intact and present["version"] == identity.version:
-            # A finished run is never repeated, and always replaces a failed one.
+            # A finished run is never replaced, and always replaces a failed one.
             if present["status"] != "failed" or (failed and not replaces):
                 return False
         elif intact and present["version"] != replaces:
             return False
         _delete(database, present["id"])
-        if not intact:  # the digest of the row may be wrong, and with it those of the tables
+        if not intact:  # the deleted digest may have been wrong, and with it the tables' digests
             database.recount("run", "content", "score")
-    if not database.rows("tracker", "version = ?", identity.version):
-        database.insert("tracker", [(identity.version, identity_text(identity))])
     run_id = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")[0][0]
     database.insert("run", [(run_id, *key, *columns)])
     database.insert("content", [(run_id, name, data) for name, data in contents.items()])
@@ -252,7 +250,7 @@ def _delete(database: Database, run_id: int) -> None:
 
 @cache
 def _libraries() -> dict[str, str]:
-    """Return the versions of the libraries that determine pixels and boxes, by distribution."""
+    """Return the versions of the libraries on which pixels and boxes depend, by distribution."""
     return library_versions({"av", "cv2", "numba", "numpy", "scipy"})
 
 
@@ -262,8 +260,8 @@ def _read_run(database: Database, row: Row) -> Run:
     digests = {name: sha256(content).hexdigest() for name, content in data.items()}
     if not trackers or digests != json.loads(row["contents"]):
         raise database.damaged(
-            f"contents of the run of {row['tracker']} on {row['sequence']}, repetition "
-            f"{row['repetition']}, are missing or of another run"
+            f"the contents of the run of {row['tracker']} on {row['sequence']}, repetition "
+            f"{row['repetition']}, are missing or belong to another run"
         )
     identity = Identity(**json.loads(trackers[0]["identity"]), repetition=row["repetition"])
     columns = unpack(data["frames"])
@@ -286,7 +284,7 @@ def _read_run(database: Database, row: Row) -> Run:
         segmentation=Segmentation(**segmentation) if segmentation else None,
         times=Times(**times) if times else None,
         states=columns.get("states"),
-        answered=columns.get("answered"),
+        source_frames=columns.get("answered"),
         segments=tuple(select_group(columns, "segment").values()),
         circumstances=json.loads(row["circumstances"]),
         output=row["output"],

@@ -1,4 +1,4 @@
-"""Rows of stored runs with their scores. Scores are computed once for each run and scorer."""
+"""Rows of stored runs with scores, which are computed once per run and version of the scorer."""
 
 import hashlib
 import json
@@ -16,7 +16,7 @@ from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, run_key
-from trackmark.bench.store.results import Results, order
+from trackmark.bench.store.results import Results, sort_key
 from trackmark.bench.store.truth import read_truth
 
 SCORED_BY = ("centre_error", "native", "overlap", "regions", "times")
@@ -26,10 +26,10 @@ TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
     *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth"),
 )
-"""Fields of a row with texts."""
+"""Names of the text fields of a row."""
 
 NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", "update_seconds")
-"""Fields of a row with numbers."""
+"""Names of the number fields of a row."""
 
 _BATCH = 1000  # runs that are scored in one transaction
 
@@ -37,14 +37,14 @@ _BATCH = 1000  # runs that are scored in one transaction
 def list_runs(results: Results) -> list[dict[str, Any]]:
     """Return the rows of finished and failed runs without scores, in order.
 
-    The keys are those of `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` covers
-    tracker, parameters and sequence; `tracker_version` covers the tracker's code and libraries.
+    The keys are `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on
+    tracker, parameters and sequence; `tracker_version` depends on the tracker's code and libraries.
     `source` and `truth` are the paths from which the sequence was opened. Times are in seconds:
-    `seconds` of all calls of the tracker, `frame_seconds` to decode or render a frame (mean), and
-    `update_seconds` of CPU time of an update (median).
+    `seconds` is the time of all calls of the tracker, `frame_seconds` the mean time to decode or
+    render a frame, and `update_seconds` the median CPU time of an update.
 
-    A damaged run is left out; a warning on standard error names it. Raises `ResultsError` if
-    anything else in the file is damaged.
+    Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
+    with a warning on standard error. Raises `ResultsError` if rows are missing.
     """
     with open_database(results.folder) as database:
         return [row for _, row in _read_rows(database)]
@@ -53,9 +53,9 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
 def list_scored_runs(
     results: Results, progress: Callable[[int, int], None] = lambda *_: None
 ) -> list[dict[str, Any]]:
-    """Return the rows of `list_runs` with `scores` by name, of `bench.evaluation.score_both`.
+    """Return the rows of `list_runs` with `scores` by name; see `bench.evaluation.score_both`.
 
-    `progress`: called with the number of runs that have been scored, and of all without scores.
+    `progress` is called with the number of runs that were scored, and of all runs without scores.
 
     Damaged runs and other damage are handled as in `list_runs`.
     """
@@ -72,7 +72,7 @@ def list_scored_runs(
             row = rows[number]
             try:
                 run = results.read(run_key(row))
-            except DamagedError as error:  # in its contents
+            except DamagedError as error:  # its contents are damaged
                 _warn(str(error))
                 del rows[number]
                 continue
@@ -86,20 +86,20 @@ def list_scored_runs(
                 ) from error
             scored.append(row)
             progress(done, len(unscored))
-        with suppress(ResultsError):  # in a read-only folder, each reader computes the scores again
+        with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
             add_scores(results, scored)
     return list(rows.values())
 
 
 def run_row(run: Run, truth: Any) -> dict[str, Any]:
-    """Return the row of a run, with scores by its ground truth."""
+    """Return the row of a run, with scores."""
     ended = run.status, run.failure, run.identity.repetition, len(run.boxes)
     fields = _fields(run.circumstances, *ended)
-    return {**_of_identity(run.identity), **fields, "scores": _scores(run, truth)}
+    return {**_identity_fields(run.identity), **fields, "scores": _scores(run, truth)}
 
 
 def add_scores(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
-    """Store the scores of rows, unless their runs were replaced or removed meanwhile.
+    """Store the scores of rows, unless their runs were replaced or removed in the meantime.
 
     Raises `ResultsError` if they cannot be written.
     """
@@ -118,35 +118,46 @@ def add_scores(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
 
 
 def to_json_row(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a row for JSON, with null for scores that are not finite."""
+    """Return a row in which None (null in JSON) replaces scores that are not finite."""
     scores = {key: value if isfinite(value) else None for key, value in row["scores"].items()}
     return {**row, "scores": scores}
 
 
 @cache
 def _warn(message: str) -> None:
-    """Log a message once per process: to standard error, unless logging is set up otherwise."""
+    """Log a warning, once per process; by default to standard error."""
     logging.getLogger("trackmark").warning(message)
 
 
 def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
     """Return the numbers and rows of all undamaged runs, in order."""
-    identities = {row["version"]: json.loads(row["identity"]) for row in database.table("tracker")}
+    trackers, tracker_errors = database.intact_rows("tracker")
+    identities = {row["version"]: json.loads(row["identity"]) for row in trackers}
+    intact_truths, truth_errors = set(), []
+    for truth in database.select("SELECT * FROM truth"):
+        if is_intact(truth):
+            intact_truths.add(truth[:2])
+        else:
+            truth_errors.append(database.changed_row("truth", truth))
+    stored, run_errors = database.intact_rows("run")
+    for error in (*tracker_errors, *truth_errors, *run_errors):
+        _warn(str(error))
     shared: dict[str, dict[str, Any]] = {}
     rows = []
-    stored, errors = database.intact_rows("run")
-    for error in errors:
-        _warn(str(error))
     for row in stored:
         version = row["version"]
         if version not in shared:
             if version not in identities:
+                if tracker_errors:
+                    continue
                 raise database.damaged(f"the tracker with the version {version} is missing")
-            shared[version] = _of_identity(Identity(**identities[version], repetition=0))
+            shared[version] = _identity_fields(Identity(**identities[version], repetition=0))
+        if truth_errors and (row["sequence"], row["fingerprint"]) not in intact_truths:
+            continue
         circumstances = json.loads(row["circumstances"])
         ended = row["status"], row["failure"], row["repetition"], row["frames"]
         rows.append((row["id"], {**shared[version], **_fields(circumstances, *ended)}))
-    return sorted(rows, key=lambda numbered: order(run_key(numbered[1])))
+    return sorted(rows, key=lambda numbered: sort_key(run_key(numbered[1])))
 
 
 def _fields(
@@ -163,7 +174,7 @@ def _fields(
     }
 
 
-def _of_identity(identity: Identity) -> dict[str, Any]:
+def _identity_fields(identity: Identity) -> dict[str, Any]:
     return {
         "tracker": identity.tracker,
         "tracker_name": identity.tracker_name,
@@ -178,7 +189,7 @@ def _of_identity(identity: Identity) -> dict[str, Any]:
 
 
 def _scores(run: Run, truth: Any) -> dict[str, float]:
-    """Return the scores by `native`; none if it cannot judge the run."""
+    """Return the scores by the preset `native`; empty if it cannot score the run."""
     if run.failure or run.states is not None or not can_judge("native", run.identity.protocol):
         return {}
     return score_both(run, truth)
@@ -186,7 +197,7 @@ def _scores(run: Run, truth: Any) -> dict[str, float]:
 
 @cache
 def _scorer_version() -> str:
-    """Return a digest of the definition of the scores."""
+    """Return a digest of the source files that define the scores."""
     bench = Path(__file__).parents[1]
     files = [bench / "metrics" / f"{name}.py" for name in SCORED_BY]
     files.append(bench / "evaluation/scoring.py")

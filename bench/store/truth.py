@@ -1,4 +1,4 @@
-"""Ground truth of the runs of an experiment. Scoring needs no access to the sequences."""
+"""Stored ground truth of the runs of an experiment; scoring needs no access to sequences."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.database import Database, open_database
+from trackmark.bench.store.database import is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE
 from trackmark.bench.store.packing import pack, select_group, unpack
@@ -23,7 +23,7 @@ _KEY = "sequence = ? AND fingerprint = ?"
 
 @dataclass(frozen=True)
 class StoredTruth:
-    """Ground truth of a sequence at the time of its runs; fields are those of `Sequence`."""
+    """Ground truth of a sequence at the time of its runs; fields as in `Sequence`."""
 
     name: str
     boxes: NDArray[Any]
@@ -54,45 +54,47 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
 
 
 def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
-    """Store a ground truth unless it is stored already, with the images' size and all shapes.
+    """Store a ground truth, unless it is already stored with image size and shapes.
 
     Raises `ResultsError` if it cannot be written.
     """
     key = truth.name, fingerprint
     with open_database(folder) as database:
-        stored = _stored(database, *key)
-    if (
-        stored
-        and (stored.image_size or not truth.image_size)
-        and (stored.shapes or not truth.shapes)
-    ):
-        return
+        rows = database.select(f"SELECT * FROM truth WHERE {_KEY}", *key)
+    is_damaged = not all(map(is_intact, rows))
+    if rows and not is_damaged:
+        stored = _truth_of(truth.name, unpack(rows[0]["data"]))
+        if (stored.image_size or not truth.image_size) and (stored.shapes or not truth.shapes):
+            return
     data = pack(_arrays_of(truth))
     with open_database(folder, write=True) as database:
-        database.delete("truth", _KEY, *key)
-        database.insert("truth", [(*key, data)])
+        if is_damaged:
+            database.repair("truth", (*key, data))
+        else:
+            database.delete("truth", _KEY, *key)
+            database.insert("truth", [(*key, data)])
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
-    """Read the ground truth that runs on a sequence were made with.
+    """Return the ground truth of runs on a sequence.
 
-    Raises `ResultsError` naming the file if it is missing or damaged.
+    Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
     """
     with open_database(folder) as database:
-        truth = _stored(database, sequence, fingerprint)
-    if truth is None:
-        raise ResultsError(
-            f"{folder / DATABASE} has no ground truth of {sequence} with the fingerprint "
-            f"{fingerprint}. Remove the runs on {sequence} (`trackmark results remove`) and run "
-            "the same command again."
-        )
-    return truth
+        for row in database.rows("truth", _KEY, sequence, fingerprint):
+            return _truth_of(sequence, unpack(row["data"]))
+    raise ResultsError(
+        f"{folder / DATABASE} has no ground truth of {sequence} with the fingerprint "
+        f"{fingerprint}. Remove the runs on {sequence} (`trackmark results remove`) and run "
+        "the same command again."
+    )
 
 
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
-    """Return the attributes that occur in any frame, by sequence of `runs` of `load_results`.
+    """Return the names of attributes that occur in a sequence, by sequence of `runs`.
 
-    Raises `ResultsError` naming the file if a ground truth is missing or damaged.
+    `runs` is a data frame of `load_results`. Raises `ResultsError`, which names the file, if a
+    ground truth is missing or damaged.
     """
     occurring: dict[str, set[str]] = {}
     for sequence, fingerprint in set(zip(runs["sequence"], runs["fingerprint"], strict=True)):
@@ -102,14 +104,8 @@ def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
     return occurring
 
 
-def _stored(database: Database, sequence: str, fingerprint: str) -> StoredTruth | None:
-    for row in database.rows("truth", _KEY, sequence, fingerprint):
-        return _truth_of(sequence, unpack(row["data"]))
-    return None
-
-
 def _image_size(sequence: Sequence) -> tuple[int, int] | None:
-    """Return the size of the images; None if the first is unreadable, which the run reports."""
+    """Return the size of the images; None if the first is unreadable (its run then fails)."""
     try:
         return sequence.image_size
     except SequenceError:

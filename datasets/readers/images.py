@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.frame_numbers import check_frame_numbers
-from trackmark.datasets.image_files import SUFFIXES, ImageFiles, image_files
+from trackmark.datasets.image_files import SUFFIXES, ImageFiles, check_frame_numbers, image_files
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.recorded import recorded
 

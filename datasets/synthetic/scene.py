@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from zlib import crc32
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -55,7 +56,7 @@ class SyntheticScene(ABC):
         return self.render(frame)
 
 
-def part_generator(seed: int, part: str) -> np.random.Generator:
+def part_generator(seed: int, part: str) -> Generator:
     """Return the random generator of one part of a scene; all parts are independent."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(crc32(part.encode()),)))
 

@@ -14,9 +14,10 @@ import cv2
 import numpy as np
 import pytest
 
-from trackmark import datasets
+from trackmark import bench, datasets
 from trackmark.bench.cli import main
 from trackmark.bench.engine import worker
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_files import answer_lines
 from trackmark.trackers.base import catalogue
 
@@ -103,7 +104,7 @@ def workspace(tmp_path, otb):
     return tmp_path
 
 
-class Here:
+class InProcessPool:
     """Pool that performs work units in this process."""
 
     lock = threading.Lock()
@@ -143,11 +144,25 @@ def without_processes():
     @contextmanager
     def within():
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("trackmark.bench.engine.pool.Pool", Here)
+            patch.setattr("trackmark.bench.engine.pool.Pool", InProcessPool)
             patch.setattr("trackmark.bench.experiments.tracker_files._child", answer_here)
             yield
 
     return within
+
+
+@pytest.fixture(scope="session")
+def run_trial(without_processes):
+    """Return a function that runs a small experiment in this process and returns its folder."""
+
+    def run(folder, trackers, sequences, **options):
+        sources = tuple(map(SequenceSource, sequences))
+        with without_processes():
+            return bench.run(
+                Experiment("trial", tuple(trackers), sources, **options), folder, jobs=1
+            )
+
+    return run
 
 
 @pytest.fixture
@@ -162,7 +177,7 @@ def trackmark(workspace, in_this_process, monkeypatch, capsys):
     """Return a function that runs a command line in this process, in a folder with data."""
     monkeypatch.chdir(workspace)
     monkeypatch.setenv("TRACKMARK_CACHE", str(workspace / "cache"))
-    monkeypatch.setattr("trackmark.bench.cli.attend", lambda tell: None)
+    monkeypatch.setattr("trackmark.bench.cli.prepare_numba", lambda tell: None)
     monkeypatch.setattr(
         "trackmark.bench.commands._progress.PATIENCE", 1e6
     )  # seconds: no notices of slow steps

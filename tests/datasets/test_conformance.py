@@ -1,6 +1,7 @@
-"""Rules for all built-in sequences; tests of single scenes are in other modules."""
+"""Rules for all built-in sequences, their versions and golden digests."""
 
 import hashlib
+import itertools
 import json
 import subprocess
 import sys
@@ -14,11 +15,12 @@ from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.golden import golden_digests, look_difference
 from trackmark.datasets.metadata import sequence_metadata
-from trackmark.datasets.synthetic.suite import suites
-from trackmark.datasets.versioning import find_version, read_versions
+from trackmark.datasets.spec_string import parse_text
+from trackmark.datasets.synthetic.suite import SyntheticSuite, suites
+from trackmark.datasets.versioning import VersionEntry, find_version, read_versions
 
 SIMILAR = {"nguyen2002/clip-": ("01", "04"), "multipart/": ("1", "5")}
-"""Two representatives of similar sequences: clips of one film, walkers with two kinds of camera."""
+"""Representatives of similar sequences: two clips of the film, a walker per kind of camera."""
 
 NAMES = [
     name
@@ -30,18 +32,14 @@ PARAMETERS = {
     name: {parameter["name"]: parameter for parameter in datasets.options(name)}
     for name in SYNTHETIC
 }
-GOLDEN = {
-    text: golden
-    for suite in suites()
-    for entry in read_versions(suite.golden).values()
-    for text, golden in entry.golden.items()
-}
+SEALS = [seal for suite in suites() for seal in read_versions(suite.golden).values()]
+GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()}
 EVERYDAY = ("plain/target", "wang2010/hand", "nguyen2002/lights", "stress/twin")
-"""Scenes that are cheap enough to be opened every day, even if their source is unchanged."""
+"""Cheap scenes that are tested every day, even if their source is unchanged."""
 
 
 def parametrized(names):
-    """Mark unchanged scenes as slow, except for those of every day."""
+    """Mark unchanged scenes as slow, except for `EVERYDAY`."""
     is_slow = {*SYNTHETIC} - {*EVERYDAY}
     return [
         pytest.param(name, marks=unless_sealed(name) if name in is_slow else ()) for name in names
@@ -87,7 +85,7 @@ class CachedFrames:
 def load_cached(name):
     sequence = datasets.load(name)
     sequence.frames = CachedFrames(sequence.frames)
-    _ = sequence[-1]  # the last frame first: golden digests are computed in temporal order
+    _ = sequence[-1]  # first in other order than that of golden digests
     return sequence
 
 
@@ -138,7 +136,7 @@ def test_ground_truth_of_scenes_is_complete(synthetic):
 
 
 def test_scene_has_its_golden_digests(synthetic):
-    """Compare with the stored digests; `test_golden_frames.py` tests variants.
+    """Compare with the stored digests.
 
     A change affects all results on the sequence. If it is intended, check the images and give the
     scene a new version: `python -m trackmark.bench.evaluation.version_check --new NAME`.
@@ -180,7 +178,7 @@ def test_masks_are_inside_their_regions(sequence):
 )
 def test_images_do_not_depend_on_the_order_of_access(name):
     sequence, reopened = load_cached(name), datasets.load(name)
-    for frame in (4, 0, len(sequence) - 1):  # the last frame was computed first before
+    for frame in (4, 0, len(sequence) - 1):  # `load_cached` computed the last frame first
         assert (reopened[frame] == sequence[frame]).all()
 
 
@@ -198,7 +196,7 @@ def test_other_process_computes_equal_images(sequence, other_process):
     assert [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in (-1, 1)] == digests
 
 
-@pytest.mark.slow  # the golden digests of scenes show it every day
+@pytest.mark.slow  # golden digests are compared every day
 def test_scenes_differ_in_images_and_boxes(synthetic):
     other = datasets.load(f"{synthetic.name}:scene=1")
     assert np.abs(synthetic[0].astype(int) - other[0]).mean() > 4
@@ -234,7 +232,106 @@ def test_fingerprints_are_unique():
 
 @pytest.mark.parametrize("suite", suites(), ids=lambda suite: suite.golden.parent.name)
 def test_source_of_scenes_has_its_stored_version(suite):
-    edited = [
-        name for name in suite.names() if find_version(name, suite.golden).tree != suite.tree(name)
-    ]
+    versions = {name: find_version(name, suite.golden) for name in suite.names()}
+    assert all(version is not None and version.golden for version in versions.values())
+    edited = [name for name, version in versions.items() if version.tree != suite.tree(name)]
     assert not edited, "run `make seal`: it compares the images with the golden digests"
+
+
+VARIANTS = [text for text in GOLDEN if ":" in text]
+FIRST_VERSIONS = {
+    "plain/target": "f7539512f62da8dd",
+    "plain/target:light=0.5": "dee7681874ecf9db",
+    "plain/target:occlusion=0.4": "4b7b297cb698fb47",
+}
+"""Fingerprints of first versions: digests of source bytes and library versions."""
+
+
+@pytest.mark.parametrize(
+    "text", [pytest.param(text, marks=unless_sealed(text.partition(":")[0])) for text in VARIANTS]
+)
+def test_variants_equal_the_golden_digests(text):
+    sealed, digests = GOLDEN[text], golden_digests(datasets.load(text))
+    assert look_difference(sealed["look"], digests["look"]) <= 1, "the pictures changed"
+    assert (digests["truth"], digests["images"]) == (sealed["truth"], sealed["images"])
+
+
+def test_describe_opens_no_unchanged_rendered_sequence(monkeypatch):
+    opened = sequence_metadata(datasets.load("plain/target"))
+    monkeypatch.setattr(SyntheticSuite, "load", lambda *_: pytest.fail("it was opened"))
+    assert datasets.describe("plain/target") == opened
+    monkeypatch.setattr(SyntheticSuite, "tree", lambda *_: "edited")
+    with pytest.raises(pytest.fail.Exception, match="it was opened"):
+        datasets.describe("plain/target")
+
+
+def parse_specification(text):
+    """Return suite, entry and parameters of a text without computing the ground truth."""
+    name, options = parse_text(text)
+    (suite,) = (suite for suite in suites() if name in suite.names())
+    return suite, suite.entries[name], suite.entries[name].parameters.checked(name, options)
+
+
+def test_golden_keys_are_canonical():
+    names = [
+        parameters.canonical_name(entry.name)
+        for _, entry, parameters in map(parse_specification, GOLDEN)
+    ]
+    assert names == list(GOLDEN)
+
+
+@pytest.mark.parametrize(
+    "seal",
+    [seal for seal in SEALS if len(seal.golden) > 1],
+    ids=lambda seal: next(iter(seal.golden)),
+)
+def test_scenes_differ_in_image_and_ground_truth(seal):
+    scenes = {text: parse_specification(text)[2].scene for text in seal.golden}
+    for first, second in itertools.combinations(seal.golden, 2):
+        if scenes[first] != scenes[second]:
+            assert look_difference(*(seal.golden[text]["look"] for text in (first, second))) > 20
+            assert seal.golden[first]["truth"] != seal.golden[second]["truth"]
+    assert len(set(scenes.values())) > 1
+
+
+@pytest.fixture
+def edited(monkeypatch):
+    """Function that replaces the source digest of all scenes."""
+
+    def edit(digest):
+        monkeypatch.setattr("trackmark.datasets.synthetic.suite._scene_tree", lambda module: digest)
+
+    return edit
+
+
+def test_fingerprint_differs_between_variants():
+    texts = [*FIRST_VERSIONS, "multipart/2", "multipart/1:scene=1"]
+    fingerprints = {suite._fingerprint(*which) for suite, *which in map(parse_specification, texts)}
+    assert len(fingerprints) == len(texts)
+
+
+def test_fingerprint_changes_with_an_edited_source(edited):
+    fingerprints = [datasets.load("plain/target").fingerprint]
+    for digest in ("edited", "edited again"):
+        edited(digest)
+        fingerprints.append(datasets.load("plain/target").fingerprint)
+    assert len(set(fingerprints)) == 3
+
+
+def test_fingerprint_of_unchanged_source_is_its_version(edited, monkeypatch):
+    fingerprints = []
+    for tree in ("one", "other"):
+        edited(tree)
+        seal = VersionEntry([2], tree)
+        monkeypatch.setattr(
+            "trackmark.datasets.synthetic.suite.find_version", lambda name, file, seal=seal: seal
+        )
+        fingerprints.append(datasets.load("plain/target").fingerprint)
+    assert fingerprints[0] == fingerprints[1]
+
+
+@pytest.mark.parametrize(("text", "stored"), FIRST_VERSIONS.items())
+def test_fingerprint_of_first_version_is_stored_one(edited, text, stored):
+    suite, entry, parameters = parse_specification(text)
+    edited(find_version(entry.name, suite.golden).tree)
+    assert suite._fingerprint(entry, parameters) == stored

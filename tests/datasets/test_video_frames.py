@@ -8,7 +8,7 @@ import pytest
 from trackmark.datasets import SequenceError
 from trackmark.datasets.video_frames import VideoFrames
 
-# Containers with codec, number of B-frames and options; each numbers frames in its own way.
+# Containers with codec, number of B-frames and options; their frame times differ.
 KINDS = {
     "clip.mp4": ("libx264", 3, ()),
     "open-gop.mp4": ("libx264", 3, (("x264-params", "open-gop=1:b-pyramid=normal"),)),
@@ -32,12 +32,6 @@ def decoded_in_order(path):
 def video(request, tmp_path, write_video):
     codec, b_frames, options = KINDS[request.param]
     return write_video(tmp_path / request.param, codec, b_frames=b_frames, options=options)
-
-
-def test_test_videos_have_reordered_frames(tmp_path, write_video):
-    with av.open(write_video(tmp_path / "clip.mp4", b_frames=3)) as container:
-        times = [packet.pts for packet in container.demux(video=0) if packet.size]
-    assert times != sorted(times)
 
 
 def test_frames_are_bit_identical_in_any_order(video):
@@ -127,17 +121,10 @@ def overwrite_packet(path, index, byte, from_middle=False):
     path.write_bytes(data)
 
 
-@pytest.fixture
-def damaged(tmp_path, write_video):
-    """Video file with zeros as data of frame 20, and its frames before the damage."""
+def test_damaged_frame_is_refused_up_to_the_next_key_frame(tmp_path, write_video):
     path = write_video(tmp_path / "clip.mp4", b_frames=0)
     expected = decoded_in_order(path)
     overwrite_packet(path, 20, b"\0")
-    return path, expected
-
-
-def test_damaged_frame_is_refused_up_to_the_next_key_frame(damaged):
-    path, expected = damaged
     frames = VideoFrames(path)
     for i in range(20):
         np.testing.assert_array_equal(frames[i], expected[i])
@@ -237,16 +224,8 @@ def test_video_opens_without_keywords_since_pyav_19(tmp_path, write_video, monke
     monkeypatch.setattr(av, "__version__", "19.0.0")
     monkeypatch.setattr(av, "open", lambda file: open_(file))
     assert len(VideoFrames(path)) == 3
-
-
-def test_programming_error_is_not_reported_as_damage(tmp_path, write_video, monkeypatch):
-    path = write_video(tmp_path / "clip.mp4", n=3)
-
-    def open_with_other_keywords(file, **keywords):
-        raise TypeError("open() got an unexpected keyword argument")
-
-    monkeypatch.setattr(av, "open", open_with_other_keywords)
-    with pytest.raises(TypeError, match="unexpected keyword"):
+    monkeypatch.setattr(av, "__version__", "18.0.0")
+    with pytest.raises(TypeError, match="unexpected keyword"):  # not reported as damage
         VideoFrames(path)
 
 

@@ -1,4 +1,4 @@
-"""Frames that trackers are timed on, and the target's boxes; each is made once."""
+"""Cached clips of the speed tests: images and boxes."""
 
 from functools import cache
 
@@ -17,7 +17,7 @@ def finished(images, boxes):
 
 @cache
 def large():
-    """640x480: a red and blue target of 60x140 with some texture on ground of many colours."""
+    """Return a clip of 640x480 pixels: a textured target of 60x140 on multicoloured ground."""
     rng = np.random.default_rng(0)
     ground = np.zeros((480, 640, 3))
     for scale in (3, 12, 40):
@@ -38,7 +38,7 @@ def large():
 
 @cache
 def small():
-    """142x115, as the sequence of Wang & Tang: a ball of 12 pixels on ground of many colours."""
+    """Return a clip of 142x115 pixels, as in Wang & Tang: a ball of 12 pixels."""
     rng = np.random.default_rng(0)
     ground = cv2.GaussianBlur(rng.uniform(0, 255, (115, 142, 3)), (0, 0), 2)
     images, boxes = [], []
@@ -53,7 +53,7 @@ def small():
 
 @cache
 def disc():
-    """320x240: a disc of changing colour before shapes of all colours, some 3000 of them."""
+    """Return a clip of 320x240 pixels: a disc of changing colour before multicoloured discs."""
     random = np.random.default_rng(0)
     ground = np.full((240, 320, 3), 110.0)
     for _ in range(150):
@@ -72,7 +72,7 @@ def disc():
 
 @cache
 def hidden():
-    """320x240: a textured target of 60x80; a board covers it in frames 50 to 90."""
+    """Return a clip of 320x240 pixels: a board occludes the target in frames 50 to 90."""
     rng = np.random.default_rng(0)
     ground, target = textured(rng, 240, 320, 4), textured(rng, 80, 60, 2)
     board = textured(rng, 240, 96, 6)

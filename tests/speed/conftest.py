@@ -1,4 +1,4 @@
-"""OpenCV on one thread, as the code that it is compared with."""
+"""Fixture that limits OpenCV to one thread, as the trackers that it is compared with."""
 
 import cv2
 import pytest

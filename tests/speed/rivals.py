@@ -54,8 +54,8 @@ def run(tracker, clip, seconds=None, n=40):
     return np.mean(overlaps)
 
 
-def say(*words):
-    print("\n ", *words, end="")  # noqa: T201  # what `pytest -s` is for
+def print_ratio(*words):
+    print("\n ", *words, end="")  # noqa: T201  # for `pytest -s`
 
 
 def warm(text, clip):
@@ -74,13 +74,13 @@ def seconds_of(function, *arguments):
 
 
 def compare(clip, ours, theirs, rounds=3, n=40):
-    """Return the ratio of median times, theirs over ours, measured in turns under equal load."""
+    """Return the ratio of median times, theirs over ours, measured alternately."""
     our_seconds, their_seconds = [], []
     for _ in range(rounds):
         our_overlap = run(ours, clip, our_seconds, n)
         their_overlap = run(theirs, clip, their_seconds, n)
     ratio = median(their_seconds) / median(our_seconds)
-    say(
+    print_ratio(
         f"ours {median(our_seconds) * 1e3:.3f} ms (p99 {np.percentile(our_seconds, 99) * 1e3:.3f}),"
         f" theirs {median(their_seconds) * 1e3:.3f} ms, {ratio:.2f} times ours;"
         f" overlap {our_overlap:.2f}, theirs {their_overlap:.2f}"

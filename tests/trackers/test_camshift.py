@@ -93,14 +93,6 @@ def hues_of(image, n_bins=32, *limits) -> HueBins:
     return SharedFrame(image).compute(lazy_hue_bins, n_bins, *(limits or (0.0, 0.0, 1.0)))
 
 
-def test_only_visited_pixels_are_binned():
-    hues = hues_of(picture(0))
-    count_bins(hues, 3, 4, 5, 6)
-    visited = hues.bins != 255
-    assert visited[4:10, 3:8].all()
-    assert visited.sum() == 30
-
-
 def slow_mean_shift(projection, centre, size, stop_distance, max_iterations):
     """Return position, number of steps and weight; pixel centres are at integers.
 

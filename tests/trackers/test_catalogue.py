@@ -283,14 +283,6 @@ def test_package_of_another_project_keeps_its_former_name(tmp_path):
     assert warning.startswith(":3: the import name `trackers.base.interface` is deprecated.")
 
 
-@pytest.mark.slow
-def test_command_reports_former_import_names(tmp_path):
-    script = Path(sys.executable).with_name("trackmark")
-    arguments = ["run", "--trackers", "former.py", "--sequences", "samples/bow-tie"]
-    warning = run_former(tmp_path, "names", script, *arguments)
-    assert warning.startswith(":2: the import name `datasets` is deprecated.")
-
-
 def test_shared_modules_import_no_tracker():
     files = Path(trackers.__file__).parent.glob("[!_]*.py")
     modules = {f"trackmark.trackers.{file.stem}" for file in files}

@@ -76,7 +76,7 @@ def test_invalid_cascade_file_is_rejected_by_name(tmp_path):
     with pytest.raises(TrackerError, match=r"absent\.xml: there is no such"):
         cascade(tmp_path / "absent.xml")
     (tmp_path / "poor.xml").write_text("no cascade")
-    with pytest.raises(TrackerError, match=r"poor\.xml: this is no cascade"):
+    with pytest.raises(TrackerError, match=r"poor\.xml: OpenCV cannot read this file as a cascade"):
         cascade(tmp_path / "poor.xml")
 
 

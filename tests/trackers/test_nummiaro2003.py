@@ -25,7 +25,6 @@ from trackmark.trackers.histograms.target_model import (
     EllipseHistograms,
     Likelihood,
     TargetModel,
-    grid_spacing,
 )
 
 
@@ -133,17 +132,6 @@ def test_background_has_coefficients_on_a_grid():
     mean = sum(actual) / len(actual)
     deviation = sqrt(sum((rho - mean) ** 2 for rho in actual) / len(actual))  # equations 13 and 14
     assert background.threshold(model) == pytest.approx(mean + 2 * deviation, rel=1e-12)
-
-
-@given(st.integers(50, 2000), st.floats(3, 60), st.floats(3, 60))
-def test_grid_has_about_the_requested_number_of_positions(positions, half_x, half_y):
-    half_axes = np.array([half_x, half_y])
-    spacing = grid_spacing(positions, half_axes, (640, 480))
-    across, down = (
-        len(np.arange(half, size - half + 1e-9, spacing))
-        for half, size in zip(half_axes, (640, 480), strict=True)
-    )
-    assert positions <= across * down <= 1.4 * positions + 50
 
 
 def test_background_excludes_surroundings_of_the_target():
@@ -328,14 +316,6 @@ def test_moving_target_is_followed(parameters):
         assert estimate.details["coefficient"] > 0.7
 
 
-def test_second_order_dynamics_follow_acceleration():
-    tracker = started(x=10, dynamics="second-order", velocity_noise=0.01, scale_noise=0.0)
-    shifts = [round(0.2 * frame**2) for frame in range(1, 26)]
-    images = [with_target(10 + shift) for shift in shifts]
-    for shift, estimate in zip(shifts, follow(tracker, images), strict=True):
-        assert (np.abs(centre(estimate) - [20 + shift, 64]) < (14, 16)).all()
-
-
 def test_estimate_is_the_weighted_mean_of_the_particles():
     tracker = started()
     for estimate in follow(tracker, [with_target(40 + k) for k in range(5)]):
@@ -452,17 +432,6 @@ def test_init_by_histogram_waits_for_the_target():
     assert modes[0] == 0
     assert modes[-1] == 1
     assert np.abs(centre(coming[-1]) - [50, 60]).max() < 12
-
-
-@pytest.mark.parametrize("placement", ["last", "predicted", "borders", "image"])
-def test_init_by_histogram_waits_at_entries(placement):
-    tracker = trackers.create("nummiaro2003", sigma=0.1, placement=placement)
-    model = tracker.histogram_of(with_target(40), box_at(40))
-    door = np.array([[90.0, 50.0, 20.0, 20.0]])
-    tracker.init_by_histogram(ground(), model, np.array(SIZE) / 2, door)
-    places = tracker.update(ground(1)).arrays["particles"][:, :2]
-    assert (np.abs(places - [100, 60]) <= 10).all()
-    assert follow(tracker, [with_target(90, y=46)] * 3)[-1].details["mode"] == 1
 
 
 def test_init_by_histogram_rejects_invalid_arguments():

@@ -175,7 +175,7 @@ def test_opencv_parameters_and_defaults_are_passed_on(name, monkeypatch):
 
 
 def written(tracker):
-    """Return the parameters that a tracker of `cv2.legacy` writes, by OpenCV's option_names."""
+    """Return the parameters that a tracker of `cv2.legacy` writes, by OpenCV's names."""
     storage = cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
     tracker.write(storage)
     lines = storage.releaseAndGetString().splitlines()

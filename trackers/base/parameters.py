@@ -42,19 +42,10 @@ class Parameters(BaseModel):
 
     @classmethod
     def checked(cls, owner: str, values: Mapping[str, Any]) -> Self:
-        """Return validated parameters of the tracker `owner`.
+        """Return validated parameters of the tracker `owner`, from values or their texts by name.
 
-        Parameters
-        ----------
-        owner : str
-            Name of the tracker, for error messages.
-        values : mapping of str to object
-            Values, or their text, by parameter name. Missing parameters get their defaults.
-
-        Raises
-        ------
-        TrackerError
-            For an unknown name or a value outside the declared type or bounds.
+        Missing parameters get their default values. Raises TrackerError for an unknown name, or a
+        value outside the declared type or bounds.
         """
         for name in values:
             if name not in cls.model_fields:

@@ -70,7 +70,8 @@ def time_table(context: Context) -> Table:
     ]
     heads = ["histograms", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
-        "Time of a frame's histograms, section 3: one NumPy call per region, CPU time, median of "
-        "12 rounds on sequence 1. Times of two machines are not compared."
+        "Time to compute the histograms of a frame, section 3. Our times are CPU times of one "
+        "NumPy call per region, the median of 12 rounds on sequence 1. Times on different "
+        "machines cannot be compared."
     )
     return text_table("times", caption, heads, rows, 1)

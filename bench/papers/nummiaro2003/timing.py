@@ -160,8 +160,9 @@ def time_table(context: Context) -> Table:
     heads = ["sequence", "setting", "paper", "NumPy [ms]", "NumPy at 800 MHz [ms]"]
     heads += ["compiled [ms]", "weighting, NumPy", "weighting, compiled"]
     caption = (
-        "Time per frame with 100 samples, Fig. 5 (its values are not in the text): CPU time, "
-        "median of 12 rounds. At 800 MHz: as many cycles at the clock of the paper's processor, "
-        "which needs more cycles for the same work. Weighting: share of the time."
+        "Time per frame with 100 samples, Fig. 5 (its values are not in the text). Our times are "
+        "CPU times, the median of 12 rounds. The column for 800 MHz assumes the same number of "
+        "cycles at 800 MHz; the paper's processor needs more cycles for the same work. The last "
+        "columns show the share of the time that weighting takes."
     )
     return text_table("times", caption, heads, rows, 2)

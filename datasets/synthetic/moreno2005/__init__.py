@@ -1,4 +1,4 @@
-"""Synthetic sequences after Moreno-Noguer et al. (2005), on the fusion of dependent cues.
+"""Synthetic sequences after Moreno-Noguer, Sanfeliu and Samaras (2005), on dependent cues.
 
 The sequences imitate the paper's own recordings and its synthetic ellipse. They follow the text of
 the paper and use none of its images. Every scene number gives a different video. All sequences have

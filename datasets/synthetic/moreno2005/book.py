@@ -20,6 +20,7 @@ from itertools import cycle
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -219,7 +220,7 @@ class BookPlan:
     bendings: tuple[Bending, ...]
 
 
-def sample_plan(random: np.random.Generator, height: float, side: float) -> BookPlan:
+def sample_plan(random: Generator, height: float, side: float) -> BookPlan:
     """Sample the motion of a book with a height [pixels].
 
     `side` is 1 if the light comes from the right, and -1 if it comes from the left.
@@ -240,7 +241,7 @@ def sample_plan(random: np.random.Generator, height: float, side: float) -> Book
     return BookPlan(poses, bendings)
 
 
-def _movements(random: np.random.Generator, side: float) -> tuple[Array, tuple[Bending, ...]]:
+def _movements(random: Generator, side: float) -> tuple[Array, tuple[Bending, ...]]:
     """Return the rotation away from the light [radians] and the bending of the book, by frame.
 
     The book is repeatedly bent and turned away from the light, and released more slowly. The side
@@ -262,12 +263,12 @@ def _movements(random: np.random.Generator, side: float) -> tuple[Array, tuple[B
     return away, tuple(Bending(*values) for values in bendings)
 
 
-def _sample_release(random: np.random.Generator) -> tuple[float, float, float, float]:
+def _sample_release(random: Generator) -> tuple[float, float, float, float]:
     bending = random.uniform(0.0, 0.25), random.uniform(-0.15, 0.2), random.uniform(-0.3, 0.3)
     return *bending, -random.uniform(0.05, 0.15)
 
 
-def _sample_bend(random: np.random.Generator, kind: str) -> tuple[float, float, float, float]:
+def _sample_bend(random: Generator, kind: str) -> tuple[float, float, float, float]:
     far = random.uniform(0.2, 0.6) if kind == "near" else random.uniform(0.4, 0.7)
     near = random.uniform(-0.4, 0.4) if kind == "far" else -random.uniform(0.4, 0.7)
     return far, near, random.uniform(-0.4, 0.4), random.uniform(0.28, 0.4)
@@ -290,7 +291,7 @@ SIDE = 512
 
 
 def print_cover(
-    random: np.random.Generator, half_width: float, height: float, cloth: Colour
+    random: Generator, half_width: float, height: float, cloth: Colour
 ) -> NDArray[np.float32]:
     """Return the texture of a book, linear BGR: the cover, then twice `PAGES` rows.
 
@@ -315,7 +316,7 @@ def print_cover(
 
 
 def _print_front(
-    cover: Painting, random: np.random.Generator, cloth: Colour, ink: Colour, high: float
+    cover: Painting, random: Generator, cloth: Colour, ink: Colour, high: float
 ) -> None:
     second = cloth * 0.55 + ink * 0.2
     cover.patch(0, 0, 0.08, high, cloth * 0.72)
@@ -330,9 +331,7 @@ def _print_front(
     _device(cover, random, (left + right) / 2, middle, random.uniform(0.2, 0.26), second, ink)
 
 
-def _word(
-    cover: Painting, random: np.random.Generator, top: float, tall: float, ink: Colour
-) -> None:
+def _word(cover: Painting, random: Generator, top: float, tall: float, ink: Colour) -> None:
     letters = "".join(random.choice(list("AEIORSTLNMDBKU"), int(random.integers(5, 8))))
     font, high = cv2.FONT_HERSHEY_DUPLEX, tall * cover.scale
     (wide, base), _ = cv2.getTextSize(letters, font, 1.0, 2)
@@ -343,7 +342,7 @@ def _word(
 
 
 def _device(
-    cover: Painting, random: np.random.Generator, x: float, y: float, radius: float,
+    cover: Painting, random: Generator, x: float, y: float, radius: float,
     second: Colour, ink: Colour,
 ) -> None:  # fmt: skip
     """Paint a disc with a star, rings or a sailing ship."""
@@ -368,7 +367,7 @@ def _device(
                    ink)  # fmt: skip
 
 
-def _pages(random: np.random.Generator, columns: int) -> NDArray[np.uint8]:
+def _pages(random: Generator, columns: int) -> NDArray[np.uint8]:
     tones = random.uniform(0.72, 1.0, (PAGES, 1)) * random.uniform(0.97, 1.0, (PAGES, columns))
     return np.asarray(tones[..., None] * [196, 218, 228], np.uint8)
 
@@ -406,13 +405,13 @@ class BookSurface:
 class Book:
     """Book with a random size."""
 
-    def __init__(self, random: np.random.Generator) -> None:
+    def __init__(self, random: Generator) -> None:
         self.half_width = random.uniform(45, 51)
         self.height = 2 * self.half_width * random.uniform(1.25, 1.4)
         columns, rows = np.meshgrid(np.linspace(-1, 1, COLUMNS), np.linspace(-1, 0, ROWS))
         self._u, self._v = self.half_width * columns.ravel(), self.height * rows.ravel()
 
-    def print_cover(self, random: np.random.Generator, cloth: Colour) -> NDArray[np.float32]:
+    def print_cover(self, random: Generator, cloth: Colour) -> NDArray[np.float32]:
         """Return the texture with a random print on a cloth colour, BGR in [0, 255]."""
         return print_cover(random, self.half_width, self.height, cloth)
 
@@ -589,7 +588,7 @@ class BookSetting:
             self.book.print_cover(self._random("cover"), 255 * light ** (1 / GAMMA))
         )
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"moreno2005/book {part}")
 
 
@@ -600,7 +599,7 @@ def _most_frequent(colours: Floats) -> Array:
     return np.asarray(colours[inverse.ravel() == counts.argmax()].mean(axis=0), np.float64)
 
 
-def _skin(random: np.random.Generator, side: float) -> list[Array]:
+def _skin(random: Generator, side: float) -> list[Array]:
     """Return the solids of a hand; the origin is the held point of the book, and y is upwards."""
     lean = random.uniform(-3, 3)
     wrist = (side * 14, -46, -6)

@@ -15,6 +15,7 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -103,7 +104,7 @@ def sample_plan(seed: int) -> EllipsePlan:
     return EllipsePlan(centre, quantised(half_axes), angle, _colour_path(colour))
 
 
-def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
+def _trajectory(random: Generator, low: Array, high: Array) -> Array:
     """Sample a path, shape (FRAMES, 2), with an autoregressive velocity, reflected at bounds."""
     place = random.uniform(low, high)
     rate = random.normal(0, NEW_SPEED / np.sqrt(1 - KEPT * KEPT), low.shape)
@@ -116,7 +117,7 @@ def _trajectory(random: np.random.Generator, low: Array, high: Array) -> Array:
     return places
 
 
-def _random_walk(random: np.random.Generator, low: Array, high: Array) -> Array:
+def _random_walk(random: Generator, low: Array, high: Array) -> Array:
     """Sample a random walk, shape (FRAMES, k), with independent steps, reflected at bounds (k,)."""
     places = [random.uniform(low, high)]
     for step in random.normal(0, NEW, (FRAMES - 1, *low.shape)):
@@ -124,7 +125,7 @@ def _random_walk(random: np.random.Generator, low: Array, high: Array) -> Array:
     return np.array(places)
 
 
-def _colour_path(random: np.random.Generator) -> Array:
+def _colour_path(random: Generator) -> Array:
     """Sample a curved path through RGB space at nearly constant speed, shape (FRAMES, 3)."""
     low, high = (np.full(3, level) for level in COLOURS)
     place, heading = random.uniform(low, high), _unit(random.normal(size=3))
@@ -184,7 +185,7 @@ def covered_samples(outline: Array) -> NDArray[np.bool_]:
     return canvas.astype(np.bool_)
 
 
-def sample_outline(random: np.random.Generator, centre: Array, radius: float) -> Array:
+def sample_outline(random: Generator, centre: Array, radius: float) -> Array:
     """Sample the outline of a random shape with the area of a circle around a point [pixels]."""
     kinds = _box, _polygon, _oval, _blob
     points = kinds[random.integers(len(kinds))](random)
@@ -194,21 +195,21 @@ def sample_outline(random: np.random.Generator, centre: Array, radius: float) ->
     return np.asarray(centre + radius * (points * (stretch, 1 / stretch)) @ turn)
 
 
-def _box(random: np.random.Generator) -> Array:
+def _box(random: Generator) -> Array:
     return 0.9 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
-def _polygon(random: np.random.Generator) -> Array:
+def _polygon(random: Generator) -> Array:
     corners = int(random.integers(3, 7))
     angles = (np.arange(corners) + random.uniform(-0.3, 0.3, corners)) * (2 * np.pi / corners)
     return 1.15 * random.uniform(0.8, 1.2, (corners, 1)) * _directions(angles)
 
 
-def _oval(random: np.random.Generator) -> Array:
+def _oval(random: Generator) -> Array:
     return _directions(np.linspace(0, 2 * np.pi, 64, endpoint=False))
 
 
-def _blob(random: np.random.Generator) -> Array:
+def _blob(random: Generator) -> Array:
     angles = np.linspace(0, 2 * np.pi, 96, endpoint=False)
     waves = [
         random.uniform(0, 0.4 / k) * np.sin(k * angles + random.uniform(0, 2 * np.pi))
@@ -290,7 +291,7 @@ def paint_background(seed: int, plan: EllipsePlan, patches: Sequence[EllipsePatc
 
 
 def _paint_shape(
-    random: np.random.Generator, canvas: Array, mottle: Array, outline: Array, colour: Array
+    random: Generator, canvas: Array, mottle: Array, outline: Array, colour: Array
 ) -> None:
     """Paint a shape with its shadow over a canvas in place; the canvas has `FINE` resolution."""
     rows, columns = _window(outline)

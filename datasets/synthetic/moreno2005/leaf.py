@@ -15,6 +15,7 @@ from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -69,7 +70,7 @@ class Blade:
     across: Array
 
 
-def sample_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
+def sample_blade(random: Generator, length: float, colour: ArrayLike) -> Blade:
     """Sample a leaf with a length of the blade [pixels] and a mean colour, BGR in [0, 255]."""
     s = np.linspace(0, 1, ROWS)
     rise, fall = random.uniform(0.55, 0.75), random.uniform(0.8, 1.05)
@@ -118,7 +119,7 @@ def place_blade(blade: Blade, shape: LeafShape) -> tuple[Array, Array]:
     return render_mesh, normals.reshape(-1, 3) @ axes.T
 
 
-def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float32]:
+def _texture(random: Generator, colour: ArrayLike) -> NDArray[np.float32]:
     down, right = (np.arange(TALL) + 0.5) / TALL, (np.arange(WIDE) + 0.5) / WIDE * 2 - 1
     s, w = down[:, None], np.abs(right)[None]
     pairs, slope = random.uniform(6, 9), random.uniform(0.22, 0.34)
@@ -154,7 +155,7 @@ CALM = 6  # minimum time from the light change to the next gust [frames]
 LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])  # bounds of the leaf's centre [pixels]
 
 
-def sample_shapes(random: np.random.Generator) -> tuple[LeafShape, ...]:
+def sample_shapes(random: Generator) -> tuple[LeafShape, ...]:
     """Sample the pose and bending of the leaf in every frame."""
     gusts = _gusts(random)
     places = _places(random, gusts)
@@ -170,14 +171,14 @@ def sample_shapes(random: np.random.Generator) -> tuple[LeafShape, ...]:
     )
 
 
-def sample_sway(random: np.random.Generator) -> Array:
+def sample_sway(random: Generator) -> Array:
     """Sample the displacement of the front foliage in every frame [pixels], shape (FRAMES, 2)."""
     gusts = _gusts(random)
     sway = [2.5 * np.tanh(_shaken(random, gusts, 0.10, 0.35)) for _ in range(2)]
     return quantised(np.stack(sway, axis=1))
 
 
-def _gusts(random: np.random.Generator) -> Array:
+def _gusts(random: Generator) -> Array:
     """Return the strength of the gust that starts in each frame, up to 1.3, or 0."""
     gusts = np.zeros(FRAMES)
     gusts[JUMP] = random.uniform(*FIRST_GUST)
@@ -188,7 +189,7 @@ def _gusts(random: np.random.Generator) -> Array:
     return gusts
 
 
-def _places(random: np.random.Generator, gusts: Array) -> Array:
+def _places(random: Generator, gusts: Array) -> Array:
     """Return the path of the leaf, shape (FRAMES, 2): gusts push it, a spring pulls it back."""
     home = np.array([160.0, 120.0]) + random.uniform(-1, 1, 2) * [35, 20]
     place, speed = home + random.uniform(-8, 8, 2), random.normal(0, 0.8, 2)
@@ -206,7 +207,7 @@ def _places(random: np.random.Generator, gusts: Array) -> Array:
     return quantised(np.array(places))
 
 
-def _shaken(random: np.random.Generator, gusts: Array, restless: float, kick: float) -> Array:
+def _shaken(random: Generator, gusts: Array, restless: float, kick: float) -> Array:
     """Return damped oscillations about 0, excited slightly by noise and strongly by gusts."""
     value, speed, values = 0.0, 0.0, []
     for gust in gusts.tolist():
@@ -373,11 +374,11 @@ class LeafSetting:
     def _dapples(self) -> Array:
         return smooth_step(fractal(self._random("dapples"), SUNLIGHT_SIDE, 8, 32, 0.6), -0.55, 0.45)
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"moreno2005/leaf {part}")
 
 
-def _sample_foliage_leaf(random: np.random.Generator, target: Array) -> Blade:
+def _sample_foliage_leaf(random: Generator, target: Array) -> Blade:
     """Sample a leaf of the foliage; some leaves have nearly the colour of the `target`, BGR."""
     colour = sample_colour(random, GREENS)
     if random.random() < SIMILAR_SHARE:
@@ -386,7 +387,7 @@ def _sample_foliage_leaf(random: np.random.Generator, target: Array) -> Blade:
     return sample_blade(random, random.uniform(40, 76), colour)
 
 
-def _sample_foliage_shape(random: np.random.Generator) -> LeafShape:
+def _sample_foliage_shape(random: Generator) -> LeafShape:
     return LeafShape(
         random.uniform(-10, 10, 2) + random.uniform(0, 1, 2) * LAYER,
         random.uniform(-np.pi, np.pi),

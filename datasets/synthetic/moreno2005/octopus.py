@@ -1,7 +1,7 @@
 """`moreno2005/octopus`: an octopus crawls over the sea floor and imitates it.
 
-The paper uses "a real video sequence of an octopus changing its appearance while camouflaging".
-Sometimes its "appearance [is] quite similar to the background". All other properties are our
+The paper uses "a real video sequence of an octopus changing its appearance while camouflaging". Its
+"appearance [...]" is at times "quite similar to the background". All other properties are our
 choice: body and motion, zones of the floor, times of the changes, stones and algae, the moving
 light below the water, and sensor noise. The skin adopts the appearance of the floor only in part,
 so that colours still separate most of the body from the floor. The arms are short, webbed and move
@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -39,21 +40,21 @@ class TextureKind:
 
     colour: tuple[float, float, float]  # mean colour, RGB in [0, 1]
     # returns a texture of shape (SIDE, SIDE, 3), BGR, with an arbitrary mean
-    paint: Callable[[np.random.Generator], Array]
+    paint: Callable[[Generator], Array]
 
 
-def paint_texture(random: np.random.Generator, kind: TextureKind, colour: Array) -> Array:
+def paint_texture(random: Generator, kind: TextureKind, colour: Array) -> Array:
     """Return a BGR texture, shape (SIDE, SIDE, 3), with a mean colour (RGB in [0, 1])."""
     texture = kind.paint(random)
     return np.asarray(np.clip(texture * (colour[::-1] / texture.mean(axis=(0, 1))), 0, 1.2))
 
 
-def imitate_floor(texture: Array, skin_look: Array) -> Array:
+def imitate_floor(texture: Array, skin_texture: Array) -> Array:
     """Return a mixture of a floor's texture and a skin's texture."""
-    return np.asarray(IMITATION * texture + (1 - IMITATION) * skin_look)
+    return np.asarray(IMITATION * texture + (1 - IMITATION) * skin_texture)
 
 
-def _sand(random: np.random.Generator) -> Array:
+def _sand(random: Generator) -> Array:
     rows, columns = np.indices((SIDE, SIDE)) * (2 * np.pi / SIDE)
     bend = 5 * fractal(random, SIDE, 4, 16)
     ripples = np.sin(random.choice([-1, 1]) * 13 * columns + 31 * rows + bend)
@@ -64,7 +65,7 @@ def _sand(random: np.random.Generator) -> Array:
     return np.asarray(np.array([0.74, 0.88, 1.0]) * tone[..., None])
 
 
-def _stones(random: np.random.Generator) -> Array:
+def _stones(random: Generator) -> Array:
     large = pebbles(random, SIDE) / 130
     halves = large.reshape(SIDE // 2, 2, SIDE // 2, 2, 3).mean(axis=(1, 3))
     stones = np.tile(halves, (2, 2, 1))
@@ -72,14 +73,14 @@ def _stones(random: np.random.Generator) -> Array:
     return lerp(stones, stones * np.array([0.75, 1.0, 0.95]), 2 * overgrown)
 
 
-def _turf(random: np.random.Generator) -> Array:
+def _turf(random: Generator) -> Array:
     blades = grass(random, SIDE) / 90
     dark = 1 + 0.35 * fractal(random, SIDE, 8, 64)
     return np.asarray(blades.mean(axis=2, keepdims=True) * np.clip(dark, 0.3, 2)[..., None]
                       * np.array([0.8, 1.0, 0.9]))  # fmt: skip
 
 
-def _reef(random: np.random.Generator) -> Array:
+def _reef(random: Generator) -> Array:
     height = fractal(random, SIDE, 16, 256, 0.7)
     tones = np.array([[0.35, 0.38, 0.45], [0.7, 0.75, 0.9], [1.0, 1.05, 1.25]])
     rock = ramp(height, tones) * relief(9 * height, 0.35)[..., None]
@@ -87,7 +88,7 @@ def _reef(random: np.random.Generator) -> Array:
     return lerp(rock, rock * np.array([1.15, 0.82, 1.25]), crust)
 
 
-def _spotted(random: np.random.Generator) -> Array:
+def _spotted(random: Generator) -> Array:
     """Return relaxed skin: pale spots with dark lines between them."""
     cells = fractal(random, SIDE, 32, 64, 0.5)
     tone = 1 + 0.22 * np.clip(2 * cells, -1, 1) + 0.05 * fractal(random, SIDE, 128, 256, 1.0)
@@ -241,13 +242,13 @@ def colour_skin(
             a, b = column & last, (column + 1) & last
             c, d = row & last, (row + 1) & last
             changed = min(max((share * (1 + soft) - order[c, a]) / soft, 0.0), 1.0)
-            for look, part in ((before, 1 - changed), (after, changed)):
+            for texture, part in ((before, 1 - changed), (after, changed)):
                 if part == 0:
                     continue
                 part *= light[i, j]
                 for channel in range(3):
-                    upper = (1 - right) * look[c, a, channel] + right * look[c, b, channel]
-                    lower = (1 - right) * look[d, a, channel] + right * look[d, b, channel]
+                    upper = (1 - right) * texture[c, a, channel] + right * texture[c, b, channel]
+                    lower = (1 - right) * texture[d, a, channel] + right * texture[d, b, channel]
                     out[i, j, channel] += part * ((1 - down) * upper + down * lower)
             out[i, j, 3] = 1.0
 
@@ -357,7 +358,7 @@ def _wave(waves: Array, time: float) -> Array:
     return np.asarray(size * np.sin(2 * np.pi * time / period + phase))
 
 
-def sample_body(random: np.random.Generator) -> Body:
+def sample_body(random: Generator) -> Body:
     """Sample a body."""
     directions = np.linspace(-FIRST_ARM, FIRST_ARM, ARMS) + random.uniform(-0.12, 0.12, ARMS)
     # Most left arms curl to the left, and most right arms curl to the right.
@@ -383,14 +384,19 @@ class Skin:
     Texels change from one texture to another in a random order.
     """
 
-    def __init__(self, random: np.random.Generator, body: Body, looks: Sequence[Array]) -> None:
+    def __init__(self, random: Generator, body: Body, textures: Sequence[Array]) -> None:
         rest = body.at_rest().balls
         self._rest = rest[:, :2]
         worn = mould_heights(rest, (-SIDE / 2, -SIDE / 2), 1.0, (SIDE, SIDE))[1] >= 0
         # Scaled so that the part of the texture on the body has the given mean colour.
-        fitted = (look * (look.mean(axis=(0, 1)) / look[worn].mean(axis=0)) for look in looks)
+        fitted = (
+            texture * (texture.mean(axis=(0, 1)) / texture[worn].mean(axis=0))
+            for texture in textures
+        )
         eyes = body.scale * EYES, body.scale * EYE
-        self._looks = np.stack([_with_eyes(look, *eyes) for look in fitted]).astype(np.float32)
+        self._textures = np.stack([_with_eyes(texture, *eyes) for texture in fitted]).astype(
+            np.float32
+        )
         order = fractal(random, SIDE, 16, 64, 0.6)
         ranks = order.ravel().argsort().argsort() / order.size
         self._order: Floats = ranks.reshape(order.shape).astype(np.float32)
@@ -413,11 +419,11 @@ class Skin:
         shape = size[1] * FINE, size[0] * FINE
         left, top, step = float(corner[0]), float(corner[1]), 1 / FINE
         height, owner = mould_heights(posture.balls, (left, top), step, shape)
-        looks = self._looks[before], self._looks[after]
+        textures = self._textures[before], self._textures[after]
         light = relief_light(height * FINE, ROUNDED)
         colour = np.zeros((*shape, 4), np.float32)
         colour_skin(
-            owner, left, top, step, self._to_rest(posture), *looks, self._order, share,
+            owner, left, top, step, self._to_rest(posture), *textures, self._order, share,
             SKIN_SOFTNESS, light, colour,
         )  # fmt: skip
         return colour
@@ -432,9 +438,9 @@ class Skin:
         return np.concatenate([turn, shift[..., None]], axis=2)
 
 
-def _with_eyes(look: Array, places: Array, radius: float) -> Array:
-    result = look.copy()
-    rows, columns = np.indices(look.shape[:2]) + 0.5 - SIDE / 2
+def _with_eyes(texture: Array, places: Array, radius: float) -> Array:
+    result = texture.copy()
+    rows, columns = np.indices(texture.shape[:2]) + 0.5 - SIDE / 2
     for x, y in places:
         right, down = columns - x, rows - y
         result[right * right + down * down <= radius * radius] = IRIS
@@ -490,7 +496,7 @@ class Zones:
         return np.asarray(weights / weights.sum(axis=-1, keepdims=True))
 
 
-def _sample_zones(random: np.random.Generator, path: Array) -> Zones:
+def _sample_zones(random: Generator, path: Array) -> Zones:
     """Sample two zones along a path, shape (n, 2), and other zones away from the path."""
     points = [path[len(path) // 8], path[-len(path) // 8]]
     for place in random.uniform((-50, -50), np.array(SIZE) + 50, (TRIALS, 2)):
@@ -527,7 +533,7 @@ class OctopusPlan:
         """Boxes of the whole octopus, shape (FRAMES, 4): x, y, width, height [pixels]."""
         return np.stack([self.posture(frame).box for frame in range(FRAMES)])
 
-    def look(self, frame: int) -> tuple[int, int, float]:
+    def texture_change(self, frame: int) -> tuple[int, int, float]:
         """Return the textures before and after the current change, and its progress in [0, 1]."""
         first, second = (
             float(smooth_step(np.array(float(frame)), *change)) for change in self.changes
@@ -538,11 +544,11 @@ class OctopusPlan:
     def camouflaged(self) -> NDArray[np.bool_]:
         """Return for every frame whether the skin's colour is close to the surrounding floors."""
         own_colour = self.colours[OWN]
-        looks = np.vstack([imitate_floor(self.colours[:OWN], own_colour), own_colour])
+        textures = np.vstack([imitate_floor(self.colours[:OWN], own_colour), own_colour])
         skin = np.empty((FRAMES, 3))
         for frame in range(FRAMES):
-            before, after, share = self.look(frame)
-            skin[frame] = (1 - share) * looks[before] + share * looks[after]
+            before, after, share = self.texture_change(frame)
+            skin[frame] = (1 - share) * textures[before] + share * textures[after]
         distances = np.linalg.norm(skin[:, None] - self.colours[:OWN], axis=2)
         around = _surroundings(self.zones, self.boxes)
         return np.asarray((around * distances).sum(axis=1) <= CLOSE)
@@ -587,7 +593,7 @@ def sample_plan(seed: int) -> OctopusPlan:
     return replace(still, changes=changes)
 
 
-def _head_path(random: np.random.Generator) -> Array:
+def _head_path(random: Generator) -> Array:
     """Return the path of the head with varying speed, shape (FRAMES, 2) [pixels]."""
     columns = [random.uniform(*end) for end in ENDS]
     if random.random() < 0.5:
@@ -638,7 +644,7 @@ def paint_floor(seed: int, zones: Zones, textures: Sequence[Array]) -> Floats:
     return np.asarray(np.clip(reduced, 0, 1), np.float32)
 
 
-def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place: Array) -> None:
+def _lay_stone(random: Generator, canvas: Floats, grain: Array, place: Array) -> None:
     radius = STONE[0] + (STONE[1] - STONE[0]) * random.random() ** 2
     count = int(random.integers(3, 7))
     middles = place + random.uniform(-0.7, 0.7, (count, 2)) * radius
@@ -656,7 +662,7 @@ def _lay_stone(random: np.random.Generator, canvas: Floats, grain: Array, place:
     window[covered] = colour[covered]
 
 
-def _plant_tuft(random: np.random.Generator, canvas: Floats, place: Array) -> None:
+def _plant_tuft(random: Generator, canvas: Floats, place: Array) -> None:
     window, corner = _window(canvas, place, 1.5 * BLADE[1])
     colour = ALGAE[random.integers(len(ALGAE)), ::-1] * random.uniform(0.8, 1.15)
     lean = random.uniform(0, 2 * np.pi)
@@ -688,7 +694,7 @@ def _window(canvas: Floats, place: Array, reach: float) -> tuple[Floats, tuple[f
 class Water:
     """Water: slow caustics (bright lines of focused light) and haze."""
 
-    def __init__(self, random: np.random.Generator) -> None:
+    def __init__(self, random: Generator) -> None:
         self._random = random
 
     def over(self, picture: Floats, frame: int) -> Image:
@@ -783,7 +789,7 @@ class OctopusScene(SyntheticScene):
         bottom = min(int(y + height) + MARGIN, SIZE[1])
         window = picture[top:bottom, left:right]
         size = right - left, bottom - top
-        coloured = self._skin.render(posture, (left, top), size, *self.plan.look(frame))
+        coloured = self._skin.render(posture, (left, top), size, *self.plan.texture_change(frame))
         sheet = np.asarray(cv2.resize(coloured, size, interpolation=cv2.INTER_AREA), np.float32)
         cast_shadow(window, sheet[..., 3], *SHADOW)
         window *= 1 - sheet[..., 3:]
@@ -792,10 +798,10 @@ class OctopusScene(SyntheticScene):
     @cached_property
     def _skin(self) -> Skin:
         random, plan = self._random("skin"), self.plan
-        own_look = paint_texture(random, SKINS[plan.kinds[OWN]], plan.colours[OWN])
+        own_texture = paint_texture(random, SKINS[plan.kinds[OWN]], plan.colours[OWN])
         # The texture is rotated, so that the floor's pattern does not continue on the skin.
-        looks = [imitate_floor(np.rot90(texture), own_look) for texture in self._textures]
-        return Skin(random, plan.body, [*looks, own_look])
+        textures = [imitate_floor(np.rot90(texture), own_texture) for texture in self._textures]
+        return Skin(random, plan.body, [*textures, own_texture])
 
     @cached_property
     def _floor(self) -> Floats:
@@ -813,7 +819,7 @@ class OctopusScene(SyntheticScene):
     def _water(self) -> Water:
         return Water(self._random("water"))
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"moreno2005/octopus {part}")
 
 

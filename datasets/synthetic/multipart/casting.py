@@ -11,6 +11,7 @@ from typing import Literal, TypeAlias
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.multipart import routes
@@ -89,13 +90,13 @@ CLEAR_TONE = 55.0
 CLEAR_COLOUR = 28.0
 
 
-def sample_plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
+def sample_plain_clothes(random: Generator) -> tuple[BGR, BGR]:
     """Sample shirt and trousers of nearly the same saturated colour."""
     cloth = vary_dye(random, SATURATED[random.integers(len(SATURATED))], 0.04)
     return cloth, vary_dye(random, cloth, 0.03)
 
 
-def sample_two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
+def sample_two_coloured_clothes(random: Generator) -> tuple[BGR, BGR]:
     """Sample shirt and trousers of two clearly different saturated colours."""
     pairs = [
         (shirt, trousers)
@@ -107,7 +108,7 @@ def sample_two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
     return vary_dye(random, shirt, 0.04), vary_dye(random, trousers, 0.04)
 
 
-def sample_passer_clothes(random: np.random.Generator, target: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
+def sample_passer_clothes(random: Generator, target: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
     """Sample shirt and trousers of a passer-by, whose chromaticities differ from the target's."""
     shirts, trousers = (
         [c for c in colours if min(chroma_distance(c, worn) for worn in target) >= UNLIKE_TARGET]
@@ -149,7 +150,7 @@ def scale_brightness(colour: BGR, gain: float) -> BGR:
     return blue, green, red
 
 
-def sample_street_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
+def sample_street_clothes(random: Generator) -> tuple[BGR, BGR]:
     """Sample shirt and trousers that differ clearly in colour and in tone."""
     pairs = [
         (shirt, trousers) for shirt in SHIRTS for trousers in TROUSERS if _clear(shirt, trousers)
@@ -158,12 +159,12 @@ def sample_street_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
     return vary_dye(random, shirt, spread=0.04), vary_dye(random, trousers, spread=0.04)
 
 
-def sample_bag(random: np.random.Generator) -> BGR:
+def sample_bag(random: Generator) -> BGR:
     """Sample the colour of a bag."""
     return vary_dye(random, _choose(random, BOTH))
 
 
-def sample_other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
+def sample_other_clothes(random: Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
     """Sample shirt and trousers in colours that differ clearly from another person's clothes."""
 
     def unlike(colour: BGR) -> float:
@@ -183,11 +184,11 @@ def _clear(shirt: BGR, trousers: BGR) -> bool:
     return bool(abs(tone) >= CLEAR_TONE and colour >= CLEAR_COLOUR)
 
 
-def _choose(random: np.random.Generator, colours: tuple[BGR, ...]) -> BGR:
+def _choose(random: Generator, colours: tuple[BGR, ...]) -> BGR:
     return colours[random.integers(len(colours))]
 
 
-def vary_dye(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
+def vary_dye(random: Generator, colour: BGR, spread: float = 0.08) -> BGR:
     """Return a random variation of a colour, in whole grey levels."""
     blue, green, red = np.round(vary_colour(random, colour, spread)).astype(int).tolist()
     return blue, green, red
@@ -205,7 +206,7 @@ WEAVES: Weaves = ("plain", "plain", "knit", "stripes")
 def twin_plan(scene: int, distance: float, same: bool) -> WalkPlan:
     """Return the plan of `stress/twin`: target and second person in equal or other clothes."""
 
-    def generator(part: str) -> np.random.Generator:
+    def generator(part: str) -> Generator:
         return part_generator(scene, f"stress/twin {part}")
 
     random = generator("target way")
@@ -225,7 +226,7 @@ def twin_plan(scene: int, distance: float, same: bool) -> WalkPlan:
 
 
 def sample_person(
-    random: np.random.Generator,
+    random: Generator,
     course: WalkingPath,
     worn: tuple[BGR, BGR],
     bag: BGR | None = None,
@@ -248,6 +249,6 @@ def sample_person(
     return Person(look, sample_seed(random), random.uniform(1.62, 1.88), course)
 
 
-def sample_seed(random: np.random.Generator) -> int:
+def sample_seed(random: Generator) -> int:
     """Sample a seed of 32 bits."""
     return int(random.integers(2**32))

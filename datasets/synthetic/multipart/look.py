@@ -11,6 +11,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.colours import BGR
@@ -183,7 +184,7 @@ class _ClothFolds:
     A person has one pair of patterns; each part uses another section of these patterns.
     """
 
-    def __init__(self, random: np.random.Generator) -> None:
+    def __init__(self, random: Generator) -> None:
         self._random = random
         self._broad, self._slope = creases(random, AROUND)
 
@@ -212,7 +213,7 @@ def _leg(look: WalkerLook, folded: _ClothFolds, rows: Array, turn: Array) -> Arr
     return np.asarray(cloth * gain[..., None])
 
 
-def _shoe(look: WalkerLook, random: np.random.Generator, rows: Array) -> Array:
+def _shoe(look: WalkerLook, random: Generator, rows: Array) -> Array:
     leather = _plain(look.shoes) * (1 + 0.05 * random.normal(0, 1, (ROWS, AROUND)))[..., None]
     sole = np.broadcast_to(rows > 0.8, (ROWS, AROUND))[..., None]
     return np.where(sole, leather * 0.45 + 22, leather * (1.15 - 0.3 * rows)[..., None])
@@ -268,7 +269,7 @@ def _weave(look: WalkerLook, colour: Array, rows: Array) -> Array:
     return cloth
 
 
-def _head(look: WalkerLook, random: np.random.Generator, rows: Array, turn: Array) -> Array:
+def _head(look: WalkerLook, random: Generator, rows: Array, turn: Array) -> Array:
     skin = _plain(look.skin)
     v = rows * np.ones_like(turn)
     cheeks = np.exp(-np.square((v - 0.52) / 0.1) - np.square((turn - 26) / 12))

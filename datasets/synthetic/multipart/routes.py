@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.multipart.designs import Design
@@ -41,7 +42,7 @@ UNDISTURBED = 25  # time at the start and at the end in which no person overlaps
 ATTEMPTS = 200
 
 
-def sample_followed_path(random: np.random.Generator, design: Design) -> WalkingPath:
+def sample_followed_path(random: Generator, design: Design) -> WalkingPath:
     """Sample a target's path for a following camera: along the street and back."""
     legs = max(1, round(design.length / FRAMES_PER_SECOND * design.speed / 4.5))
     backs = {round(legs * (k + 1) / (design.turns + 1)) for k in range(design.turns)}
@@ -64,7 +65,7 @@ def sample_followed_path(random: np.random.Generator, design: Design) -> Walking
     )
 
 
-def sample_path_in_view(random: np.random.Generator, design: Design, views: Views) -> WalkingPath:
+def sample_path_in_view(random: Generator, design: Design, views: Views) -> WalkingPath:
     """Sample a target's path for a fixed camera: from side to side, in varying depth."""
     still = views.still
 
@@ -87,11 +88,7 @@ def sample_path_in_view(random: np.random.Generator, design: Design, views: View
 
 
 def sample_path_before_target(
-    random: np.random.Generator,
-    views: Views,
-    target: WalkingPath,
-    others: list[WalkingPath],
-    when: float,
+    random: Generator, views: Views, target: WalkingPath, others: list[WalkingPath], when: float
 ) -> WalkingPath:
     """Sample the path of a person who passes between camera and target around a frame."""
     frames = len(target.x)
@@ -116,7 +113,7 @@ def sample_path_before_target(
 
 
 def sample_post_place(
-    random: np.random.Generator, views: Views, target: WalkingPath, others: list[WalkingPath]
+    random: Generator, views: Views, target: WalkingPath, others: list[WalkingPath]
 ) -> WalkingPath:
     """Sample the position of a static object that occludes the target when it passes."""
     frames = len(target.x)
@@ -139,11 +136,7 @@ def sample_post_place(
 
 
 def sample_path_behind_target(
-    random: np.random.Generator,
-    views: Views,
-    target: WalkingPath,
-    others: list[WalkingPath],
-    nearest: float,
+    random: Generator, views: Views, target: WalkingPath, others: list[WalkingPath], nearest: float
 ) -> WalkingPath:
     """Sample the path of a visible person whose depth is at least `nearest` [metres]."""
     frames = len(target.x)
@@ -160,7 +153,7 @@ def sample_path_behind_target(
 
 
 def sample_overtaking_path(
-    random: np.random.Generator,
+    random: Generator,
     views: Views,
     target: WalkingPath,
     others: list[WalkingPath],
@@ -199,7 +192,7 @@ def sample_overtaking_path(
 
 
 def sample_crossing_path(
-    random: np.random.Generator,
+    random: Generator,
     views: Views,
     target: WalkingPath,
     others: list[WalkingPath],
@@ -238,12 +231,12 @@ def _hold_depth(z: Array, frames: NDArray[np.int64]) -> Array:
     return np.asarray(z[np.clip(np.arange(len(z)), frames[0], frames[-1])])
 
 
-def _sample_legs_together(random: np.random.Generator) -> float:
+def _sample_legs_together(random: Generator) -> float:
     """Return a gait phase in which one leg passes the other [cycles]."""
     return float(random.choice([0.0, 0.5]) + random.uniform(-0.05, 0.05))
 
 
-def _sample_depth(random: np.random.Generator, depths: tuple[float, float], near: bool) -> float:
+def _sample_depth(random: Generator, depths: tuple[float, float], near: bool) -> float:
     low, high = depths
     margin = 0.15 * (high - low)
     return random.uniform(low, low + margin) if near else random.uniform(high - margin, high)
@@ -296,7 +289,7 @@ def _best_candidate(candidate: Callable[[], T], cost: Callable[[T], int]) -> T:
 
 
 def sample_path_beside_target(
-    random: np.random.Generator, views: Views, target: WalkingPath, width: Array, distance: float
+    random: Generator, views: Views, target: WalkingPath, width: Array, distance: float
 ) -> WalkingPath:
     """Sample the path of a person who approaches the target until mid-sequence, and leaves again.
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
-import numpy as np
+from numpy.random import Generator
 
 from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS, Design
@@ -29,7 +29,7 @@ CLEAR = 0.6  # minimum difference in depth between the target and people behind 
 # thickness ranges of lamp posts, and of the pillar in `stress/pillar` [metres]
 POSTS, PILLARS = (0.10, 0.14), (0.35, 0.5)
 
-Generators = Callable[[str], np.random.Generator]
+Generators = Callable[[str], Generator]
 
 
 @lru_cache(maxsize=4)
@@ -37,7 +37,7 @@ def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POS
     """Return the plan of one of the eight sequences; `thickness` is the range for its posts."""
     design = DESIGNS[number]
 
-    def generator(part: str) -> np.random.Generator:
+    def generator(part: str) -> Generator:
         return part_generator(scene, f"multipart/{number} {part}")
 
     if design.follows:
@@ -77,7 +77,7 @@ def _target(generator: Generators, design: Design, course: WalkingPath) -> Perso
 def _resembling(
     generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
 ) -> list[Person]:
-    """Return people in the target's colours: people in stripes overtake it, one person crosses."""
+    """Return people in the target's colours: some in stripes overtake it, one person crosses."""
     people = []
     for i in range(design.mixed):
         random = generator(f"mixed {i}")

@@ -1,4 +1,4 @@
-"""Synthetic sequences after Nguyen et al. (2002), on template tracking by colour invariants.
+"""Synthetic sequences after Nguyen and Smeulders (2002), on templates of colour invariants.
 
 The sequences imitate the paper's own recording and the clips that it takes from an action film.
 They follow the text of the paper and use none of its images. Every scene number gives a different

@@ -1,4 +1,4 @@
-"""Synthetic sequences after Nummiaro et al. (2003), "An adaptive color-based particle filter".
+"""Synthetic sequences after Nummiaro, Koller-Meier and Van Gool (2003), on colour features.
 
 The sequences imitate the five videos of the paper. They follow the text of the paper and use none
 of its images. Every scene number gives a different video.

@@ -19,6 +19,7 @@ from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -64,7 +65,7 @@ BLACK = (30, 30, 32)
 
 
 def _row_of_instruments(
-    wall: Painting, random: np.random.Generator, x: float, y: float, width: float, height: float
+    wall: Painting, random: Generator, x: float, y: float, width: float, height: float
 ) -> None:
     """Fill a rectangle [metres] with gauges, buttons, signs, displays or switches of one kind."""
     kind = random.integers(5)
@@ -102,7 +103,7 @@ def _row_of_instruments(
         place += size * random.uniform(1.0, 1.25)
 
 
-def _gauge(wall: Painting, random: np.random.Generator, x: float, y: float, radius: float) -> None:
+def _gauge(wall: Painting, random: Generator, x: float, y: float, radius: float) -> None:
     wall.knob(x, y, radius, STEEL)
     wall.disc(x, y, 0.8 * radius, (216, 222, 224))
     for angle in np.linspace(-2.4, 2.4, 9):
@@ -115,7 +116,7 @@ def _gauge(wall: Painting, random: np.random.Generator, x: float, y: float, radi
     wall.line([(x, y), tip], 0.1 * radius, DARK)
 
 
-def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, size: float) -> None:
+def _warning(wall: Painting, random: Generator, x: float, y: float, size: float) -> None:
     if random.random() < 0.6:
         middle, low = x + size / 2, y + 0.93 * size
         wall.area([(x, y + size), (middle, y), (x + size, y + size)], BLACK)
@@ -126,7 +127,7 @@ def _warning(wall: Painting, random: np.random.Generator, x: float, y: float, si
         wall.label(random, x, y, size, size, sample_colour(random, SIGNALS[:6]))
 
 
-def _controls(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+def _controls(wall: Painting, random: Generator, width: float, height: float) -> None:
     wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.02)
     wall.plate(0.03, 0.03, width - 0.06, 0.2, DARK, 0.006)
     back, ink = sample_colour(random, SCREENS), sample_colour(random, WRITING)
@@ -147,7 +148,7 @@ def _stripes(wall: Painting, x: float, y: float, width: float, height: float) ->
         wall.area(band, (36, 36, 38))
 
 
-def cabinet(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+def cabinet(wall: Painting, random: Generator, width: float, height: float) -> None:
     """Paint a control cabinet with rows of instruments on its doors."""
     paint = sample_colour(random, MACHINES)
     wall.plate(0, 0, width, height, paint, 0.03)
@@ -168,7 +169,7 @@ def cabinet(wall: Painting, random: np.random.Generator, width: float, height: f
         _warning(inner, random, 0.05, height - 0.44, 0.09)
 
 
-def machine_tool(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+def machine_tool(wall: Painting, random: Generator, width: float, height: float) -> None:
     """Paint a machine tool with a window, a control panel with a screen, and hand wheels."""
     paint, other = sample_colour(random, MACHINES), sample_colour(random, MACHINES)
     wall.plate(0, 0.05, width, height - 0.05, paint, 0.03)
@@ -211,7 +212,7 @@ def machine_tool(wall: Painting, random: np.random.Generator, width: float, heig
         y += 0.19
 
 
-def wiring(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+def wiring(wall: Painting, random: Generator, width: float, height: float) -> None:
     """Paint an open switch cabinet with rows of breakers, cable ducts and coloured wires."""
     wall.plate(0, 0, width, height, sample_colour(random, MACHINES), 0.03)
     wall.hole(0.03, 0.03, width - 0.06, height - 0.06, sample_colour(random, BACKS))
@@ -253,7 +254,7 @@ GRIPS = (*SIGNALS, (62, 96, 138), (70, 120, 170))
 PAPERS = ((222, 226, 226), (222, 226, 226), (150, 214, 228), *SIGNALS)
 
 
-def _shelf(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+def _shelf(wall: Painting, random: Generator, width: float, height: float) -> None:
     wall.hole(0, 0, width, height, sample_colour(random, MACHINES) * 0.45)
     frame = sample_colour(random, MACHINES)
     y = random.uniform(0.22, 0.32)
@@ -276,7 +277,7 @@ def _shelf(wall: Painting, random: np.random.Generator, width: float, height: fl
 
 
 def _stored(
-    wall: Painting, random: np.random.Generator, x: float, y: float, width: float, height: float
+    wall: Painting, random: Generator, x: float, y: float, width: float, height: float
 ) -> None:
     colour = sample_colour(random, STORED)
     choice = random.random()
@@ -311,7 +312,7 @@ def _stored(
             place += wide
 
 
-def _tools(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+def _tools(wall: Painting, random: Generator, width: float, height: float) -> None:
     board = sample_colour(random, BOARDS)
     deep = 0.62 * height
     wall.plate(0, 0, width, deep, board, 0.012)
@@ -339,7 +340,7 @@ def _tools(wall: Painting, random: np.random.Generator, width: float, height: fl
             drawer.plate(0.3 * wide, 0.6 * high, 0.4 * wide, 0.02, DARK, 0.006)
 
 
-def _tool(wall: Painting, random: np.random.Generator, x: float, y: float, length: float) -> None:
+def _tool(wall: Painting, random: Generator, x: float, y: float, length: float) -> None:
     grip = sample_colour(random, GRIPS)
     shadow = np.array(DARK) * 1.2
     choice = random.integers(4)
@@ -362,7 +363,7 @@ def _tool(wall: Painting, random: np.random.Generator, x: float, y: float, lengt
             wall.line([joint, (x + 0.025 * side, y + length)], 0.014, grip)
 
 
-def _notices(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
+def _notices(wall: Painting, random: Generator, width: float, height: float) -> None:
     for _ in range(int(14 * width)):
         x, y = random.uniform(0, width - 0.16), random.uniform(0, 0.75 * height)
         wide, high = random.uniform(0.08, 0.22), random.uniform(0.08, 0.28)
@@ -399,7 +400,7 @@ CABLES = (DARK,) * 6 + (STEEL,) * 4
 UNITS = (cabinet, machine_tool, _shelf, _tools, wiring, _notices)
 
 
-def hall(random: np.random.Generator, width: int, height: int, scale: float) -> NDArray[np.uint8]:
+def hall(random: Generator, width: int, height: int, scale: float) -> NDArray[np.uint8]:
     """Return an image of a wall with machines, shape (height, width, 3); scale in pixels/metre."""
     wall = sample_colour(random, WALLS)
     picture = np.empty((FINE * height, FINE * width, 3), np.uint8)
@@ -421,7 +422,7 @@ def hall(random: np.random.Generator, width: int, height: int, scale: float) -> 
     return _used(random, smaller)
 
 
-def _overhead(painting: Painting, random: np.random.Generator, width: float) -> None:
+def _overhead(painting: Painting, random: Generator, width: float) -> None:
     painting.darken(0, 0, width, 0.10, 0.7)
     y = 0.02
     while y < 0.26:
@@ -438,7 +439,7 @@ def _overhead(painting: Painting, random: np.random.Generator, width: float) -> 
         painting.wire(start, end, sag, thick, sample_colour(random, (*CABLES, *SIGNALS)))
 
 
-def _used(random: np.random.Generator, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _used(random: Generator, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the picture with dirt, oil and uneven paint."""
     height, width = picture.shape[:2]
     broad, fine = fractal(random, 1024, 8, 64, 0.7), fractal(random, 1024, 128, 512, 0.8)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -54,7 +55,7 @@ class TargetMotion:
         self._set_exit()
         self._set_board()
 
-    def _distractor_path(self, random: np.random.Generator) -> Loop:
+    def _distractor_path(self, random: Generator) -> Loop:
         middle = self.size * random.uniform(0.25, 0.75, 2)
         half = self.size * random.uniform(0.15, 0.45, 2)
         return random_loop(random, middle - half, middle + half, self.parameters.speed)
@@ -309,7 +310,7 @@ def _colours(motion: TargetMotion) -> Array:
 
 
 def _pebble(
-    random: np.random.Generator, colours: Array, half: Array, power: int, oversize: float
+    random: Generator, colours: Array, half: Array, power: int, oversize: float
 ) -> ShadedSprite:
     half_width, half_height = half * oversize
     height, width = (2 * int(np.ceil(size)) + 2 for size in (half_height, half_width))

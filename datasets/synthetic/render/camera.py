@@ -5,6 +5,7 @@ from statistics import NormalDist
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
@@ -55,10 +56,7 @@ def develop_light(seen: NDArray[np.float32]) -> Image:
 
 
 def slow_exposure(
-    random: np.random.Generator,
-    frames: int,
-    periods: tuple[float, float] = (6.0, 20.0),
-    depth: float = 0.03,
+    random: Generator, frames: int, periods: tuple[float, float] = (6.0, 20.0), depth: float = 0.03
 ) -> NDArray[np.float64]:
     """Return the gain in every frame of a camera with slow automatic exposure.
 

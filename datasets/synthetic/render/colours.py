@@ -5,6 +5,7 @@ from colorsys import rgb_to_hsv
 from typing import TypeAlias
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 BGR: TypeAlias = tuple[int, int, int]
@@ -92,31 +93,29 @@ STEEL, DARK = (150, 150, 146), (44, 44, 46)
 APART = 0.1  # minimum hue difference between the cup and other objects; all hues span a length of 1
 
 
-def sample_other_hue(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
+def sample_other_hue(random: Generator, colours: Sequence[BGR], cup: Array) -> Array:
     """Sample a slightly varied colour whose hue differs from the hue of the cup."""
     fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
     return sample_similar(random, fit, 0.05)
 
 
-def sample_colour(
-    random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10
-) -> Array:
+def sample_colour(random: Generator, colours: Sequence[BGR], spread: float = 0.10) -> Array:
     """Sample one of several colours and apply `vary_colour`."""
     return vary_colour(random, colours[int(random.integers(len(colours)))], spread)
 
 
-def vary_colour(random: np.random.Generator, colour: ArrayLike, spread: float = 0.10) -> Array:
+def vary_colour(random: Generator, colour: ArrayLike, spread: float = 0.10) -> Array:
     """Vary brightness and channels of a colour slightly."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + spread / 2 * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))
 
 
-def sample_similar(random: np.random.Generator, colours: Sequence[BGR], spread: float) -> Array:
+def sample_similar(random: Generator, colours: Sequence[BGR], spread: float) -> Array:
     """Sample one of several colours and apply `vary_slightly`."""
     return vary_slightly(random, colours[int(random.integers(len(colours)))], spread)
 
 
-def vary_slightly(random: np.random.Generator, colour: ArrayLike, spread: float = 0.03) -> Array:
+def vary_slightly(random: Generator, colour: ArrayLike, spread: float = 0.03) -> Array:
     """Vary mainly the brightness of a colour."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + 0.4 * spread * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))

@@ -7,6 +7,7 @@ moves in z. The wall is at the depth `WALL`.
 import itertools
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.colours import (
@@ -45,7 +46,7 @@ BACKS = (*ACCENTS, *CLOTHES)
 
 
 def render_room(
-    random: np.random.Generator, size: tuple[int, int], horizon: float, fine: int
+    random: Generator, size: tuple[int, int], horizon: float, fine: int
 ) -> SurfaceBuffer:
     """Render a random room, which is mirrored at random.
 
@@ -66,11 +67,11 @@ def render_room(
     return render_surfaces(things, corner, size, fine)
 
 
-def _sample_colour(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
+def _sample_colour(random: Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
     return sample_similar(random, colours, 0.08)
 
 
-def _bare(random: np.random.Generator) -> list[SceneObject]:
+def _bare(random: Generator) -> list[SceneObject]:
     paper = [_striped, _sprigged, _plastered][int(random.integers(3))](random)
     wood = _sample_colour(random, COUNTERS)
     return [
@@ -88,7 +89,7 @@ def _bare(random: np.random.Generator) -> list[SceneObject]:
     ]
 
 
-def _striped(random: np.random.Generator) -> Pattern:
+def _striped(random: Generator) -> Pattern:
     pitch, share = random.uniform(14, 30), random.uniform(0.3, 0.6)
     tone = 1 - random.uniform(0.08, 0.16) * random.uniform(0.4, 1, 3)
     uneven = grain(random, 0.02)
@@ -101,7 +102,7 @@ def _striped(random: np.random.Generator) -> Pattern:
     return gain
 
 
-def _sprigged(random: np.random.Generator) -> Pattern:
+def _sprigged(random: Generator) -> Pattern:
     pitch = random.uniform(20, 30)
     tone, heart = random.uniform(0.62, 0.9, 3), random.uniform(0.5, 1.15, 3)
     uneven = grain(random, 0.02)
@@ -117,13 +118,13 @@ def _sprigged(random: np.random.Generator) -> Pattern:
     return gain
 
 
-def _plastered(random: np.random.Generator) -> Pattern:
+def _plastered(random: Generator) -> Pattern:
     if random.random() < 0.5:
         return tiles(random, random.uniform(26, 32), random.uniform(10, 12), np.full(3, 0.82))
     return grain(random, 0.05, coarsest=4)
 
 
-def _shelf(random: np.random.Generator, x: float) -> list[SceneObject]:
+def _shelf(random: Generator, x: float) -> list[SceneObject]:
     wide, y = random.uniform(66, 76), random.uniform(92, 104)
     wood = Finish(_sample_colour(random, COUNTERS[:3]), 0.03, grain(random, 0.09, (0.12, 1, 1), 16))
     z = WALL + 22
@@ -143,7 +144,7 @@ def _shelf(random: np.random.Generator, x: float) -> list[SceneObject]:
     return things
 
 
-def _spine(random: np.random.Generator, foot: float, high: float) -> Finish:
+def _spine(random: Generator, foot: float, high: float) -> Finish:
     colour = _sample_colour(random, BACKS)
     bands = [
         (random.uniform(0.2, 0.4), 0.06),
@@ -160,7 +161,7 @@ def _spine(random: np.random.Generator, foot: float, high: float) -> Finish:
     return Finish(colour, 0.03, gain)
 
 
-def _poster(random: np.random.Generator, x: float) -> list[SceneObject]:
+def _poster(random: Generator, x: float) -> list[SceneObject]:
     wide, high, y = random.uniform(30, 38), random.uniform(34, 42), random.uniform(104, 122)
     frame, rim = _sample_colour(random, (*COUNTERS[:3], (60, 56, 54), (190, 200, 204))), 4.0
     picture = print_picture(random, "book", round(6 * wide), round(6 * high * 1.25))[
@@ -182,7 +183,7 @@ def _poster(random: np.random.Generator, x: float) -> list[SceneObject]:
     ]
 
 
-def _pile(random: np.random.Generator, x: float) -> list[SceneObject]:
+def _pile(random: Generator, x: float) -> list[SceneObject]:
     things, y = [], 0.0
     z = WALL + random.uniform(42, 56)
     for _ in range(int(random.integers(2, 5))):
@@ -197,7 +198,7 @@ def _pile(random: np.random.Generator, x: float) -> list[SceneObject]:
     return things
 
 
-def _pot(random: np.random.Generator, x: float) -> list[SceneObject]:
+def _pot(random: Generator, x: float) -> list[SceneObject]:
     z, wide, high = WALL + random.uniform(34, 60), random.uniform(10, 13), random.uniform(27, 34)
     things = [
         SceneObject(
@@ -217,7 +218,7 @@ def _pot(random: np.random.Generator, x: float) -> list[SceneObject]:
     return things
 
 
-def _mug(random: np.random.Generator, x: float) -> list[SceneObject]:
+def _mug(random: Generator, x: float) -> list[SceneObject]:
     z, wide, high = WALL + random.uniform(60, 90), random.uniform(12, 14), random.uniform(24, 29)
     angles = np.linspace(-1.4, 1.4, 9)
     side = float(random.choice([-1, 1]))
@@ -239,7 +240,7 @@ def _mug(random: np.random.Generator, x: float) -> list[SceneObject]:
     ]
 
 
-def _plant(random: np.random.Generator, x: float) -> list[SceneObject]:
+def _plant(random: Generator, x: float) -> list[SceneObject]:
     z, wide, high = WALL + random.uniform(36, 48), random.uniform(17, 21), random.uniform(26, 32)
     clay = Finish(vary_slightly(random, (70, 106, 170), 0.08), 0.03, grain(random, 0.05))
     things = [SceneObject(clay, [bowl((x, 1, z), high, (0.72 * wide, wide), 2.0, closed=True)])]
@@ -258,7 +259,7 @@ def _plant(random: np.random.Generator, x: float) -> list[SceneObject]:
     return things
 
 
-def _tins(random: np.random.Generator, x: float) -> list[SceneObject]:
+def _tins(random: Generator, x: float) -> list[SceneObject]:
     things = []
     for k, tin_x in enumerate((x - 17, x + 19)):
         z, wide, high = WALL + 30 + 22 * k, random.uniform(13, 17), random.uniform(30, 44)

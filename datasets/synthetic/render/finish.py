@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.solids import NOTHING, ParallelView, cast_rays
@@ -56,7 +57,7 @@ def shade_objects(
 
 
 def grain(
-    random: np.random.Generator,
+    random: Generator,
     strength: float,
     stretch: tuple[float, float, float] = (1.0, 1.0, 1.0),
     coarsest: int = 8,
@@ -74,7 +75,7 @@ def grain(
     return gain
 
 
-def tiles(random: np.random.Generator, width: float, height: float, joint: ArrayLike) -> Pattern:
+def tiles(random: Generator, width: float, height: float, joint: ArrayLike) -> Pattern:
     """Return a pattern of wall tiles; `joint` is the gain of the joints, shape (3,)."""
     tones = random.normal(1, 0.025, (64, 64))
     shift = random.uniform(0, 64, 2)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 Colour = NDArray[np.float64]
@@ -126,7 +127,7 @@ class Painting:
         self.line(list(zip(x.tolist(), y.tolist(), strict=True)), width, colour)
 
     def label(
-        self, random: np.random.Generator, x: float, y: float, width: float, height: float,
+        self, random: Generator, x: float, y: float, width: float, height: float,
         paper: ArrayLike = (214, 218, 220), ink: ArrayLike = (60, 56, 54),
     ) -> None:  # fmt: skip
         """Paint a label with lines of illegible text."""

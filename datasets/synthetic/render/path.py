@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 # positions are multiples of this step, so that images agree with the ground truth [pixels]
@@ -50,7 +51,7 @@ class Loop:
 
 
 def random_loop(
-    generator: np.random.Generator, low: ArrayLike, high: ArrayLike, speed: float, corners: int = 7
+    generator: Generator, low: ArrayLike, high: ArrayLike, speed: float, corners: int = 7
 ) -> Loop:
     """Return a random loop within a rectangle, around its centre, in a random direction.
 
@@ -72,7 +73,7 @@ def smooth_step(values: NDArray[np.float64], start: float, end: float) -> NDArra
 
 
 def random_positions(
-    random: np.random.Generator, start: float, end: float, gaps: tuple[float, float]
+    random: Generator, start: float, end: float, gaps: tuple[float, float]
 ) -> Iterator[float]:
     """Yield positions from `start` to `end`, sampling the gap to the next one on each request."""
     while start < end:

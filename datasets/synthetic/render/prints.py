@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
@@ -29,7 +30,7 @@ PAPER, BLACK = (206, 222, 228), (48, 42, 40)
 Place = tuple[float, float]
 
 
-def print_picture(random: np.random.Generator, kind: str, width: int, height: int) -> Image:
+def print_picture(random: Generator, kind: str, width: int, height: int) -> Image:
     """Return a print of a kind in `KINDS`, BGR."""
     picture = np.empty((height, width, 3), np.uint8)
     inks = [vary_colour(random, ink, 0.06) for ink in random.permutation(INKS)[:6]]
@@ -39,9 +40,7 @@ def print_picture(random: np.random.Generator, kind: str, width: int, height: in
     return np.asarray(np.clip(picture * (1 + 0.035 * worn[..., None]), 0, 255), np.uint8)
 
 
-def _book(
-    cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float
-) -> None:
+def _book(cover: Painting, random: Generator, inks: Sequence[Colour], high: float) -> None:
     cover.patch(0, 0, 1, high, inks[0])
     cover.patch(0, 0, 0.07, high, inks[0] * 0.7)
     left, top, wide, tall = 0.15, random.uniform(0.36, 0.44), 0.77, 0.62
@@ -55,7 +54,7 @@ def _book(
 
 def _landscape(
     cover: Painting,
-    random: np.random.Generator,
+    random: Generator,
     where: tuple[float, float, float, float],
     inks: Sequence[Colour],
 ) -> None:
@@ -80,7 +79,7 @@ def _landscape(
     cover.patch(u + 0.04, v + 0.05, 0.04, 0.08, BLACK)
 
 
-def _tea(cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float) -> None:
+def _tea(cover: Painting, random: Generator, inks: Sequence[Colour], high: float) -> None:
     cover.patch(0, 0, 1, high, inks[0])
     for y in (0.0, high - 0.24):
         cover.patch(0, y, 1, 0.24, inks[1])
@@ -121,7 +120,7 @@ def _leaf(cover: Painting, foot: Place, angle: float, length: float, ink: Colour
     cover.line([foot, tip], 0.012, ink * 0.4 + 120)
 
 
-def _toy(cover: Painting, random: np.random.Generator, inks: Sequence[Colour], high: float) -> None:
+def _toy(cover: Painting, random: Generator, inks: Sequence[Colour], high: float) -> None:
     cover.patch(0, 0, 1, high, inks[0])
     middle = high * 0.6
     for k in range(0, 24, 2):
@@ -163,7 +162,7 @@ STROKES: tuple[tuple[Place, Place], ...] = (
 
 def _letters(
     cover: Painting,
-    random: np.random.Generator,
+    random: Generator,
     corner: Place,
     size: float,
     count: int,

@@ -291,7 +291,7 @@ def _surface_normal(
 def _surface_light(
     solids: Array, balls: Array, x: float, y: float, z: float, light: Array, on: float
 ) -> tuple[float, float]:
-    """Return light and lamp reflection at a surface point; `on`: viewing direction along z."""
+    """Return light and lamp reflection at a surface point; `on` is the viewing direction (z)."""
     u, v, w = _surface_normal(solids, balls, x, y, z)
     x, y, z = x + 0.15 * u, y + 0.15 * v, z + 0.15 * w
     sky, reach, weight = 1.0, 0.9, 0.36
@@ -394,10 +394,12 @@ def cast_rays(
 ) -> tuple[NDArray[np.int64], Array, Array]:
     """Return the visible objects and their light, sample by sample.
 
-    `things`: lists of solids. `corner`: left top corner of the image from the origin, `size`: its
-    width and height [pixels], `fine`: samples per pixel and axis. Returns the index of the visible
-    object or `NOTHING`; the place (3) on its surface [pixels]; light on it and the lamp's
-    reflection (2), 1 for a mirror. Light takes most of the time: it is 0 unless `shaded`.
+    `things` are objects, which are lists of solids. `corner` is the upper left corner of the image
+    relative to the origin, `size` its width and height [pixels], and `fine` the number of samples
+    per pixel and axis. Returns three arrays over the samples: the index of the visible
+    object or `NOTHING`, the point on its surface (3) [pixels], and the light (2). The light
+    consists of the light on the surface and the reflection of the lamp, which is 1 for a mirror. It
+    takes most of the time and is 0 unless `shaded`.
     """
     solids, balls = pack_objects(things)
     seen: tuple[NDArray[np.int64], Array, Array] = _cast(

@@ -6,12 +6,13 @@ bytes. Sizes are powers of two; textures of the ground have at least 256 pixels.
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
 
-def noise(generator: np.random.Generator, size: int, cells: int) -> Array:
+def noise(generator: Generator, size: int, cells: int) -> Array:
     """Return smooth periodic noise, about in [-1, 1], shape (size, size).
 
     A lattice of `cells` x `cells` random values is interpolated by cubic B-splines.
@@ -52,7 +53,7 @@ def _interpolated(lattice: Array, near: NDArray[np.int64], weights: Array) -> Ar
 
 
 def fractal(
-    generator: np.random.Generator, size: int, coarsest: int, finest: int, fall: float = 0.55
+    generator: Generator, size: int, coarsest: int, finest: int, fall: float = 0.55
 ) -> Array:
     """Return a sum of octaves of noise from `coarsest` to `finest` cells, about in [-1, 1].
 
@@ -88,14 +89,14 @@ def relief(height: Array, strength: float) -> Array:
     return np.asarray(np.clip(1 - strength * slope, 0.35, 1.6))
 
 
-def creases(generator: np.random.Generator, size: int) -> tuple[Array, Array]:
+def creases(generator: Generator, size: int) -> tuple[Array, Array]:
     """Return broad folds of cloth, about in [-1, 1], and the vertical slope of steep folds."""
     broad = fractal(generator, size, 4, 16, 0.6)
     steep = fractal(generator, size, 8, 32, 0.7)
     return broad, steep - np.roll(steep, 2, axis=0)
 
 
-def grass(generator: np.random.Generator, size: int) -> Array:
+def grass(generator: Generator, size: int) -> Array:
     """Return short grass, in some parts worn down to the earth."""
     lean = generator.uniform(-0.7, 0.7)
     bend_x, bend_y = noise(generator, size, 32) + lean, 0.6 * noise(generator, size, 32) + 1.1
@@ -117,7 +118,7 @@ def grass(generator: np.random.Generator, size: int) -> Array:
     return lerp(ramp(tone, greens), ramp(grain * 0.7, earths), worn)
 
 
-def pebbles(generator: np.random.Generator, size: int) -> Array:
+def pebbles(generator: Generator, size: int) -> Array:
     """Return closely packed rounded stones in many tones."""
     cells = 32
     cell = size / cells
@@ -153,7 +154,7 @@ def pebbles(generator: np.random.Generator, size: int) -> Array:
     return stones
 
 
-def paving(generator: np.random.Generator, size: int) -> Array:
+def paving(generator: Generator, size: int) -> Array:
     """Return worn paving stones in running bond, with dirt and moss in the joints."""
     courses, setts = 16, 10
     rows, columns = np.indices((size, size)).astype(np.float64)

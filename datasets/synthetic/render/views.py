@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Self, TypeVar
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
@@ -171,7 +172,7 @@ class Views:
         return travel, (right, down)
 
 
-def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
+def sample_fixed_views(random: Generator, frames: int) -> Views:
     """Sample a static camera slightly above the heads of people."""
     still = Viewpoint(
         focal=700.0,
@@ -182,7 +183,7 @@ def sample_fixed_views(random: np.random.Generator, frames: int) -> Views:
     return Views.standing(still, frames)
 
 
-def sample_following_views(random: np.random.Generator, course: WalkingPath) -> Views:
+def sample_following_views(random: Generator, course: WalkingPath) -> Views:
     """Sample a hand-held camera that follows a walker imperfectly.
 
     The person with the camera lags by half a second and deviates from the walker's path. The camera
@@ -223,7 +224,7 @@ def _smoothed(values: Array, lag: int) -> Array:
 
 
 def random_wander(
-    random: np.random.Generator, frames: int, periods: Sequence[float], deviation: float
+    random: Generator, frames: int, periods: Sequence[float], deviation: float
 ) -> Array:
     """Return a sum of five waves with random periods [seconds] and a standard deviation."""
     time = np.arange(frames) / FRAMES_PER_SECOND

@@ -1,4 +1,4 @@
-"""Synthetic sequences after Wang et al. (2010), on an improved CamShift inside a particle filter.
+"""Synthetic sequences after Wang and Tang (2010), on CamShift inside a particle filter.
 
 The sequences imitate the three videos of the paper. They follow the text of the paper and use none
 of its images. Every scene number gives a different video. The paper counts frames from 1; its frame

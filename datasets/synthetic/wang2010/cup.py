@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -122,7 +123,7 @@ class CupPlan:
         return np.asarray(size * np.sin(2 * np.pi * np.asarray(times) / period + phase))
 
 
-def sample_plan(random: np.random.Generator) -> CupPlan:
+def sample_plan(random: Generator) -> CupPlan:
     """Sample the layout of a kitchen."""
     side = random.choice([-1.0, 1.0]) * random.uniform(0.45, 0.8)
     light = np.array([side, random.uniform(0.55, 0.8), 1.0])
@@ -169,7 +170,7 @@ def sample_plan(random: np.random.Generator) -> CupPlan:
 BOX_DEPTH = 20.0  # depth of the box in front of the cup's path [pixels]
 
 
-def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[SceneObject]:
+def bare_room(random: Generator, cup: Array, tiled: bool) -> list[SceneObject]:
     """Return the wall and the counter."""
     wood = sample_other_hue(random, COUNTERS, cup)
     wall = sample_other_hue(random, NEUTRALS, cup)
@@ -184,7 +185,7 @@ def bare_room(random: np.random.Generator, cup: Array, tiled: bool) -> list[Scen
     ]
 
 
-def similar_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
+def similar_objects(plan: CupPlan, random: Generator, cup: Array) -> list[SceneObject]:
     """Return a cutting board or a hanging cloth; its first object has nearly the cup's colour."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     middle, half = (left + right) / 2, (right - left) / 2
@@ -208,7 +209,7 @@ def similar_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> l
     ]
 
 
-def carton(plan: CupPlan, random: np.random.Generator, cup: Array) -> SceneObject:
+def carton(plan: CupPlan, random: Generator, cup: Array) -> SceneObject:
     """Return a box with a lid in nearly the cup's colour, in front of the cup's path."""
     place, half = plan.before
     turn = random.uniform(-0.4, 0.4)
@@ -229,7 +230,7 @@ def _height(plan: CupPlan, row: float, z: float) -> float:
     return float((z * np.sin(view.pitch) - below) / np.cos(view.pitch))
 
 
-def kitchen_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> list[SceneObject]:
+def kitchen_objects(plan: CupPlan, random: Generator, cup: Array) -> list[SceneObject]:
     """Return jars, bottles and bowls next to the similar object, in hues unlike the cup's."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     kinds = [_jar, _bottle, _fruit, _holder]
@@ -247,9 +248,7 @@ def kitchen_objects(plan: CupPlan, random: np.random.Generator, cup: Array) -> l
     return things
 
 
-def _jar(
-    random: np.random.Generator, cup: Array, x: float, z: float, wide: float
-) -> list[SceneObject]:
+def _jar(random: Generator, cup: Array, x: float, z: float, wide: float) -> list[SceneObject]:
     high = random.uniform(14, 20)
     glaze, lid = (
         sample_other_hue(random, ACCENTS, cup),
@@ -263,7 +262,7 @@ def _jar(
     ]
 
 
-def _label(random: np.random.Generator, x: float, z: float, high: float, wide: float) -> Pattern:
+def _label(random: Generator, x: float, z: float, high: float, wide: float) -> Pattern:
     low, up = 0.3 * high, random.uniform(0.5, 0.7) * high
     half = random.uniform(0.5, 0.8) * wide
 
@@ -275,9 +274,7 @@ def _label(random: np.random.Generator, x: float, z: float, high: float, wide: f
     return gain if random.random() < 0.6 else uniform
 
 
-def _bottle(
-    random: np.random.Generator, cup: Array, x: float, z: float, wide: float
-) -> list[SceneObject]:
+def _bottle(random: Generator, cup: Array, x: float, z: float, wide: float) -> list[SceneObject]:
     slim, high = 0.62 * wide, random.uniform(19, 25)
     glass = sample_other_hue(
         random, ((40, 66, 52), (34, 60, 96), (52, 50, 48), (60, 150, 176)), cup
@@ -294,9 +291,7 @@ def _bottle(
     ]
 
 
-def _fruit(
-    random: np.random.Generator, cup: Array, x: float, z: float, wide: float
-) -> list[SceneObject]:
+def _fruit(random: Generator, cup: Array, x: float, z: float, wide: float) -> list[SceneObject]:
     dish = bowl((x, 0.6, z), 5.5, (0.5 * wide, 1.05 * wide), 0.9)
     kind = sample_other_hue(
         random, ((40, 110, 214), (48, 190, 222), (40, 46, 176), (70, 160, 140)), cup
@@ -312,9 +307,7 @@ def _fruit(
     ]
 
 
-def _holder(
-    random: np.random.Generator, cup: Array, x: float, z: float, wide: float
-) -> list[SceneObject]:
+def _holder(random: Generator, cup: Array, x: float, z: float, wide: float) -> list[SceneObject]:
     high = random.uniform(10, 13)
     pot = bowl((x, 0.5, z), high, (0.72 * wide, 0.8 * wide), 1.0)
     spoons, spatulas = [], []
@@ -341,7 +334,7 @@ def _holder(
 THICK = 1.1  # thickness of the cup's wall [pixels]
 
 
-def held_cup(cup: Cup, colour: Array, random: np.random.Generator) -> list[SceneObject]:
+def held_cup(cup: Cup, colour: Array, random: Generator) -> list[SceneObject]:
     """Return cup, hand and sleeve; `colour` is the colour of the cup, BGR in [0, 255]."""
     skin = sample_skin(random)
     cloth = sample_other_hue(random, CLOTHES, colour)
@@ -396,7 +389,7 @@ def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
     return mirror_limbs([*cuff, *arm], cup.hand)
 
 
-def _knitted(random: np.random.Generator, slope: float) -> Pattern:
+def _knitted(random: Generator, slope: float) -> Pattern:
     uneven = grain(random, 0.08, (0.6, 1.0, 1.0), 16)
 
     def gain(places: Array) -> Array:
@@ -447,7 +440,7 @@ class PlacedLayer:
 
 
 def downsample(picture: NDArray[Any], fine: int = FINE) -> Array:
-    """Return the means over the samples of each pixel, in [0, 1]."""
+    """Return the mean of the samples of each pixel, scaled from [0, 255] to [0, 1]."""
     height, width = picture.shape[0] // fine, picture.shape[1] // fine
     means = cv2.resize(picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA)
     return np.asarray(means / 255)
@@ -547,7 +540,7 @@ class CupSetting:
         """Upper left corner of the image relative to the origin [pixels]."""
         return -SIZE[0] / 2, float(self.plan.view.row(0.0, WALL)) - self.plan.horizon
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"kitchen {part}")
 
     def _coverage(self, things: Sequence[SceneObject]) -> Array:

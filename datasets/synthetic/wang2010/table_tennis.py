@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -112,9 +113,7 @@ class PaintSheet:
         """Return the painted sheet in the light of the hall; it is mirrored if `side` is -1."""
         return Sprite(LIGHT * self._colour[:, ::side], self._coverage[:, ::side])
 
-    def grain(
-        self, random: np.random.Generator, coarsest: int, finest: int, stretch: float = 1.0
-    ) -> Array:
+    def grain(self, random: Generator, coarsest: int, finest: int, stretch: float = 1.0) -> Array:
         """Return noise over the sheet, about in [-1, 1], stretched horizontally by `stretch`.
 
         `coarsest` and `finest` are numbers of cells per 512 pixels of the sheet.
@@ -195,7 +194,7 @@ class Player:
     `lamp` and `scale` are as in `PaintSheet`, `side` is as in `Play`.
     """
 
-    def __init__(self, random: np.random.Generator, lamp: Array, scale: float, side: int) -> None:
+    def __init__(self, random: Generator, lamp: Array, scale: float, side: int) -> None:
         rubber, skin, cloth = (
             np.array(colours[int(random.integers(len(colours)))]) * random.uniform(0.92, 1.06)
             for colours in (RUBBERS, SKINS, SLEEVES)
@@ -247,12 +246,7 @@ class Player:
 
 
 def _arm(
-    paint: PaintSheet,
-    random: np.random.Generator,
-    skin: Array,
-    cloth: Array,
-    elbow: Array,
-    grain: Array,
+    paint: PaintSheet, random: Generator, skin: Array, cloth: Array, elbow: Array, grain: Array
 ) -> None:
     wrist = np.array([186.0, 16.0])
     way = elbow - wrist
@@ -309,7 +303,7 @@ def _hand(paint: PaintSheet, skin: Array, grain: Array) -> None:
 BALL_FINE = 8  # supersampling per axis
 
 
-def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
+def ball(random: Generator, lamp: Array, diameter: float) -> Sprite:
     """Return an orange celluloid ball with a diameter in image pixels."""
     paint = np.array([random.uniform(36, 56), random.uniform(138, 154), 240.0])
     side = 2 * int(np.ceil(diameter * BALL_FINE / 2)) + 2
@@ -332,7 +326,7 @@ WALL_SIDE = 512  # side of the textures [painted pixels]
 TABLES = ((92, 74, 34), (66, 84, 30), (110, 66, 40))
 
 
-def wall(random: np.random.Generator, width: int, height: int) -> NDArray[np.uint8]:
+def wall(random: Generator, width: int, height: int) -> NDArray[np.uint8]:
     """Return a wall with random tone, speckles, joints and table, shape (height, width, 3)."""
     shape = height * WALL_FINE, width * WALL_FINE
     cut = slice(shape[0]), slice(shape[1])
@@ -352,7 +346,7 @@ def wall(random: np.random.Generator, width: int, height: int) -> NDArray[np.uin
     return np.asarray(np.clip(np.round(LIGHT * blocks), 0, 255), np.uint8)
 
 
-def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:
+def _joints(random: Generator, x: Array, y: Array) -> Array:
     """Return the light gain of the joints between the wall's panels, with their lit edges."""
     gain = np.ones(x.shape)
     first, spacing = random.uniform(5, 50), random.uniform(46, 90)
@@ -363,7 +357,7 @@ def _joints(random: np.random.Generator, x: Array, y: Array) -> Array:
     return gain
 
 
-def _put_table(random: np.random.Generator, picture: Array, y: Array, height: int) -> None:
+def _put_table(random: Generator, picture: Array, y: Array, height: int) -> None:
     top = height - random.uniform(5, 9)
     paint = np.array(TABLES[int(random.integers(len(TABLES)))], np.float64)
     picture *= (1 - 0.3 * np.clip(1 - (top - y) / 6, 0, 1) * (y < top))[..., None]
@@ -430,7 +424,7 @@ class Play:
         axes = [np.interp(np.asarray(times, np.float64), self._times, axis) for axis in way.T]
         return quantised(np.stack(axes, axis=-1))
 
-    def _knots(self, random: np.random.Generator) -> tuple[Array, Array]:
+    def _knots(self, random: Generator) -> tuple[Array, Array]:
         """Sample the ball's downward speed at key times [frames], and its flights."""
         lift, down, start = random.uniform(2.2, 2.6), random.uniform(5, 6), STROKE - 1.0
         landing = LIFTED - (down + lift) / CATCH

@@ -49,13 +49,13 @@ def timed_setups(monkeypatch):
         file = Path(setup.home, "trackers", f"{setup.name}.py") if setup.home else Path(setup.name)
         return 1.1 if file.is_file() and SLOW in file.read_text() else 1.0
 
-    def in_turns(setups, clips):
+    def time_interleaved(setups, clips):
         assert [clip.frames for clip in clips] == [4]
         setups_seen.append(setups)
         ratios = np.array([ratio(setup) for setup in setups])
         return ratios[:, None, None] * generator.normal(1, 0.01, (2, 5, 4))
 
-    monkeypatch.setattr("trackmark.bench.comparing.speed_check.in_turns", in_turns)
+    monkeypatch.setattr("trackmark.bench.comparing.speed_check.time_interleaved", time_interleaved)
     return setups_seen
 
 
@@ -126,10 +126,10 @@ def test_old_trackers_come_from_the_revision(
 
 
 def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, committed_baseline, monkeypatch):
-    def in_turns(setups, clips):
+    def time_interleaved(setups, clips):
         raise TurnError("its process ended")
 
-    monkeypatch.setattr("trackmark.bench.comparing.speed_check.in_turns", in_turns)
+    monkeypatch.setattr("trackmark.bench.comparing.speed_check.time_interleaved", time_interleaved)
     printed = trackmark("check", "own", *AGAINST, "--strict", status=3).stdout
     assert "static: the tracker cannot be timed: its process ended." in printed
     printed = trackmark("check", "own", *AGAINST, "--strict", "--json", status=3).stdout
@@ -142,8 +142,8 @@ def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, committed_basel
         (("--time",), "--time requires --against REVISION"),
         (("--against", "HEAD"), "--time requires --against REVISION"),
         (AGAINST, "not a git repository"),
-        (("--time", "--against", "nowhere"), "there is no revision 'nowhere'"),
-        (("--time", "--against", "--all"), "there is no revision '--all'"),
+        (("--time", "--against", "nowhere"), "unknown revision 'nowhere'"),
+        (("--time", "--against", "--all"), "unknown revision '--all'"),
         ((*AGAINST, "--accept", "mine", "--because", "x"), "cannot be combined with --time"),
     ],
 )

@@ -76,7 +76,7 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     assert "mean overlap, protocol tre:starts=3:least=9, 2 scenes, 1 run each" in text
     stored = ("compare", "--results", "results/compared")
     message = trackmark(*stored, status=2).stderr
-    assert "no stored run is by the protocol one-pass. Stored are runs by tre:starts" in message
+    assert "no stored run is by the protocol one-pass. Stored runs are by tre:starts" in message
     trackmark(*command)
     data = json.loads(trackmark(*stored, "--json").stdout)
     means = {row["tracker"]: row["mean"] for row in data["trackers"]}

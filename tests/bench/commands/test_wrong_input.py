@@ -32,9 +32,9 @@ run --trackers static --sequences data data/Small knob.py | quotes, so that the 
 run demo demo | Give one experiment
 run --trackers static --sequences plain/target:sped=3 | 'speed'
 run --trackers static --sequences nowhere | nowhere
-{STATIC} --frame-limit 0 | more than 0
+{STATIC} --frame-limit 0 | a value above 0
 {STATIC} --engine dusk | Did you mean 'dask'
-{STATIC} --address tcp://nowhere:1 | the local engine has no address
+{STATIC} --address tcp://nowhere:1 | --address is only valid with
 {STATIC} --seeds 0 | x>=1
 {STATIC} --quiet --verbose | exclude each other
 rum --trackers static {SMALL} | unknown command 'rum'. Did you mean 'run'?
@@ -45,7 +45,7 @@ rum --trackers static {SMALL} | unknown command 'rum'. Did you mean 'run'?
 {STATIC} --output file/results | --output
 run nonsense | unknown experiment 'nonsense'
 run missing.toml | missing.toml
-run sweep.toml | sequences sweeps over 1000000000 combinations
+run sweep.toml | sequences expands to 1000000000 combinations
 run many.toml | an experiment has at most 1000000
 run --trackers static,knob.py:Knob {SMALL} --seeds 1000000000000 | 1000000000001 runs are requested
 run lists.toml | nested too deeply
@@ -71,7 +71,7 @@ results list nowhere | nowhere
 compare static camshift | Give either --sequences or --results
 compare --sequences {SCENES} | at least two trackers
 compare static static --sequences {SCENES} | twice
-compare --results nowhere | no results here
+compare --results nowhere | contains no results
 compare --results nowhere --margin nan | not a finite number
 {COMPARE} --metric nonsense | is not one of mean_overlap
 {COMPARE} --metrics otb --metric centre_error | otb has no score 'centre_error'

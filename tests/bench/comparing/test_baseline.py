@@ -41,7 +41,7 @@ def baseline(**entries):
     )
 
 
-def test_written_baseline_is_read_as_it_was(tmp_path):
+def test_written_baseline_is_read_unchanged(tmp_path):
     video = entry((0.81234, 0.0, 1.0, 1e-05, 0.3, 0.4), "clips/cup.mp4", truth=Path("cup.csv"))
     stored = baseline(**{"cup.mp4": video, "tracker": entry()})
     stored = stored.moved_on("mine", stored.entries, 'a "better" update', "2026-11-22")
@@ -56,7 +56,7 @@ def test_written_baseline_is_read_as_it_was(tmp_path):
 
 
 @pytest.mark.parametrize("sign", ["\x7f", "\x00", "\x1b", "\x85", "\n", "\u2028", '"', "\\"])
-def test_control_character_in_a_text_is_read_back(tmp_path, sign):
+def test_control_character_in_a_text_is_read_unchanged(tmp_path, sign):
     name = f"cup{sign}"
     stored = baseline(**{name: entry(path=f"data/{name}")})
     stored = stored.moved_on("mine", stored.entries, f"because {sign}", "2026-11-22")

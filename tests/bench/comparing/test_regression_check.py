@@ -49,7 +49,7 @@ BEFORE = {
 }
 
 
-def test_equal_digests_are_identical_whatever_the_libraries():
+def test_equal_digests_are_identical_with_any_libraries():
     result = check(baseline(BEFORE), BEFORE, {**MADE_WITH, "numpy": "2.2"})
     assert set(labels(result).values()) == {"identical"}
     assert result.verdict == "pass"
@@ -105,7 +105,7 @@ def test_intervals_are_corrected_for_changed_random_trackers():
         (0.349, "2.2", "worse"),
     ],
 )
-def test_fact_has_a_larger_margin_with_other_libraries(score, numpy, label):
+def test_deterministic_margin_is_larger_with_other_libraries(score, numpy, label):
     now = {**BEFORE, "static": {**BEFORE["static"], "s0": entry([score], "1")}}
     result = check(baseline(BEFORE), now, {**MADE_WITH, "numpy": numpy})
     assert labels(result)["static", "s0"] == label
@@ -113,7 +113,7 @@ def test_fact_has_a_larger_margin_with_other_libraries(score, numpy, label):
     assert ("note: numpy 2.1 -> 2.2 since the baseline" in notes) == (numpy == "2.2")
 
 
-def test_fact_that_is_not_repeatable_is_inconclusive():
+def test_unrepeatable_deterministic_score_is_inconclusive():
     now = {**BEFORE, "static": {**BEFORE["static"], "s0": entry([0.1], "1")}}
     assert changed_facts(BEFORE, now) == {"static": ["s0"]}
     result = check(baseline(BEFORE), now, MADE_WITH, [("static", "s0")])
@@ -132,7 +132,7 @@ def test_tracker_with_new_randomness_is_judged_over_all_seeds():
     assert changed_facts(BEFORE, now) == {}
 
 
-def test_failed_run_is_a_regression_whatever_the_score():
+def test_failed_run_is_a_regression_with_any_score():
     scores = 0.6 + NOISE[0]
     scores[17] = 0.0
     changed = entry(scores, same=set(range(SEEDS)) - {17}, failures=[17])

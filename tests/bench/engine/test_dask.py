@@ -155,7 +155,7 @@ def test_worker_with_another_source_is_refused(monkeypatch):
     unit = Unit(SequenceSource("samples/face"), (), "accuracy", 120)
     error = _perform_unit("command", Limits(), "another", unit)
     assert isinstance(error, ClusterError)
-    assert str(error).startswith("the worker on node-7 runs another source of trackmark")
+    assert str(error).startswith("the worker on node-7 has another version of trackmark's source")
 
 
 def test_missing_dask_is_one_line_with_the_remedy(monkeypatch):

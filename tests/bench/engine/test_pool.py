@@ -17,7 +17,7 @@ from trackmark.bench.engine.pool import Pool, Worker
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.execution.executor import Execution, run
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.execution.scheduling import left_of
+from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.store.files import ResultsError
@@ -80,7 +80,7 @@ def failures(folder):
 def one_unit(data, *names, repetitions=1):
     """Return the planned units of the trackers on sequence A as a single unit."""
     requested = experiment(data, *names, sequences="A", repetitions=repetitions)
-    units = list(left_of(make_plan(requested, Results(data / "none"))))
+    units = list(missing_units(make_plan(requested, Results(data / "none"))))
     return replace(units[0], entries=tuple(entry for unit in units for entry in unit.entries))
 
 
@@ -88,13 +88,13 @@ def one_unit(data, *names, repetitions=1):
 def tasks(monkeypatch):
     """Record the number of runs of each request, and whether it was for a fresh process."""
     requests = []
-    plain = Worker.give
+    plain = Worker.send
 
-    def give(self, request):
+    def send(self, request):
         requests.append((len(request.unit.entries), not self._used))
         plain(self, request)
 
-    monkeypatch.setattr(Worker, "give", give)
+    monkeypatch.setattr(Worker, "send", send)
     return requests
 
 
@@ -155,7 +155,7 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
 
 def test_harmful_tracker_gets_units_of_its_own(data, tasks):
     unit = one_unit(data, "static", "Ends", "Averages")
-    units = [unit, replace(unit, truth="again")]
+    units = [unit, replace(unit, fingerprint="again")]
     with closing(Pool(Limits())) as workers:
         outcomes = dict(workers.perform(units))
     for outcome in outcomes.values():
@@ -250,15 +250,15 @@ def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):
 
 def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatch):
     kills = []
-    plain = Worker.give
+    plain = Worker.send
 
-    def give(self, request):
+    def send(self, request):
         if len(kills) < most:
             kills.append(self._process.pid)
             os.kill(self._process.pid, signal.SIGKILL)
         plain(self, request)
 
-    monkeypatch.setattr(Worker, "give", give)
+    monkeypatch.setattr(Worker, "send", send)
     unit = one_unit(data, "static")
     most = 1
     with closing(Pool(Limits())) as workers:

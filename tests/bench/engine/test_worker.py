@@ -18,9 +18,9 @@ from trackmark.bench.engine.heartbeat import (
     NOBODY,
     READING,
     Heartbeat,
-    look,
     read_message,
     read_rows,
+    read_state,
 )
 from trackmark.bench.engine.process_state import (
     ProcessState,
@@ -49,23 +49,23 @@ def test_heartbeat_shows_what_is_called(shared):
     assert beats.read_message() == b"request"
     assert not beats.has_called
     beats.on_frame_read(4)
-    first = look(shared)
+    first = read_state(shared)
     assert (first.frame, first.entry) == (4, READING)
     beats.on_tracker_call(2, 4)
-    second = look(shared)
+    second = read_state(shared)
     assert (second.frame, second.entry) == (4, 2)
     assert second.sign_of_life != first.sign_of_life
     beats.compiling()
-    assert look(shared).sign_of_life != second.sign_of_life
+    assert read_state(shared).sign_of_life != second.sign_of_life
     beats.on_tracker_return()
     beats.on_frames_done(5)
-    assert (look(shared).entry, look(shared).frames_done) == (NOBODY, 5)
+    assert (read_state(shared).entry, read_state(shared).frames_done) == (NOBODY, 5)
     beats.on_loop_end()
-    assert look(shared).entry == ELSEWHERE
+    assert read_state(shared).entry == ELSEWHERE
     assert beats.has_called
 
 
-def test_rows_and_message_come_back_to_the_bit(shared):
+def test_rows_and_message_are_read_unchanged(shared):
     beats = Heartbeat(shared)
     rows = beats.rows((5, 6))
     assert np.isnan(rows).all()
@@ -77,8 +77,8 @@ def test_rows_and_message_come_back_to_the_bit(shared):
         "flags": np.array(True),
     }
     beats.write_message({"text": "\udcff", "number": np.float32(0.5), "arrays": arrays})
-    assert read_rows(shared, look(shared)) == rows.tobytes()
-    message = read_message(shared, look(shared))
+    assert read_rows(shared, read_state(shared)) == rows.tobytes()
+    message = read_message(shared, read_state(shared))
     assert (message["text"], message["number"]) == ("\udcff", 0.5)
     for name, array in arrays.items():
         read = message["arrays"][name]
@@ -102,11 +102,11 @@ def test_rows_and_message_come_back_to_the_bit(shared):
 def test_damaged_message_is_recognised(shared, damage):
     beats = Heartbeat(shared)
     beats.write_message({"worn": False, "result": None})
-    assert read_message(shared, look(shared)) == {"worn": False, "result": None}
+    assert read_message(shared, read_state(shared)) == {"worn": False, "result": None}
     damage(shared)
     with pytest.raises(ValueError, match="message"):
-        read_message(shared, look(shared))
-    assert read_rows(shared, look(shared)) == b""
+        read_message(shared, read_state(shared))
+    assert read_rows(shared, read_state(shared)) == b""
 
 
 def test_copy_of_the_process_that_returns_from_a_call_ends(shared):
@@ -131,15 +131,15 @@ def test_full_disk_of_temporary_files_is_one_line(tmp_path):
     inside = ["unshare", "-rm", "sh", "-c", f"{fill} && exec {shlex.join(command)}"]
     done = subprocess.run(inside, capture_output=True, text=True, check=False)
     assert done.returncode == 2, done.stderr
-    assert "no room for temporary files" in done.stderr
+    assert "no space for temporary files" in done.stderr
     assert "TMPDIR" in done.stderr
     assert "Traceback" not in done.stderr
 
 
 def test_worker_without_disk_space_is_reported(shared):
     Heartbeat(shared).write_no_room()
-    with pytest.raises(ResultsError, match="no room for temporary files"):
-        read_message(shared, look(shared))
+    with pytest.raises(ResultsError, match="no space for temporary files"):
+        read_message(shared, read_state(shared))
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,10 @@ def test_final_corrections_are_revised_boxes(make_sequence):
     ("final_boxes", "reason"),
     [
         (lambda tracker: 1 / 0, "ZeroDivisionError"),
-        (lambda tracker: {6: tracker.box}, "revised frame 6 is not one of the frames 0 to 5"),
+        (
+            lambda tracker: {6: tracker.box},
+            "revised frame 6 is not one of the processed frames 0 to 5",
+        ),
         (lambda tracker: {3: tracker.box * np.nan}, "box"),
     ],
 )

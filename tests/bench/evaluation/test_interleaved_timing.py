@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, in_turns
+from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
 
 TRACKER = """
 from trackmark.trackers.base.interface import Estimate, TrackerPlugin
@@ -52,7 +52,7 @@ def tracker(tmp_path):
 
 
 def test_slower_tracker_takes_twice_as_long_on_equal_frames(tracker, clips):
-    times = in_turns([tracker("cheap"), tracker("dear", 0.002)], clips)
+    times = time_interleaved([tracker("cheap"), tracker("dear", 0.002)], clips)
     passes, turns = times.shape[1:]
     assert passes >= 3
     assert turns == 5
@@ -68,7 +68,7 @@ def test_old_tracker_imports_old_modules(tracker, clips, tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", str(folders[0]))
     now = tracker("mine", "__import__('beside').COST")
     then = replace(now, swapped=list(map(str, folders)))
-    times = in_turns([then, now], clips)
+    times = time_interleaved([then, now], clips)
     assert times[1] == pytest.approx(2 * times[0])
 
 
@@ -84,4 +84,4 @@ def test_old_tracker_imports_old_modules(tracker, clips, tmp_path, monkeypatch):
 )
 def test_tracker_that_cannot_be_timed_is_reported(tracker, clips, then, words):
     with pytest.raises(TurnError, match=words):
-        in_turns([tracker("bad", then=then)], clips)
+        time_interleaved([tracker("bad", then=then)], clips)

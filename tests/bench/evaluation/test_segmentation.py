@@ -7,7 +7,6 @@ import pytest
 
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.protocols import TIMING
@@ -165,17 +164,14 @@ SEQUENCES = [f"plain/target:length=12:scene={scene}" for scene in (0, 1)]
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory, without_processes):
+def stored(tmp_path_factory, run_trial):
     """Return results of a tracker with masks and a tracker without."""
     folder = tmp_path_factory.mktemp("segmentation")
     (folder / "segmenter.py").write_text(SEGMENTER)
-    trackers = ("static", f"{folder}/segmenter.py:Segmenter")
-    sources = tuple(map(SequenceSource, SEQUENCES))
-    with without_processes():
-        return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
+    return run_trial(folder, ("static", f"{folder}/segmenter.py:Segmenter"), SEQUENCES)
 
 
-def test_stored_scores_are_those_of_the_masks(stored):
+def test_stored_scores_equal_scores_of_the_masks(stored):
     runs = load_results(stored).set_index("tracker_name")
     assert runs.loc["static", list(NAMES)].isna().all(axis=None)
     segmented = runs.drop(index="static")
@@ -200,16 +196,11 @@ def test_tables_have_columns_of_masks(stored):
         ("region similarity J", "mean_region_similarity"),
         ("contour accuracy F", "mean_contour_accuracy"),
     ):
-        texts = [
-            row[tables_by_name["summary"].heads.index(column)].text
-            for row in tables_by_name["summary"].rows
-        ]
-        assert texts == ["—", f"{scores[name].mean():.3f}"]
-        texts = [
-            row[tables_by_name["sequences"].heads.index(column)].text
-            for row in tables_by_name["sequences"].rows
-        ]
-        assert texts == ["—", f"{scores[name].iloc[0]:.3f}", "—", f"{scores[name].iloc[1]:.3f}"]
+        values = [scores[name].mean(), *scores[name]]
+        texts = []
+        for table in (tables_by_name["summary"], tables_by_name["sequences"]):
+            texts += [row[table.heads.index(column)].text for row in table.rows]
+        assert texts == [text for value in values for text in ("—", f"{value:.3f}")]
     _, last = tables_by_name["segmentation"].rows  # only the tracker with masks has a row
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
     assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"

@@ -5,9 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from trackmark.bench.exchange.importing import ImportedTracker, ResultSequence, import_results
+from tests.bench.exchange.import_builder import import_runs
 from trackmark.bench.exchange.result_format import ExchangeError
-from trackmark.bench.store.results import Results
 
 TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44, 26, 60]], float)
 ONE_BASED = TRUTH + [1, 1, 0, 0]
@@ -31,12 +30,7 @@ def import_boxes(folder, boxes, kind="otb", truth=TRUTH, **header):
     else:
         (theirs / "Couple.txt").write_text(text(boxes))
     messages = []
-    on = ResultSequence("Couple", "fingerprint", truth, "/data/Couple")
-    import_results(
-        [ImportedTracker("theirs", kind, theirs)], [on], folder / "results", messages.append
-    )
-    results = Results(folder / "results")
-    (run,) = map(results.read, results.list_keys())
+    (run,) = import_runs(kind, theirs, ("Couple", truth), folder / "results", messages.append)
     return run, messages
 
 
@@ -128,6 +122,5 @@ def test_otb_json_header_counts_image_files_of_otb(tmp_path):
     (tmp_path / "theirs").mkdir()
     record = {"res": ONE_BASED.tolist(), "seqName": "David", "startFrame": 300, "endFrame": 303}
     (tmp_path / "theirs" / "David.json").write_text(json.dumps([record]))
-    on = ResultSequence("David", "fingerprint", TRUTH, "/data/David")
-    trackers = [ImportedTracker("theirs", "otb-json", tmp_path / "theirs")]
-    assert import_results(trackers, [on], tmp_path / "results", pytest.fail) == 1
+    folders = tmp_path / "theirs", ("David", TRUTH), tmp_path / "results"
+    assert len(import_runs("otb-json", *folders, pytest.fail)) == 1

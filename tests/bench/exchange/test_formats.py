@@ -6,16 +6,13 @@ import struct
 import numpy as np
 import pytest
 
+from tests.bench.exchange.import_builder import import_runs
 from trackmark.bench import exchange
 from trackmark.bench.exchange.importing import (
-    ImportedTracker,
-    ResultSequence,
-    import_results,
     parse_imported_tracker,
 )
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
 from trackmark.bench.metrics.preset import FrameState
-from trackmark.bench.store.results import Results
 
 FRAMES = 12
 
@@ -37,11 +34,7 @@ def write_results(kind, folder, rows, sequence="Some-one_1", repetition=0):
 
 def import_tracker(kind, folder, truth, target, messages=None):
     on_message = [].append if messages is None else messages.append
-    name = "Some-one_1"
-    sequence = ResultSequence(name, f"fingerprint {name}", truth, f"/data/{name}")
-    import_results([ImportedTracker("theirs", kind, folder)], [sequence], target, on_message)
-    results = Results(target)
-    return [results.read(path) for path in results.list_keys()]
+    return import_runs(kind, folder, ("Some-one_1", truth), target, on_message)
 
 
 every_format = pytest.mark.parametrize("kind", exchange.format_names())
@@ -114,14 +107,14 @@ def test_one_folder_holds_runs_with_and_without_confidences(kind, place, tmp_pat
 
 
 @pytest.mark.parametrize("kind", ["pysot", "pytracking", "vot"])
-def test_confidences_make_the_round_trip(kind, tmp_path):
+def test_confidences_are_imported_unchanged(kind, tmp_path):
     write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(), CONFIDENCE))
     (run,) = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
     np.testing.assert_array_equal(run.confidence, CONFIDENCE)
 
 
 @pytest.mark.parametrize("kind", ["pysot", "vot"])
-def test_states_of_supervised_runs_make_the_round_trip(kind, tmp_path):
+def test_states_of_supervised_runs_are_imported_unchanged(kind, tmp_path):
     states = np.full(FRAMES, FrameState.TRACKED)
     states[[0, 8]], states[3], states[4:8] = (
         FrameState.INITIALISED,
@@ -135,7 +128,7 @@ def test_states_of_supervised_runs_make_the_round_trip(kind, tmp_path):
 
 
 @every_format
-def test_repetitions_have_a_file_each_if_there_is_room(kind, tmp_path):
+def test_each_repetition_has_a_file_if_the_format_allows(kind, tmp_path):
     for number in range(2):
         write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(number)), repetition=number)
     runs = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")

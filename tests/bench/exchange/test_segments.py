@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.bench.exchange.import_builder import import_runs
 from tests.bench.exchange.test_formats import binary
 from trackmark import datasets
 from trackmark.bench import exchange, metrics
@@ -15,9 +16,7 @@ from trackmark.bench.evaluation.loop import evaluate
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import (
-    ImportedTracker,
     ResultSequence,
-    import_results,
     parse_imported_tracker,
 )
 from trackmark.bench.exchange.result_format import ExchangeError
@@ -50,9 +49,7 @@ def store_run(run, sequence, folder):
 def import_run(kind, theirs, sequence, folder, messages=None):
     on = ResultSequence(sequence.name, sequence.fingerprint, sequence.boxes, sequence.name)
     on_message = [].append if messages is None else messages.append
-    import_results([ImportedTracker("theirs", kind, theirs)], [on], folder, on_message)
-    results = Results(folder)
-    (run,) = map(results.read, results.list_keys())
+    (run,) = import_runs(kind, theirs, on, folder, on_message)
     return run
 
 
@@ -99,7 +96,7 @@ def test_exported_segments_are_imported_with_equal_scores(kind, protocol, sequen
     assert scores(again, sequence) == pytest.approx(before, abs=1e-12, nan_ok=True)
 
 
-def test_segments_from_a_later_first_target_make_the_round_trip(tmp_path):
+def test_segments_of_a_late_target_are_imported_unchanged(tmp_path):
     sequence = datasets.load(SEQUENCE)
     sequence.boxes = sequence.boxes.copy()
     sequence.boxes[:3] = np.nan
@@ -181,12 +178,9 @@ def moving_boxes(n):
     return np.column_stack([np.arange(n) * 2.0, np.arange(n) * 1.0, np.full((n, 2), 20.0)])
 
 
-def import_bag(folder, truth, source="bag"):
-    on = ResultSequence("bag", "fingerprint", truth, source)
-    target = folder.parent / "results"
-    import_results([ImportedTracker("theirs", "vot", folder)], [on], target, pytest.fail)
-    results = Results(target)
-    (run,) = map(results.read, results.list_keys())
+def import_bag(folder, truth):
+    on = ResultSequence("bag", "fingerprint", truth, "bag")
+    (run,) = import_runs("vot", folder, on, folder.parent / "results", pytest.fail)
     return run
 
 
@@ -210,7 +204,7 @@ def test_vot_anchors_are_read_in_both_directions(tmp_path):
     np.testing.assert_array_equal(import_bag(binaries, truth).boxes, truth[3:])
 
 
-def test_vot_anchor_in_the_middle_goes_as_the_data_state(tmp_path, monkeypatch):
+def test_vot_anchor_in_the_middle_has_the_direction_of_the_data(tmp_path, monkeypatch):
     truth = moving_boxes(11)
     bag = datasets.load("plain/target:length=11")
     bag.values["anchor"] = np.where(np.arange(11) == 5, -1.0, 0.0)

@@ -5,10 +5,10 @@ import shutil
 import pytest
 
 from trackmark.bench.engine.work_unit import Limits
-from trackmark.bench.execution.estimate import Basis, Estimate, estimate, measured_before, words
+from trackmark.bench.execution.estimate import Basis, Estimate, estimate, read_measured_times, words
 from trackmark.bench.execution.executor import run
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.execution.scheduling import left_of
+from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.results import Results
 
@@ -55,8 +55,8 @@ def make_experiment(data_folder, milliseconds, sequences=("Small",), name="trial
 
 def estimated(data_folder, chosen, **limits):
     plan = make_plan(chosen, Results(data_folder / "results" / chosen.name))
-    units = left_of(plan, workers=1)
-    return estimate(units, measured_before(data_folder / "results"), Limits(**limits))
+    units = missing_units(plan, workers=1)
+    return estimate(units, read_measured_times(data_folder / "results"), Limits(**limits))
 
 
 def test_estimate_uses_the_nearest_measurement(data_folder, in_this_process):

@@ -11,7 +11,7 @@ import pytest
 from trackmark import trackers
 from trackmark.bench.execution.executor import run
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.scheduling import left_of
+from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.store.results import Results
 from trackmark.datasets import SequenceError
@@ -63,7 +63,7 @@ def test_tracker_can_have_its_own_number_of_repetitions(workspace):
 
 
 def test_missing_region_is_rejected_before_first_run(workspace):
-    with pytest.raises(SequenceError, match="no region 'full' to initialise with"):
+    with pytest.raises(SequenceError, match="no region 'full'"):
         states(workspace, trackers=("static:init=full",))
 
 
@@ -137,12 +137,14 @@ def test_external_and_timed_trackers_share_no_process(workspace):
         "opencv-mil",
     )
     plan = small_plan(workspace, 2, trackers=texts, repetitions=1)
-    units = [(unit.owner, *(entry.tracker for entry in unit.entries)) for unit in left_of(plan)]
+    units = [
+        (unit.owner, *(entry.tracker for entry in unit.entries)) for unit in missing_units(plan)
+    ]
     knob, twin = ((f"{text.partition(':')[0]}:{Path(text).name}", text) for text in texts[1:4:2])
     mil, shared = ("", texts[4]), ("", texts[0], texts[2])
     assert units == [knob, knob, twin, twin, mil, mil, shared, shared]
     timed = small_plan(workspace, trackers=texts, repetitions=2, timing=True)
-    owners = [unit.owner for unit in left_of(timed)]
+    owners = [unit.owner for unit in missing_units(timed)]
     assert len(owners) == 5 * 2 * 2
     assert [owner for owner, _ in groupby(owners)] == list(dict.fromkeys(owners))
     assert len(set(owners)) == 5
@@ -170,7 +172,7 @@ def test_two_trackers_of_one_name_are_refused(workspace):
     (workspace / "elsewhere").mkdir()
     shutil.copy(workspace / "knob.py", workspace / "elsewhere")
     both = tuple(f"{workspace / place / 'knob.py'}:Knob" for place in ("", "elsewhere"))
-    with pytest.raises(ExperimentError, match=r"two trackers are called 'knob\.py:Knob'"):
+    with pytest.raises(ExperimentError, match=r"two different trackers are called 'knob\.py:Knob'"):
         states(workspace, trackers=both)
 
 
@@ -182,8 +184,8 @@ def test_failed_runs_are_repeated_only_on_request(workspace):
     assert run_states["static", 0] == "done"
     assert run_states["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(workspace), Results(workspace / "results" / "trial"))
-    assert list(left_of(plan)) == []
-    (unit,) = left_of(plan, retry_failed=True)
+    assert list(missing_units(plan)) == []
+    (unit,) = missing_units(plan, retry_failed=True)
     assert len(unit.entries) == 3
     assert plan.count(State.FAILED) == 3
 
@@ -202,7 +204,7 @@ def small_plan(workspace, sequences=1, **changes):
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
 def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
     plan = small_plan(workspace, sequences)
-    units = left_of(plan, workers=workers)
+    units = missing_units(plan, workers=workers)
     all_units = list(units)
     assert len(units) == len(all_units)
     assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in all_units)
@@ -224,7 +226,7 @@ def test_longest_sequences_are_planned_first(workspace, otb):
     sources = [SequenceSource(str(workspace / "data" / "Small"))]
     sources.append(SequenceSource(str(otb(workspace / "data" / "Longer", 9))))
     plan = make_plan(experiment(workspace, sequences=tuple(sources)), Results(workspace / "none"))
-    assert [unit.work for unit in left_of(plan)] == [27, 15, 9, 5]
+    assert [unit.work for unit in missing_units(plan)] == [27, 15, 9, 5]
 
 
 def test_unit_has_the_replaced_version_of_each_run(finished):
@@ -232,7 +234,7 @@ def test_unit_has_the_replaced_version_of_each_run(finished):
     append(finished / "knob.py", "CHANGED = True\n")
     chosen = experiment(finished, repetitions=4)
     plan = make_plan(chosen, Results(finished / "results" / "trial"))
-    (unit,) = left_of(plan)
+    (unit,) = missing_units(plan)
     old = before.versions[0][1]
     assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
     assert all(entry.version == plan.versions[0][1] != old for entry in unit.entries)
@@ -248,7 +250,7 @@ def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
     assert first.versions == second.versions
 
 
-def test_versions_and_cells_are_those_of_the_runs(finished):
+def test_manifest_has_versions_of_the_stored_runs(finished):
     results = Results(finished / "results" / "trial")
     plan = make_plan(experiment(finished), results)
     stored = {}

@@ -71,7 +71,7 @@ def test_table_may_name_a_ground_truth_file(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("hue_bins = 16", "hue_bins = []"), "sweeps over an empty list"),
+        (("hue_bins = 16", "hue_bins = []"), "contains an empty list"),
         (("version = 1", ""), "'version' is missing"),
         (("version = 1", "version = 2"), "version 2 is not"),
         (("version = 1", "version = true"), "version must be of type int"),
@@ -81,7 +81,7 @@ def test_table_may_name_a_ground_truth_file(tmp_path):
         (('["static", ', '["static", "static", '), "'static' is named twice"),
         (('["static", ', "[7, "), "7 is neither a text nor a table"),
         (("version = 1", "version = = 1"), "trial.toml"),
-        (('"static"', '{ name = "static", repetitions = "3" }'), "repetitions must be a number"),
+        (('"static"', '{ name = "static", repetitions = "3" }'), "repetitions must be an integer"),
     ],
 )
 def test_mistake_is_named_with_file_and_key(tmp_path, change, words):
@@ -121,7 +121,7 @@ def unopened(source):
 @pytest.mark.parametrize("name", experiment_names())
 def test_every_experiment_of_the_package_is_planned(name, tmp_path):
     experiment = read_experiment(name)
-    opened_sequences = {source: unopened(source) for source in experiment.sequences}
+    opened_sequences = {(s, "accuracy"): unopened(s) for s in experiment.sequences}
     plan = make_plan(experiment, Results(tmp_path / "none"), opened_sequences)
     assert len(plan) == len(set(plan.manifest().versions)) > 0
 

@@ -136,14 +136,14 @@ def test_import_changes_nothing_in_this_process(calm, capfd):
 def test_file_that_ends_the_child_is_named(calm, case):
     act, words = ENDS[case]
     good, bad = str(calm("good")), str(calm("bad", act))
-    with pytest.raises(TrackerError, match=rf"bad\.py: while it is imported, {words}\."):
+    with pytest.raises(TrackerError, match=rf"bad\.py: the import failed: {words}\."):
         resolve_trackers([good, bad])
 
 
 def test_import_that_never_ends_is_stopped(calm, monkeypatch):
     monkeypatch.setattr(tracker_files, "_SECONDS", 0.2)
     with pytest.raises(
-        TrackerError, match=r"file\.py: while it is imported, nothing happens for 0.2 s"
+        TrackerError, match=r"file\.py: the import failed: nothing happens for 0.2 s"
     ):
         describe_tracker(str(calm("file", "while True: pass")))
 

@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.bench.metrics import toolkits
-from tests.bench.metrics.made import SIZE, answer_of, noisy, states_of, truth_of, walk
+from tests.bench.metrics.artificial_runs import SIZE, answer_of, noisy, states_of, truth_of, walk
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
@@ -170,6 +170,15 @@ def test_lasot_scores_a_target_that_touches_the_first_pixel():
     assert lasot["precision"] == 1
 
 
+def test_success_rates_count_overlaps_above_their_threshold():
+    truth = np.tile([0.0, 0, 8, 8], (5, 1))
+    boxes = truth.copy()
+    boxes[:, 2] = [8, 4, 6, 6.5, 3]  # overlaps 1, 0.5, 0.75, 0.8125 and 0.375
+    otb, got10k = scores("otb", truth, boxes), scores("got10k", truth, boxes)
+    assert (otb["success_rate"], otb["success_published"]) == (0.6, 0.8)
+    assert (got10k["sr50"], got10k["sr75"]) == (0.5, 0.25)  # the first frame does not count
+
+
 # Differences on purpose (docs/metrics.md).
 
 
@@ -275,7 +284,7 @@ def test_first_confidence_does_not_count_in_long_term():
     assert judged(1, 1.0) != judged(0, 0.0)
 
 
-def test_one_pass_run_without_failure_is_a_supervised_one():
+def test_one_pass_run_without_failure_equals_a_supervised_run():
     truth, preset = walk(150), metrics.preset("vot-supervised")
     boxes = noisy(truth)
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.bench.metrics.made import truth_of
+from tests.bench.metrics.artificial_runs import truth_of
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside, centres
 from trackmark.bench.metrics.native import LOSS_FRAMES, first_loss, native
 from trackmark.bench.metrics.overlap import is_well_formed, overlap

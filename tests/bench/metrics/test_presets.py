@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.bench.metrics.made import SIZE, answer_of, noisy, truth_of, walk
+from tests.bench.metrics.artificial_runs import SIZE, answer_of, noisy, truth_of, walk
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.store.run_rows import SCORED_BY

@@ -104,7 +104,7 @@ def test_mean_recall_and_decay_of_known_values():
     ("n", "first", "last"),
     [(1, 1, 1), (2, 1, 1), (3, 2, 1), (4, 2, 2), (6, 2, 2), (7, 3, 2), (8, 3, 3), (300, 76, 76)],
 )
-def test_quarters_are_those_of_the_published_evaluation(n, first, last):
+def test_quarters_equal_those_of_the_published_code(n, first, last):
     # They begin and end at round(1 + k (n - 1) / 4) for k = 0 to 4, halves upwards.
     values = np.arange(n) ** 2.0
     by_hand = values[:first].mean() - values[n - last :].mean()

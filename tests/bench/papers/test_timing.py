@@ -18,7 +18,6 @@ from trackmark.bench.papers.nummiaro2003 import timing as nummiaro2003
 from trackmark.bench.papers.plan import tracker_text
 from trackmark.bench.papers.timing import (
     ROUNDS,
-    measure_scenes,
     open_clips,
     tracker_methods,
     turn_times,
@@ -135,7 +134,7 @@ def test_methods_of_papers_run(methods, texts):
             method.update(image)
 
 
-def made_up(context, methods, setting, names, sequences, *_):
+def simulated_times(context, methods, setting, names, sequences, *_):
     """Times of methods in the order of their names, the first the shortest."""
     texts = {name: tracker_text(context.description, name, setting) for name in names}
     return {
@@ -150,7 +149,7 @@ def made_up(context, methods, setting, names, sequences, *_):
 @pytest.mark.parametrize("paper", ["multipart", "nguyen2002", "nummiaro2003", "wang2010"])
 def test_claims_on_times_are_judged(paper, monkeypatch):
     module = paper_module(paper, "timing")
-    monkeypatch.setattr(module, "kept_times", made_up)
+    monkeypatch.setattr(module, "kept_times", simulated_times)
     context = SimpleNamespace(description=read_description(paper))
     claims = [c for c in read_claims(paper).values() if c.measure.startswith("timing.")]
     for claim, setting in product(claims, SETTINGS):
@@ -166,11 +165,3 @@ def test_clock_scales_times_to_800_mhz():
     seconds = nummiaro2003.STEPS * nummiaro2003.CYCLES_PER_STEP / 3.2e9  # of a core of 3.2 GHz
     times = {"once": np.array([5e-3]), "clock": np.array([seconds])}
     assert nummiaro2003._at_800_mhz(times) == pytest.approx(20e-3)
-
-
-@pytest.mark.slow
-def test_scenes_are_measured_in_another_process():
-    with timing.ProcessPoolExecutor(1, env=timing.ONE_THREAD) as process:
-        arguments = {"static": "static"}, {"target": NAME}, 3, 1
-        times = process.submit(measure_scenes, tracker_methods, *arguments).result()
-    assert times["target"]["static"].shape == (ROUNDS,)

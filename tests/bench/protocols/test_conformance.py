@@ -15,7 +15,7 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_judge, judge
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.scheduling import left_of
+from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import STORED_ONE_PASS, ProtocolError, parse_protocol
@@ -104,7 +104,7 @@ def test_parameters_are_parsed_and_checked():
         "tre:starts=0": "parameter starts=0",
         "tre:starts": "not key=value",
         "real-time:seconds=a": "could not convert",
-        "real-time:seconds=-1": "numbers of 0 or more",
+        "real-time:seconds=-1": "numbers ≥ 0",
         "real-time:fps=nan": "fps",
     }.items():
         with pytest.raises(ProtocolError, match=words):
@@ -149,7 +149,7 @@ def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
     read = results.read(run_key(run.identity))
     for frames, expected in zip(read.segments, run.segments, strict=True):
         np.testing.assert_array_equal(frames, expected)
-    for column in ("boxes", "visible", "confidence", "states", "answered"):
+    for column in ("boxes", "visible", "confidence", "states", "source_frames"):
         np.testing.assert_array_equal(getattr(read, column), getattr(run, column), column)
     assert read.identity == run.identity
 
@@ -216,7 +216,7 @@ def test_run_of_dead_process_has_rows_of_its_protocol(name, tmp_path):
     experiment = Experiment("trial", ("static",), (source,), protocol=text_of(name))
     results = Results(tmp_path / "trial")
     plan = make_plan(experiment, results)
-    (unit,) = left_of(plan)
+    (unit,) = missing_units(plan)
     write_truth(results.folder, datasets.load(source.text))
     (run,) = record_failure(unit, Failure(3, "it died")).runs
     assert results.write(run)

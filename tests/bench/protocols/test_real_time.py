@@ -66,14 +66,14 @@ def test_rows_hold_boxes_of_their_source_frames(make_sequence):
             return Estimate(np.array([frame, 2.0, 8.0, 6.0]), confidence=frame / 16)
 
     run = bench.evaluate(FrameNumbers, sequence, protocol="real-time:fps=10:seconds=0.15/0.31")
-    assert run.answered[1] == 1
-    late = run.answered[2:]
+    assert run.source_frames[1] == 1
+    late = run.source_frames[2:]
     assert (late <= np.arange(2, 16)).all()
     assert (late < np.arange(2, 16)).any()
     np.testing.assert_array_equal(run.boxes[1], sequence.boxes[1])
-    later = run.answered > 1
-    np.testing.assert_array_equal(run.boxes[later, 0], run.answered[later])
-    np.testing.assert_array_equal(run.confidence[later], run.answered[later] / 16)
+    later = run.source_frames > 1
+    np.testing.assert_array_equal(run.boxes[later, 0], run.source_frames[later])
+    np.testing.assert_array_equal(run.confidence[later], run.source_frames[later] / 16)
     init_box_rows = run.boxes[2:][late == 1]
     np.testing.assert_array_equal(
         init_box_rows, np.tile(sequence.boxes[1], (len(init_box_rows), 1))
@@ -84,7 +84,7 @@ def test_fast_tracker_has_its_one_pass_run(make_sequence):
     sequence = make_sequence(n=12)
     run = bench.evaluate(Walker, sequence, protocol="real-time:seconds=0.04")
     np.testing.assert_array_equal(run.boxes, bench.evaluate(Walker, sequence).boxes)
-    assert run.answered.tolist() == list(range(12))
+    assert run.source_frames.tolist() == list(range(12))
 
 
 def test_measured_times_make_runs_time_dependent(make_sequence):

@@ -13,6 +13,11 @@ from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import judge
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.manifest import Manifest
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
+from trackmark.bench.store.truth import write_truth
 
 presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np.array)
 
@@ -183,8 +188,20 @@ def test_malformed_segments_are_not_scored(make_sequence, forge):
     sequence = make_sequence(n=30)
     run = bench.evaluate("static", sequence, protocol="tre:starts=2:least=5")
     forged = replace(run, segments=(run.segments[0], forge(run.segments[1])))
-    with pytest.raises(ValueError, match="has a segment that is not from a frame to an end of 30"):
+    with pytest.raises(ValueError, match="has an invalid segment"):
         judge(forged, sequence)
+
+
+def test_stored_run_with_malformed_segments_is_damaged(make_sequence, tmp_path):
+    """The digest of a stored run does not reveal this, because the writer computes it."""
+    sequence, results = make_sequence(n=30), Results(tmp_path / "trial")
+    run = bench.evaluate("static", sequence, protocol="tre:starts=2:least=5")
+    first, second = run.segments
+    results.prepare(Manifest("", {}))
+    write_truth(results.folder, sequence)
+    assert results.write(replace(run, segments=(first, second + 1000)))
+    with pytest.raises(ResultsError, match=r"runs\.db: .* is damaged"):
+        list_scored_runs(results)
 
 
 @pytest.mark.parametrize(("text", "count"), [("tre:starts=3:least=5", 3), ("sre", 12)])
@@ -200,7 +217,9 @@ def test_segments_that_differ_from_protocol_are_not_scored(make_sequence, text, 
     if text == "sre" and len(places) == count:  # all its segments have the same frames
         assert judge(forged, sequence).scores
         return
-    with pytest.raises(ValueError, match=f"which are not the {count} of the protocol {text}"):
+    with pytest.raises(
+        ValueError, match=f"which differ from the {count} segments of the protocol {text}"
+    ):
         judge(forged, sequence)
 
 

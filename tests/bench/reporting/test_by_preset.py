@@ -7,7 +7,6 @@ import pytest
 
 from trackmark import bench, datasets
 from trackmark.bench import metrics
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.pages.report_figures import preset_curves
 from trackmark.bench.reporting.by_preset import LATE, MEANS, TOGETHER, preset_report, score_runs
@@ -15,14 +14,12 @@ from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.store.data_frames import load_results
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
 
-SOURCES = tuple(SequenceSource(f"plain/target:length={15 + n}:scene={n}") for n in (0, 1))
+SEQUENCES = [f"plain/target:length={15 + n}:scene={n}" for n in (0, 1)]
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory, without_processes):
-    with without_processes():
-        folder = tmp_path_factory.mktemp("presets")
-        return bench.run(Experiment("trial", ("static", "camshift"), SOURCES), folder, jobs=1)
+def stored(tmp_path_factory, run_trial):
+    return run_trial(tmp_path_factory.mktemp("presets"), ("static", "camshift"), SEQUENCES)
 
 
 def texts(table):
@@ -40,8 +37,8 @@ def test_stored_runs_have_scores_of_their_boxes(stored, name):
         {result.name for result in SUMMARY} if name == "native" else {*preset.columns}
     )
     judged = []
-    for source in SOURCES:
-        sequence = datasets.load(source.text)
+    for text in SEQUENCES:
+        sequence = datasets.load(text)
         run = bench.evaluate("camshift", sequence)
         result = preset.judge(sequence, RunEstimates(run.boxes, run.visible, run.confidence))
         judged.append([result])
@@ -82,10 +79,8 @@ def test_preset_curves_are_drawn(stored):
     assert message.endswith("there is no tracker all of whose runs vot-anchor can judge.")
 
 
-def test_preset_without_judgeable_runs_has_a_note(without_processes, tmp_path):
-    with without_processes():
-        experiment = Experiment("trial", ("static",), SOURCES, protocol="supervised")
-        folder = bench.run(experiment, tmp_path, jobs=1)
+def test_preset_without_judgeable_runs_has_a_note(run_trial, tmp_path):
+    folder = run_trial(tmp_path, ["static"], SEQUENCES, protocol="supervised")
     table = preset_report(folder, ["otb"]).tables[0]
     assert not table.rows
     for text in (to_text(table), to_markdown(table), to_latex(table)):
@@ -96,11 +91,9 @@ def test_preset_without_judgeable_runs_has_a_note(without_processes, tmp_path):
 
 
 @pytest.mark.parametrize(("seconds", "late"), [(0.0, 0.0), (0.05, 1.0), (0.02, 0.0)])
-def test_late_answers_are_counted_in_real_time(without_processes, tmp_path, seconds, late):
-    with without_processes():
-        protocol = f"real-time:seconds={seconds}"
-        experiment = Experiment("trial", ("static",), SOURCES, protocol=protocol)
-        folder = bench.run(experiment, tmp_path, jobs=1)
+def test_late_answers_are_counted_in_real_time(run_trial, tmp_path, seconds, late):
+    protocol = f"real-time:seconds={seconds}"
+    folder = run_trial(tmp_path, ["static"], SEQUENCES, protocol=protocol)
     (table,) = preset_report(folder, ["native"]).tables
     late_rows = table.data[table.data["measure"] == LATE.name]
     assert set(late_rows["sequence"]) > {TOGETHER}
@@ -111,12 +104,9 @@ def test_late_answers_are_counted_in_real_time(without_processes, tmp_path, seco
     assert set(counted.drop(TOGETHER)) == {1}
 
 
-def test_scores_with_one_value_per_unit_have_intervals(without_processes, tmp_path):
-    sources = tuple(
-        SequenceSource(f"plain/target:length=120:width=64:height=64:scene={n}") for n in range(6)
-    )
-    with without_processes():
-        folder = bench.run(Experiment("six", ("static",), sources), tmp_path, jobs=1)
+def test_scores_with_one_value_per_unit_have_intervals(run_trial, tmp_path):
+    names = [f"plain/target:length=120:width=64:height=64:scene={n}" for n in range(6)]
+    folder = run_trial(tmp_path, ["static"], names)
     otb, vot = preset_report(folder, ["otb", "vot-anchor"]).scored
     assert all("[" in cell for cell in texts(otb.table)[TOGETHER, "static"])
     assert "95 % interval of the mean for new scenes of this family only" in otb.table.caption
@@ -129,15 +119,10 @@ def test_scores_with_one_value_per_unit_have_intervals(without_processes, tmp_pa
     assert means["EAO"] == "—"
 
 
-@pytest.mark.parametrize(("protocol", "preset"), [("real-time", "native"), ("", "got10k")])
-def test_means_skip_sequences_with_an_undefined_score(
-    without_processes, tmp_path, otb, protocol, preset
-):
-    folders = [otb(tmp_path / f"s{n}", n) for n in (1, 4, 5, 6, 7, 8, 9)]  # frames
-    sources = tuple(SequenceSource(str(folder)) for folder in folders)
-    with without_processes():
-        experiment = Experiment("trial", ("static",), sources, protocol=protocol or "one-pass")
-        folder = bench.run(experiment, tmp_path, jobs=1)
+@pytest.mark.parametrize(("protocol", "preset"), [("real-time", "native"), ("one-pass", "got10k")])
+def test_means_skip_sequences_with_an_undefined_score(run_trial, tmp_path, otb, protocol, preset):
+    names = [str(otb(tmp_path / f"s{n}", n)) for n in (1, 4, 5, 6, 7, 8, 9)]  # frames
+    folder = run_trial(tmp_path, ["static"], names, protocol=protocol)
     (table,) = preset_report(folder, [preset]).tables
     cells = texts(table)
     label = TOGETHER if preset == "native" else MEANS

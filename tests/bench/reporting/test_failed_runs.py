@@ -8,9 +8,8 @@ import pandas as pd
 import pytest
 
 from tests.bench.conftest import KNOB_TRACKER
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench import metrics
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
 from trackmark.bench.store.data_frames import load_results
@@ -21,17 +20,16 @@ N_FRAMES = 15
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory, without_processes):
+def stored(tmp_path_factory, run_trial):
     """Provide results of three trackers on two scenes: one fails on the first, another on both."""
     folder = tmp_path_factory.mktemp("failed")
-    sources = tuple(SequenceSource(f"plain/target:length={N_FRAMES}:scene={n}") for n in (0, 1))
-    x = datasets.load(sources[0].text).boxes[0, 0]
+    sequences = [f"plain/target:length={N_FRAMES}:scene={n}" for n in (0, 1)]
+    x = datasets.load(sequences[0]).boxes[0, 0]
     for name, condition in (("partly", f"if abs(self.box[0] - {x}) < 1e-6: "), ("broken", "")):
         statement = f"{condition}raise ValueError('empty')\n        return Estimate"
         (folder / f"{name}.py").write_text(KNOB_TRACKER.replace("return Estimate", statement))
     trackers = ("static", f"{folder / 'partly.py'}", f"{folder / 'broken.py'}")
-    with without_processes():
-        yield bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
+    return run_trial(folder, trackers, sequences)
 
 
 def failed_run(folder, runs):
@@ -67,7 +65,7 @@ WITHOUT_SEGMENTS = [n for n in metrics.preset_names() if metrics.preset(n).proto
 
 
 @pytest.mark.parametrize("name", WITHOUT_SEGMENTS)
-def test_failed_runs_have_the_worst_scores_of_presets(without_processes, stored, name):
+def test_failed_runs_have_the_worst_scores_of_presets(stored, name):
     run, truth = failed_run(stored, load_results(stored))
     preset = metrics.preset(name)
     if preset.protocol == "supervised":

@@ -7,7 +7,6 @@ import pytest
 
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.scoring import REVISED, score_both
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.reporting.film_strips import write_strips
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.data_frames import load_results, with_revised_scores
@@ -36,15 +35,13 @@ class SecondThoughts(TrackerPlugin):
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory, without_processes):
+def stored(tmp_path_factory, run_trial):
     """Provide an experiment with a tracker that revises boxes and one that does not."""
     folder = tmp_path_factory.mktemp("traces")
     file = folder / "second_thoughts.py"
     file.write_text(SECOND_THOUGHTS)
-    sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in (0, 1))
-    trackers = ("static", f"{file}:SecondThoughts")
-    with without_processes():
-        return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
+    sequences = [f"plain/target:length=15:scene={n}" for n in (0, 1)]
+    return run_trial(folder, ("static", f"{file}:SecondThoughts"), sequences)
 
 
 def overlaps(table):
@@ -53,7 +50,7 @@ def overlaps(table):
     return {row[0].text: row[place].text for row in table.rows}
 
 
-def test_revised_scores_are_those_of_revised_boxes(stored, make_sequence):
+def test_revised_scores_are_computed_from_revised_boxes(stored, make_sequence):
     sequence = make_sequence(n=6)
     run = bench.evaluate("static", sequence)
     assert not any(name.startswith(REVISED) for name in score_both(run, sequence))
@@ -74,7 +71,7 @@ def test_runs_without_revision_keep_their_scores(stored):
     assert with_revised_scores(runs[still]) is None
 
 
-def test_captions_name_the_trace_of_revising_trackers(stored, tmp_path, in_this_process):
+def test_captions_name_the_trace_of_revising_trackers(stored, tmp_path, run_trial):
     tables_by_name = {table.name: table for table in tables(stored)}
     assert list(tables_by_name) == ["summary", "sequences", "summary-revised", "sequences-revised"]
     for name, table in tables_by_name.items():
@@ -85,9 +82,7 @@ def test_captions_name_the_trace_of_revising_trackers(stored, tmp_path, in_this_
     assert first["static"] == last["static"]
     (other,) = set(first) - {"static"}
     assert first[other] != last[other]
-    sources = (SequenceSource("plain/target:length=10"),)
-    plain = bench.run(Experiment("plain", ("static",), sources), tmp_path, jobs=1)
-    (alone,) = tables(plain)
+    (alone,) = tables(run_trial(tmp_path, ["static"], ["plain/target:length=10"]))
     assert "boxes (" not in alone.caption
 
 

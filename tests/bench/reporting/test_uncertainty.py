@@ -65,7 +65,7 @@ DECODED = {"cpu_seconds_median": 0.007}
         (WARM, DECODED, "time a frame [ms]", ["7.000", "7.000"]),
     ],
 )
-def test_time_is_that_of_timing_runs_if_all_have_one(a, b, head, times):
+def test_times_are_of_timing_runs_if_all_trackers_have_them(a, b, head, times):
     scored = pd.DataFrame(frame("a", 0.5) + frame("b", 0.6))
     timed = frame("a", 0.5, "timing", **a) + (frame("b", 0.6, "timing", **b) if b else [])
     summary, _ = score_tables(scored, pd.DataFrame(timed), "T")

@@ -74,7 +74,7 @@ def test_units_needed_matches_documented_examples():
     assert units_needed(0.002, (-0.010, 0.014), 30, 0.01) == pytest.approx(67.5)
 
 
-def test_p_value_of_equal_differences_is_that_of_equal_signs():
+def test_p_value_of_equal_differences_is_a_sign_test():
     assert p_value([0.1] * 6) == 2**-5
     assert p_value([-0.1] * 6, comparisons=3) == 3 * 2**-5
     assert p_value([0.0] * 6) == 1.0

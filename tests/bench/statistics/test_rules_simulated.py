@@ -4,8 +4,6 @@ Rows of a matrix are repeated experiments, columns are units. Expected values ar
 the documentation states. They come from another implementation of the same populations.
 """
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 
@@ -46,32 +44,21 @@ def normal(random, shape):
     return random.normal(0, 0.1, shape)
 
 
-def u_shaped(random, shape):
-    return random.beta(0.3, 0.3, shape) - 0.5
-
-
-def half_lost(random, shape):
-    first, second = random.integers(0, 2, (2, *shape))
-    return 0.6 * (first - second) + random.normal(0, 0.02, shape)
-
-
 def lognormal(random, shape):
     return 0.1 * (random.lognormal(0, 1, shape) - np.exp(0.5))
-
-
-def t3(random, shape):
-    return 0.1 * random.standard_t(3, shape)
-
-
-def ties(percent):
-    """Return a population of differences that are almost 0 on this percentage of the units."""
-    return lambda random, shape: lose_some(random, shape, percent / 100, (0, 0.002), (0, 0.1))
 
 
 def rare(k):
     """Return a population in which one unit of k decides; its mean is 0."""
     pairs = (0.3 - 0.3 / k, 0.01), (-0.3 / k, 0.01)
     return lambda random, shape: lose_some(random, shape, 1 / k, *pairs)
+
+
+def score(random, shape):
+    """Draw scores of a tracker that loses the target on a tenth of the sequences; the mean is 0."""
+    is_lost = random.random(shape) < 0.1
+    scores = np.where(is_lost, random.beta(2, 18, shape), random.beta(14, 6, shape))
+    return scores - 0.64
 
 
 # ------------------------------------------------------------- Rules for many experiments at once
@@ -133,13 +120,7 @@ UNITS = (3, 5, 6, 8, 12, 20, 40)
 
 COVERAGE = {
     "normal": (normal, (97, 96, 96, 96, 96, 96, 95)),
-    "U-shaped": (u_shaped, (92, 96, 97, 98, 99, 98, 96)),
-    "half lost": (half_lost, (96, 100, 100, 95, 96, 96, 95)),
     "lognormal": (lognormal, (90, 88, 89, 90, 91, 93, 95)),
-    "t3": (t3, (98, 97, 97, 97, 96, 96, 95)),
-    "60 % ties": (ties(60), (99, 100, 99, 99, 98, 96, 95)),
-    "75 % ties": (ties(75), (98, 99, 99, 99, 99, 98, 96)),
-    "90 % ties": (ties(90), (98, 98, 98, 98, 99, 99, 99)),
     "1 in 5 decides": (rare(5), (58, 68, 73, 84, 93, 98, 99)),
     "1 in 10 decides": (rare(10), (63, 47, 50, 58, 72, 87, 98)),
 }
@@ -153,53 +134,10 @@ def test_intervals_cover_as_documented(population):
     assert covered == pytest.approx(expected, abs=2)
 
 
-@pytest.mark.parametrize(
-    ("families", "scenes", "by_scenes", "by_families"),
-    [
-        (2, 6, 80.5, 94.8),
-        (3, 5, 82.5, 96.9),
-        (6, 5, 82.4, 96.2),
-        (8, 5, 81.8, 96.1),
-        (12, 5, 82.0, 95.9),
-    ],
-)
-def test_families_as_units_cover_new_families(families, scenes, by_scenes, by_families):
-    random, correlation = np.random.default_rng(5), 0.3
-    means = random.normal(0, correlation**0.5, (INTERVALS, families, 1))
-    values = random.normal(means, (1 - correlation) ** 0.5, (INTERVALS, families, scenes))
-    covered = [coverage(values.reshape(INTERVALS, -1)), coverage(values.mean(axis=2))]
-    assert covered == pytest.approx([by_scenes, by_families], abs=2)
-
-
-def spread_evenly(random, shape):
-    return random.normal(0, 0.07, shape)
-
-
-def lose_a_fifth(random, shape):
-    return lose_some(random, shape, 0.2, (-0.6, 0.02), (0, 0.02))
-
-
-@pytest.mark.parametrize(
-    ("draw", "effect", "all_pairs", "against"),
-    [
-        (spread_evenly, 0, (3, 3, 4, 4, 3), (3, 4, 4, 4, 4)),
-        (spread_evenly, 0.09, (10, 19, 29, 60, 97), (15, 29, 41, 72, 99)),
-        (lose_a_fifth, 0, (0, 0, 0, 3, 4), (0, 0, 2, 3, 4)),
-        (lose_a_fifth, 0.3, (14, 26, 27, 56, 96), (33, 26, 46, 68, 98)),
-    ],
-)
-def test_compare_finds_differences_as_documented(draw, effect, all_pairs, against):
-    random = np.random.default_rng(7)
-    for comparisons, expected in ((6, all_pairs), (3, against)):
-        shares = []
-        for n in (6, 8, 10, 15, 30):
-            trackers = draw(random, (EXPERIMENTS, 4, n))
-            trackers[:, 0] += effect
-            pairs = list(combinations(range(4), 2))[:comparisons]
-            differences = np.stack([trackers[:, i] - trackers[:, j] for i, j in pairs], axis=1)
-            differs = np.isin(labels(differences, comparisons=comparisons), ["better", "worse"])
-            shares.append(100 * np.mean(differs[:, 0] if effect else differs.any(axis=1)))
-        assert shares == pytest.approx(expected, abs=4)
+def test_intervals_of_own_means_cover_as_documented():
+    random = np.random.default_rng(3)
+    covered = [coverage(score(random, (INTERVALS, n))) for n in (6, 8, 12, 20, 40)]
+    assert covered == pytest.approx((89.7, 88.5, 88.5, 91.1, 96.7), abs=2)
 
 
 def seed_scores(kind):
@@ -259,7 +197,7 @@ def scored_cells(scores, version):
 
 @pytest.mark.parametrize("kind", ["0.08", "lost in 3 %", "skewed"])
 @pytest.mark.parametrize("drop", [0, DETECT])
-def test_accused_trackers_are_those_of_check(kind, drop):
+def test_accused_equals_check(kind, drop):
     """Check that `accused` judges many experiments as `check` judges each one."""
     random, draw = np.random.default_rng(16), seed_scores(kind)
     for seeds in (MIN_UNITS, DEFAULT_SEEDS):
@@ -278,7 +216,6 @@ SCENES = (6, 8, 12, 20, 30, 40, 100)
 
 VERDICTS = [
     (order, normal, 2.0, 0.0, (2, 2, 2, 2, 2, 2, 2), (2, 2, 2, 2, 2, 2, 2)),
-    (order, normal, 2.0, 0.1, (14, 20, 32, 55, 74, 84, 100), (0,) * 7),
     (order, lognormal, 1.0, 0.0, (0,) * 7, (10, 9, 8, 7, 7, 5, 4)),
     (order, lognormal, 1.0, 0.1, (6, 15, 38, 73, 93, 98, 100), (0,) * 7),
     (order, rare(5), 1.0, 0.0, (0, 0, 1, 1, 1, 1, 2), (27, 17, 7, 1, 0, 0, 2)),

@@ -40,7 +40,7 @@ def full_run(sequence, repetition=2):
         },
         times=Times(rng.random(n), rng.random(n), 0.5, 0.25, rng.random(n), rng.random(n)),
         states=np.arange(n, dtype=np.int32),
-        answered=np.arange(n, dtype=np.int32),
+        source_frames=np.arange(n, dtype=np.int32),
         segments=(np.arange(5, dtype=np.int32), np.arange(n - 5, dtype=np.int32)),
         circumstances={"seconds": 1.5, "update_seconds": np.nan},
     )

@@ -24,7 +24,7 @@ from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_scored_runs
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.truth import read_truth, write_truth
 
 WRITER = """
 import sys
@@ -76,7 +76,7 @@ def killed_round(folder, first, delay):
 
 
 @pytest.mark.parametrize("rounds", [3, pytest.param(100, marks=pytest.mark.slow)])
-def test_a_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
+def test_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
     results = Results(tmp_path / "trial")
     delays = np.random.default_rng(0).random(rounds) * 0.3
     reported = []
@@ -208,6 +208,24 @@ def test_damaged_run_costs_only_itself(several, sequence, change, caplog):
         assert len(bench.load_results(several.folder)) == 4
 
 
+@pytest.mark.parametrize("table", ["tracker", "truth"])
+def test_damaged_tracker_or_ground_truth_costs_only_its_runs(
+    several, store, make_sequence, table, caplog
+):
+    other = make_sequence(n=12, name="other")
+    run = store(several, other)
+    where = {"tracker": f"version = '{run.identity.version}'", "truth": "sequence = 'other'"}
+    edit(several, f"UPDATE {table} SET sha256 = zeroblob(32) WHERE {where[table]}")
+    run_rows._warn.cache_clear()
+    for _ in range(2):
+        assert [row["sequence"] for row in list_scored_runs(several)] == ["line"] * 4
+    assert f"runs.db is damaged: a row of its table '{table}' was changed" in caplog.text
+    write_truth(several.folder, other)  # a repeated run restores the damaged row
+    assert not several.write(run)
+    assert find_damage(several.folder) == []
+    assert len(list_scored_runs(several)) == 5
+
+
 @pytest.mark.parametrize("change", ["scores = '{}'", "sha256 = zeroblob(32)"])
 def test_damaged_scores_are_computed_again(several, change):
     expected = contents(several)
@@ -242,7 +260,7 @@ def test_damaged_runs_can_be_removed(several, change):
     assert several.list_keys() == []
 
 
-def test_a_file_cut_anywhere_is_reported(several):
+def test_truncated_file_is_reported(several):
     file = several.folder / "runs.db"
     whole, expected = file.read_bytes(), contents(several)
     for length in range(1, len(whole), max(1, len(whole) // 40)):
@@ -277,7 +295,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
         stored = 0
         while not (refused := write_error(results, stored)):
             stored += 1
-    assert "runs.db cannot be read or written: database or disk is full. Make room" in refused
+    assert "runs.db cannot be read or written: database or disk is full. Free disk space" in refused
     assert stored > 5
     assert assert_whole(results, range(stored)) == stored
     results.write(make_run(stored))
@@ -309,7 +327,7 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
     assert sum(map(len, read_logs(folder).values())) == 40
 
 
-def test_a_lock_that_is_never_released_is_named(several, monkeypatch):
+def test_permanent_lock_is_reported(several, monkeypatch):
     monkeypatch.setattr(module, "_BUSY_SECONDS", 0.05)
     other = sqlite3.connect(several.folder / "runs.db", isolation_level=None)
     other.execute("BEGIN IMMEDIATE")
@@ -319,7 +337,7 @@ def test_a_lock_that_is_never_released_is_named(several, monkeypatch):
     other.close()
 
 
-def test_a_folder_that_can_only_be_read_is_read(several, monkeypatch):
+def test_read_only_folder_is_read(several, monkeypatch):
     """`query_only` refuses writes as a read-only file system does; root ignores permissions."""
     plain = module._open
 

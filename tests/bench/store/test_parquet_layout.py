@@ -93,7 +93,7 @@ def test_damaged_files_are_named_and_nothing_is_converted(old):
         path.name for path in old.iterdir() if "runs" in path.name or path.name[0] == "."
     } == set()
     convert_results(old)
-    with pytest.raises(ResultsError, match=r"runs\.db exists"):
+    with pytest.raises(ResultsError, match=r"runs\.db already exists"):
         convert_results(old)
 
 

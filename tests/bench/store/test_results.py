@@ -53,7 +53,7 @@ def assert_same(a, b):
 
 
 @pytest.mark.parametrize("change", [{}, {"times": None, "revised": None, "arrays": {}}])
-def test_a_run_comes_back_as_it_was_written(results, sequence, change):
+def test_run_is_read_unchanged(results, sequence, change):
     run = replace(full_run(sequence), **change)
     assert results.write(run)
     back = results.read(run_key(run.identity))
@@ -67,7 +67,7 @@ def test_a_run_comes_back_as_it_was_written(results, sequence, change):
 
 
 @given(st.dictionaries(st.text(), arrays(scalar_dtypes(), array_shapes(min_dims=0)), max_size=3))
-def test_any_arrays_come_back_to_the_bit(named):
+def test_arrays_are_unpacked_unchanged(named):
     back = unpack(pack(named))
     assert list(back) == list(named)
     for name, values in named.items():
@@ -75,7 +75,7 @@ def test_any_arrays_come_back_to_the_bit(named):
         assert back[name].tobytes() == values.tobytes()
 
 
-def test_ground_truth_comes_back_as_it_was(results, make_sequence):
+def test_ground_truth_is_read_unchanged(results, make_sequence):
     n, polygon = 7, np.array([[1.5, 2], [9.1, 2], [9, 8], [0.1, 7]])
     mask = EncodedMask(3, 4, 5, 2, np.array([2, 5, 3]))
     sequence = make_sequence(
@@ -122,7 +122,7 @@ def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, secon
     assert find_damage(results.folder) == []
 
 
-def test_a_repeated_request_does_not_write(several):
+def test_repeated_request_does_not_write(several):
     before = (several.folder / "runs.db").read_bytes()
     several.prepare(several.manifest())
     assert (several.folder / "runs.db").read_bytes() == before
@@ -182,7 +182,7 @@ def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, s
         }
 
 
-def test_a_run_is_scored_once_for_each_version_of_the_scores(results, sequence, store, monkeypatch):
+def test_run_is_scored_once_per_version_of_the_scores(results, sequence, store, monkeypatch):
     run = store(results, sequence)
     rows = list_scored_runs(results)
     with monkeypatch.context() as patch:
@@ -197,7 +197,7 @@ def test_a_run_is_scored_once_for_each_version_of_the_scores(results, sequence, 
     assert [row["scores"] for row in list_scored_runs(results)] == [{"new": 1.0}]
 
 
-def test_the_data_frame_shows_stored_missing_and_stale_runs(results, sequence, store):
+def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
     run, other = store(results, sequence), store(results, sequence, "camshift")
     later = of_version(other, "later")
     gone = bench.evaluate("static", sequence, 1)
@@ -253,7 +253,7 @@ def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_p
     assert "camshift on line, repetition 0, differs between" in conflict
 
 
-def test_events_come_back_by_their_command(several):
+def test_log_events_are_grouped_by_command(several):
     log = RunLog(several.folder)
     log.write("unit", sequence="a, b", failed=[{"failure": "why\nso"}])
     log.write("end", outcome="finished")
@@ -272,7 +272,7 @@ def test_columns_are_readable_without_trackmark(several):
 
 
 def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
-    with pytest.raises(ResultsError, match="there are no results here"):
+    with pytest.raises(ResultsError, match="this folder contains no results"):
         bench.load_results(tmp_path / "nothing")
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
         several.read(("static", "line", 9, "accuracy"))
@@ -289,7 +289,7 @@ def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     ("change", "message"),
     [
         ("PRAGMA application_id = 5", "not a file of trackmark: its application id is 0x5"),
-        ("PRAGMA user_version = 4", "schema version 4; this trackmark reads version 3"),
+        ("PRAGMA user_version = 4", "schema version 4; this version of trackmark reads 3"),
         ("DROP TABLE log", "is damaged: its tables do not have the expected columns"),
     ],
 )

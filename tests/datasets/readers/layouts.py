@@ -1,7 +1,7 @@
-"""Recordings in all formats, as users have them, with the sequence `walk`.
+"""Recordings of the sequence `walk` in all formats.
 
-Each layout writes into a folder. It returns the path to open, the file with the ground truth, and
-the file of the second frame. In benchmarks, the target is absent in the last of three frames.
+Each function writes a recording into a folder. In benchmarks, the target is absent in the last of
+three frames.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
-"""Independent readings of ground truth: slow, plain, and by other means than the readers.
+"""Independent readers of ground truth.
 
-Each takes the folder that a function of `layouts` wrote into, and the number of images. It returns
-one box per frame, or None without target. These readings accept more than the readers do: if a
+Each function has the name of a function of `layouts`. It takes the folder and the number of images,
+and returns one box per frame, or None without target. It accepts more files than the reader: if the
 reader accepts a file, the boxes must be equal.
 """
 
@@ -46,7 +46,7 @@ def without_flagged(boxes, flags):
 
 
 def flags_of(path, n):
-    """Read the flags of n frames, also between empty lines; without the file, none is set."""
+    """Read the flags of n frames; empty lines are skipped, a missing file sets no flag."""
     if not path.is_file():
         return [0] * n
     lines = filter(str.strip, lines_of(path))

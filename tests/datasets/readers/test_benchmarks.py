@@ -1,4 +1,4 @@
-"""Benchmarks: what is particular to each format, and mistakes in its files."""
+"""Benchmarks: properties of each format, and mistakes in its files."""
 
 import shutil
 
@@ -69,7 +69,7 @@ class TestMissingFiles:
     @parametrize_layouts(layouts.mot, layouts.nfs, layouts.tlp)  # their rows have frame numbers
     def test_fewer_rows_than_images_are_refused(self, create, layout):
         path, truth, _ = create(layout)
-        # Their length would reveal the missing row.
+        # The length of these files would reveal the missing row.
         for pattern in ("*.label", "full_occlusion.txt", "out_of_view.txt"):
             for file in path.glob(pattern):
                 file.unlink()
@@ -106,16 +106,6 @@ class TestMissingFiles:
         first.unlink()
         with refused(rf"{first.name}: this image is missing; the first"):
             datasets.load(path)
-
-    @parametrize_layouts()
-    @pytest.mark.parametrize("end", [".png", " (1).jpg", " copy.jpg"])
-    def test_copied_image_is_refused_by_both_names(self, create, write_images, layout, end):
-        path, _, frame = create(layout)
-        copy = frame.with_name(frame.stem + end)
-        write_images(frame.parent, [copy.name])
-        with pytest.raises(SequenceError, match=copy.name.replace("(1)", r"\(1\)")) as error:
-            datasets.load(path)
-        assert frame.name in str(error.value)
 
 
 class TestVot:
@@ -349,18 +339,3 @@ def test_mistake_in_a_file_is_refused_with_its_line(load, case):
     layout, name, text, message = MISTAKES[case]
     with refused(rf"{name}: [^\n]*{message}"):
         load(layout, {name: text})
-
-
-def test_recorded_sequences_open_by_path(recorded):
-    folders = ("vot", "otb", "davis", "video", "video/orange-shirt")
-    names = [name for folder in folders for name in datasets.matching(str(recorded / folder))]
-    assert len(names) >= 10
-    for name in names:
-        sequence = datasets.load(name)
-        assert sequence[0].size
-        assert name.endswith(".avi") or sequence.present.all()
-    bag = datasets.load(recorded / "vot" / "bag")
-    assert bag.boxes[0].round(2).tolist() == [292.23, 128.36, 145.96, 132.47]
-    ball = datasets.load(recorded / "vot" / "ball")
-    assert (len(ball), ball.images_beyond_truth) == (601, 1)
-    assert ball.attributes["camera_motion"].all()

@@ -1,9 +1,11 @@
-"""Rules for all formats of recorded data; tests of single formats are in other modules."""
+"""Rules for all formats of recorded data, and published recordings."""
 
 import os
 import shutil
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from tests.datasets.readers import layouts
@@ -73,28 +75,7 @@ def test_fingerprint_changes_with_image_and_ground_truth(recording, tmp_path):
     assert len(fingerprints) == 3
 
 
-def check_folder(folder):
-    for name in datasets.matching(str(folder)):
-        datasets.load(name).check_runnable()
-
-
 class TestFolderOfSequences:
-    @pytest.mark.parametrize("missing", ["truth", "images", "image folder"])
-    def test_incomplete_sequence_is_refused_by_name(self, recording, tmp_path, missing):
-        path, truth, frame = recording
-        if path.is_file() or (missing == "image folder" and frame.parent == truth.parent):
-            pytest.skip("nothing of the sequence would be left")
-        if missing == "truth":
-            truth.unlink()
-        elif missing == "images":
-            for file in frame.parent.iterdir():
-                if file.suffix in (".png", ".jpg", ".bmp", ".tif", ".ppm"):
-                    file.unlink()
-        else:
-            shutil.rmtree(frame.parent)
-        with pytest.raises(SequenceError, match="walk"):
-            check_folder(tmp_path / "data")
-
     @pytest.mark.parametrize("kind", ["images", "truth", "misnamed"])
     @pytest.mark.parametrize("text", ["ds", "ds/*", "ds/Football1"])
     def test_incomplete_folder_names_the_expected_layout(self, workdir, write_otb, kind, text):
@@ -136,3 +117,54 @@ class TestFolderOfSequences:
         (workdir / "ds/list.txt").write_text("bag\ngone\n")
         with pytest.raises(SequenceError, match=r"ds/list\.txt: line 2: 'gone' is not in this"):
             datasets.matching("ds")
+
+
+# Path: number of frames with ground truth and of all others, shape, init box.
+SEQUENCES = {
+    "otb/Couple": (140, 0, (240, 320), [50, 46, 25, 62]),
+    "otb/Crossing": (120, 0, (240, 360), [204, 150, 17, 50]),
+    "otb/Football1": (74, 7, (288, 352), [152, 104, 26, 43]),
+    "davis/libby": (49, 0, (480, 854), None),
+    "davis/blackswan": (50, 0, (480, 854), None),
+    "davis/drift-straight": (50, 0, (480, 854), None),
+    "vot/bag": (196, 0, (360, 480), [292.23, 128.36, 145.96, 132.47]),
+    "vot/ball": (601, 1, None, None),
+    "video/bag.avi": (196, 0, (360, 480), None),
+    "video/orange-shirt/sample_sequence_compressed.avi": (53, 0, (360, 640), None),
+}
+
+
+@pytest.mark.parametrize("path", SEQUENCES)
+def test_recorded_sequence_opens_as_published(recorded, path):
+    frames, beyond, shape, box = SEQUENCES[path]
+    sequence = datasets.load(recorded / path)
+    assert (len(sequence), sequence.images_beyond_truth) == (frames, beyond)
+    for image in (sequence[0], sequence[-1]):
+        assert shape is None or image.shape == (*shape, 3)
+    if box is not None:
+        assert sequence.boxes[0].round(2).tolist() == box
+    if not path.endswith(".avi"):
+        assert sequence.present.all()
+        sequence.check_runnable()
+    if path.startswith("otb/"):
+        assert "OPR" in sequence.attributes
+    if path == "vot/ball":
+        assert sequence.attributes["camera_motion"].all()
+
+
+@pytest.mark.parametrize("name", ["libby", "blackswan", "drift-straight"])
+def test_recorded_davis_boxes_enclose_the_masks(recorded, name):
+    sequence = datasets.load(recorded / "davis" / name)
+    for frame in (0, len(sequence) // 2, len(sequence) - 1):
+        file = recorded / "davis/Annotations/480p" / name / f"{frame:05}.png"
+        mask = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+        np.testing.assert_array_equal(sequence.mask(frame), mask == 255)
+        assert sequence.boxes[frame].tolist() == list(cv2.boundingRect(mask))
+
+
+def test_recorded_avi_shows_the_frames_of_its_images(recorded):
+    video = datasets.load(recorded / "video" / "bag.avi")
+    images = datasets.load(recorded / "vot" / "bag")
+    for i in (3, 40, 97, 192):
+        differences = [np.abs(video[i].astype(int) - images[k]).mean() for k in (i - 3, i, i + 3)]
+        assert min(differences) == differences[1] < 8

@@ -14,7 +14,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def scenes_of(name):
-    """Return functions of a seed (and a frame) and parameters: the scene, and its images."""
+    """Return cached functions that open a scene by seed, and render an image by seed and frame."""
     (entry,) = (suite.entries[name] for suite in suites() if name in suite.names())
 
     @lru_cache(maxsize=32)
@@ -29,19 +29,18 @@ def scenes_of(name):
     return opened, image
 
 
-def unless_sealed(name):
-    """Return the mark `slow` for tests of a scene whose source is unchanged.
-
-    Its output is then the one for which the tests passed (`datasets.versioning`).
-    """
-    (suite,) = (suite for suite in suites() if name in suite.names())
-    seal = find_version(name, suite.golden)
-    is_sealed = seal is not None and seal.tree == suite.tree(name)
-    return [pytest.mark.slow] if is_sealed else []
+def unless_sealed(*names):
+    """Return the mark `slow` if the source of all scenes is unchanged since their tests passed."""
+    for name in names:
+        (suite,) = (suite for suite in suites() if name in suite.names())
+        seal = find_version(name, suite.golden)
+        if seal is None or seal.tree != suite.tree(name):
+            return []
+    return [pytest.mark.slow]
 
 
 def runs(flags):
-    """Return first frame and end of every run of True."""
+    """Return first frame and end (exclusive) of each interval of True."""
     return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
 
 

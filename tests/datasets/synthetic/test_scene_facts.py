@@ -1,4 +1,4 @@
-"""Ranges of quantities that the papers state for their sequences, and that we guarantee."""
+"""Ranges of the quantities that the papers state for their sequences."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def steps(s):
     return np.diff(box_centres(s), axis=0)
 
 
-# Value by frame, except of the sequence as a whole.
+# Values by frame; length and frame rate are values of the sequence.
 QUANTITIES = {
     "length": lambda s: np.array([len(s)]),
     "fps": lambda s: np.array([s.fps]),
@@ -40,7 +40,7 @@ QUANTITIES = {
     "acceleration": lambda s: np.hypot(*np.diff(steps(s), axis=0).T),
     "forward step": lambda s: steps(s)[:, 0] * np.sign(steps(s)[:, 0].sum()),
     "upward step": lambda s: -steps(s)[:, 1],
-    # Of the hand from the face, in widths: the hand is on it in frame 48.
+    # Distance of hand and face in widths; the hand is on the face in frame 48.
     "offset": lambda s: (
         (box_centres(s)[:, 0] - box_centres(s)[48, 0])
         / s.boxes[:, 2]
@@ -67,9 +67,9 @@ def within(left, top, right, bottom):
     return lower + [(name, ANY, 0, most) for name, most in (("right", right), ("bottom", bottom))]
 
 
-# Of each sequence: quantity or attribute (behind a summary), frames, least and greatest value.
+# Facts by sequence: [summary and] quantity or attribute, frames, least and greatest value.
 FACTS = {
-    "wang2010/table-tennis": [  # the paper's frame 12 is ours 11: the ball speeds up there only
+    "wang2010/table-tennis": [  # the ball speeds up only in frame 11 (12 in the paper)
         ("length", ANY, 50, 50),
         ("fps", ANY, 30, 30),
         *within(10, 10, 132, 105),
@@ -77,7 +77,7 @@ FACTS = {
         ("range width", ANY, 0, 0),
         ("aspect", ANY, 1, 1),
         ("visibility", ANY, 1, 1),
-        ("range upward step", np.s_[7:10], 0, 0.1),  # lifted evenly
+        ("range upward step", np.s_[7:10], 0, 0.1),  # constant speed
         ("argmax acceleration", ANY, 9, 9),
         ("acceleration", np.s_[:9], 0, 3.5),
         ("acceleration", np.s_[10:], 0, 3.5),
@@ -85,7 +85,7 @@ FACTS = {
         ("speed-up", np.s_[11:14], 1, 1),
         ("changes speed-up", ANY, 2, 2),
     ],
-    "wang2010/hand": [  # 10: far from the face; 38: comes near; 49: on it; 58: leaves it
+    "wang2010/hand": [  # paper: 10 far from the face, 38 near, 49 on it, 58 leaves
         ("length", ANY, 100, 100),
         *within(0, 20, 160, 95),
         ("width", ANY, 11, 20),
@@ -102,7 +102,7 @@ FACTS = {
         ("offset", frame(57), 0.5, 1.7),
         ("visibility", ANY, 1, 1),
     ],
-    # 18: in the clear; 36: hidden in part, before its own colour; 44: still; 51: coming out.
+    # Paper: not occluded in 18, partly occluded before its colour in 36 and 44, less in 51.
     "wang2010/cup": [
         ("length", ANY, 80, 80),
         *within(1, 20, 107, 63),
@@ -119,7 +119,7 @@ FACTS = {
         ("similar background", np.s_[:11], 0, 0),
         ("similar background", np.s_[35:44], 1, 1),
         ("changes similar background", ANY, 1, 2),
-        ("visibility", np.s_[:18], 0.85, 1),  # the thumb is before it
+        ("visibility", np.s_[:18], 0.85, 1),  # the thumb occludes a part
         ("visibility", frame(35), 0.38, 0.64),
         ("argmin visibility", ANY, 30, 48),
         ("least visibility", ANY, 0.38, 0.6),
@@ -143,7 +143,7 @@ FACTS = {
         ("camouflaged", np.s_[:8], 0, 0),
     ],
     "moreno2005/book": [
-        ("least visibility", ANY, 0.94, 1),  # the thumb hides a little
+        ("least visibility", ANY, 0.94, 1),  # the thumb occludes a part
         ("most visibility", ANY, 0.94, 0.9999),
         *within(0, 0, 320, 240),
     ],
@@ -152,7 +152,7 @@ FACTS = {
         ("light change", frame(1), 1, 1),
         ("mean light change", ANY, 0.01, 0.01),
     ],
-    "nummiaro2003/car": [  # it comes nearer, turns, and goes away or parks
+    "nummiaro2003/car": [  # approaches, turns, and leaves or parks
         ("length", ANY, 400, 400),
         ("width", frame(0), 20, 40),
         ("most growth", ANY, 3.5, 7),
@@ -163,7 +163,7 @@ FACTS = {
         ("visibility", ANY, 0.6, 1),
         ("visibility", frame(0), 1, 1),
     ],
-    "nummiaro2003/traffic": [  # it grows and shrinks by three or four, and turns
+    "nummiaro2003/traffic": [  # changes size by a factor of 3 to 4, and turns
         ("length", ANY, 330, 330),
         ("width", frame(0), 34, 50),
         ("most growth", ANY, 2.7, 5.2),
@@ -175,10 +175,10 @@ FACTS = {
         ("mean occlusion", ANY, 0, 0.1),
         ("most turning", ANY, 1, 1),
     ],
-    "nummiaro2003/head": [  # it moves calmly
+    "nummiaro2003/head": [  # everyday speed
         *within(0, 0, 640, 480),
         ("width", ANY, 50, 125),
-        ("range middle", ANY, 100, INF),  # he works at several machines
+        ("range middle", ANY, 100, INF),  # several machines
         ("most relative step", ANY, 0.05, 0.15),
         ("visibility", ANY, 0.25, 1),
         ("visibility", frame(0), 0.85, 1),
@@ -193,7 +193,7 @@ FACTS = {
         ("shade", ANY, 0, 0),
         ("most relative height", ANY, 1.2, 2.3),
     ],
-    "nummiaro2003/students": [  # a tree hides him in frame 121, later two students
+    "nummiaro2003/students": [  # occluded by a tree in frame 121, later by two students
         ("length", ANY, 242, 242),
         ("present", np.s_[:20], 0, 0),
         ("present", np.s_[20:232], 1, 1),
@@ -205,7 +205,7 @@ FACTS = {
 
 
 def violations(sequence, facts):
-    """Yield the facts that do not hold, with the measured range."""
+    """Yield violated facts with the measured range."""
     for name, frames, least, most in facts:
         summary, _, quantity = name.partition(" ")
         summarise = SUMMARIES.get(summary)
@@ -222,5 +222,4 @@ def violations(sequence, facts):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=unless_sealed(name)) for name in FACTS])
 def test_scene_has_the_promised_quantities(name, seed):
-    """"""
     assert not list(violations(datasets.load(f"{name}:scene={seed}"), FACTS[name]))

@@ -2,7 +2,7 @@
 
 They follow the paper's sections. Functions with a slow reference of their own are imported from the
 trackers: discriminant planes and colour cells (`test_cues`), mixtures and posteriors
-(`test_mixture`, `test_posterior`), outlines, fillings and snakes (`test_outline`, `test_snake`).
+(`test_colours`), outlines, fillings and snakes (`test_contours`).
 The text does not specify the order of random numbers and some constants, which equal the trackers'.
 The Kalman contour cue and other outputs than the snake's are not included.
 """

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
@@ -25,14 +26,14 @@ from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.texture import noise
 
 
-def _prop(sheet: PaintedSheet, x: float, z: float, random: np.random.Generator) -> Prop:
+def _prop(sheet: PaintedSheet, x: float, z: float, random: Generator) -> Prop:
     """Return a painted object that stands on the lower border of its sheet."""
     sheet.wear(random, 0.08, 4, 32, side=128)
     colour, coverage = sheet.reduced()
     return Prop(x, z, colour, coverage, float(len(coverage)))
 
 
-def goods(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def goods(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a heap of boxes and drums."""
     width, height = random.uniform(1.4, 2.6), random.uniform(0.8, 1.7)
     sheet = PaintedSheet(width, height, scale, sample_colour(random, WOODS))
@@ -48,7 +49,7 @@ def goods(random: np.random.Generator, x: float, z: float, scale: float) -> Prop
     return _prop(sheet, x, z, random)
 
 
-def bollard(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def bollard(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return an iron bollard, or a mooring post with rings."""
     tall = random.uniform(0.6, 1.5)
     sheet = PaintedSheet(
@@ -62,7 +63,7 @@ def bollard(random: np.random.Generator, x: float, z: float, scale: float) -> Pr
     return _prop(sheet, x, z, random)
 
 
-def boat(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def boat(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a small boat with a mast."""
     paint = sample_colour(random, PAINTS)
     sheet = PaintedSheet(3.4, 3.6, scale, paint)
@@ -79,7 +80,7 @@ def boat(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     return _prop(sheet, x, z, random)
 
 
-def column(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def column(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return an iron column that supports a roof, taller than the image."""
     wide, tall = random.uniform(0.24, 0.36), 8.0
     sheet = PaintedSheet(
@@ -93,7 +94,7 @@ def column(random: np.random.Generator, x: float, z: float, scale: float) -> Pro
     return _prop(sheet, x, z, random)
 
 
-def trolley(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def trolley(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return cases on a trolley."""
     width, height = 1.7, 1.5
     sheet = PaintedSheet(width, height, scale, (70, 74, 80))
@@ -115,7 +116,7 @@ def trolley(random: np.random.Generator, x: float, z: float, scale: float) -> Pr
     return _prop(sheet, x, z, random)
 
 
-def stall(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def stall(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a market stall: striped awning, lamps, heaps of fruit."""
     width, height = random.uniform(2.4, 3.4), 2.7
     sheet = PaintedSheet(width, height, scale, (70, 84, 100))
@@ -142,7 +143,7 @@ def stall(random: np.random.Generator, x: float, z: float, scale: float) -> Prop
     return _prop(sheet, x, z, random)
 
 
-def rock(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def rock(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a boulder with cracks."""
     width, height = random.uniform(0.8, 2.4), random.uniform(0.4, 1.1)
     sheet = PaintedSheet(
@@ -168,9 +169,7 @@ STEEL, TYRE = (96, 98, 100), (36, 34, 34)  # colours of carriers, BGR
 SHADE = (24.0, 22.0, 20.0)  # colour of shadows, BGR
 
 
-def paint_carrier(
-    random: np.random.Generator, kind: str, width: float, height: float
-) -> PaintedSheet:
+def paint_carrier(random: Generator, kind: str, width: float, height: float) -> PaintedSheet:
     """Paint a carrier of `CARRIERS` around a target with a width and height [pixels]."""
     w, h = width / UNIT, height / UNIT
     across, down = 2.6 * w, 6.0 * h
@@ -192,11 +191,11 @@ def paint_shadow(width: float, darkness: float) -> tuple[Array, Array]:
     return np.full((rows, columns, 3), SHADE), darkness * inside
 
 
-def _wheels(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+def _wheels(random: Generator, sheet: PaintedSheet, place: Place) -> None:
     """Paint nothing, because the wheels of a van are part of the target."""
 
 
-def _car(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+def _car(random: Generator, sheet: PaintedSheet, place: Place) -> None:
     """Paint the back of an off-road car whose spare wheel is the target."""
     (x, y, w, h), p = place, sheet.painting
     paint = sample_colour(random, PAINTS[5:] + LIGHTS[:2])
@@ -213,7 +212,7 @@ def _car(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None
         sheet.cover_box(wheel, low, 0.3 * w, 0.25 * h)
 
 
-def _rider(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+def _rider(random: Generator, sheet: PaintedSheet, place: Place) -> None:
     """Paint a motorcyclist from behind, without the helmet, which is the target."""
     (x, y, w, h), p = place, sheet.painting
     jacket = sample_colour(random, PAINTS[5:] + ((50, 48, 48), (66, 60, 56)))
@@ -230,7 +229,7 @@ def _rider(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
     p.line([(x, y + 0.5 * h), (x, y + 2.5 * h)], 0.02, jacket * 0.5)
 
 
-def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+def _trailer(random: Generator, sheet: PaintedSheet, place: Place) -> None:
     (x, y, w, h), p = place, sheet.painting
     thick, deck = 0.07 * w, y + 0.86 * h
     p.patch(x - thick, y, 2 * thick, h, STEEL)
@@ -242,7 +241,7 @@ def _trailer(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> 
         sheet.wheel(x + side * w, y + 0.98 * h, 0.12 * h, TYRE, 0.05 * h, STEEL)
 
 
-def _ropes(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+def _ropes(random: Generator, sheet: PaintedSheet, place: Place) -> None:
     (x, y, w, h), p = place, sheet.painting
     p.patch(0, 0, 2.6 * w, 3 * h, (70, 92, 106))
     for side in (-0.42, 0.42):
@@ -252,7 +251,7 @@ def _ropes(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
     sheet.cover_box(x - 0.014, 0, 0.028, y - h)
 
 
-def _cart(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+def _cart(random: Generator, sheet: PaintedSheet, place: Place) -> None:
     (x, y, w, h), p = place, sheet.painting
     left, top = x - 0.66 * w, y + 0.47 * h
     p.patch(left, top, 1.32 * w, 0.12 * h, sample_colour(random, PAINTS))
@@ -264,7 +263,7 @@ def _cart(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> Non
     sheet.cover_box(rail, y - 0.3 * h, 0.04 * w, 0.8 * h)
 
 
-def _water(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> None:
+def _water(random: Generator, sheet: PaintedSheet, place: Place) -> None:
     (x, y, w, h), p = place, sheet.painting
     line = y + 0.46 * h
     p.patch(0, y, 2.6 * w, 3 * h, (206, 204, 190))
@@ -280,7 +279,7 @@ def _water(random: np.random.Generator, sheet: PaintedSheet, place: Place) -> No
 class Carrier:
     """Kind of carrier: how it is painted, and how high the target is above the ground."""
 
-    paint: Callable[[np.random.Generator, PaintedSheet, Place], None]
+    paint: Callable[[Generator, PaintedSheet, Place], None]
     # distance from the target's centre down to the ground [target heights]; 0: ground not visible
     drop: float
     # width of the shadow on the ground, or of the reflection in water [target widths]
@@ -309,14 +308,14 @@ class Occluder:
     """Kind of object that passes in front of the target."""
 
     # function of a generator, width and height [UNIT]; paints an object that hides this area
-    paint: Callable[[np.random.Generator, float, float], PaintedSheet]
+    paint: Callable[[Generator, float, float], PaintedSheet]
     fixed: bool  # True if the object is static and passes only because the camera moves
     tall: bool  # True if the object extends beyond the upper and the lower image border
     # True if the object stands on the ground on wheels, nearer to the camera than the target
     stands: bool = False
 
 
-def _pillar(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _pillar(random: Generator, width: float, height: float) -> PaintedSheet:
     sheet = PaintedSheet(width, height, UNIT, sample_colour(random, STONES + PAINTS[6:8]))
     p = sheet.painting
     for y in np.arange(random.uniform(0, 0.4), height, random.uniform(0.5, 0.9)):
@@ -335,7 +334,7 @@ def _pillar(random: np.random.Generator, width: float, height: float) -> Painted
     return sheet
 
 
-def _trunk(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _trunk(random: Generator, width: float, height: float) -> PaintedSheet:
     """Paint a thick trunk with bark; it is at least `width` wide everywhere."""
     bulge = 0.12 * width
     sheet = PaintedSheet(
@@ -351,7 +350,7 @@ def _trunk(random: np.random.Generator, width: float, height: float) -> PaintedS
     return sheet
 
 
-def _wall_end(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _wall_end(random: Generator, width: float, height: float) -> PaintedSheet:
     colour = sample_colour(random, WALLS)
     sheet = PaintedSheet(width, height, UNIT, colour * 0.72)
     p, course = sheet.painting, random.uniform(0.1, 0.16)
@@ -378,7 +377,7 @@ def _wall_end(random: np.random.Generator, width: float, height: float) -> Paint
     return sheet
 
 
-def _lorry(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _lorry(random: Generator, width: float, height: float) -> PaintedSheet:
     sheet = PaintedSheet(width, height + 0.34, UNIT, sample_colour(random, PAINTS))
     p = sheet.painting
     second = sample_colour(random, LIGHTS if random.random() < 0.6 else PAINTS)
@@ -398,7 +397,7 @@ def _lorry(random: np.random.Generator, width: float, height: float) -> PaintedS
     return sheet
 
 
-def _bus(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _bus(random: Generator, width: float, height: float) -> PaintedSheet:
     body = sample_colour(random, PAINTS)
     sheet = PaintedSheet(width, height + 0.3, UNIT, body)
     sheet.anchor = width / 2, height / 2
@@ -420,7 +419,7 @@ def _bus(random: np.random.Generator, width: float, height: float) -> PaintedShe
     return sheet
 
 
-def _container(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _container(random: Generator, width: float, height: float) -> PaintedSheet:
     colour = sample_colour(random, PAINTS)
     sheet = PaintedSheet(width, height + 0.34, UNIT, colour)
     sheet.anchor = width / 2, height / 2
@@ -442,7 +441,7 @@ def _container(random: np.random.Generator, width: float, height: float) -> Pain
     return sheet
 
 
-def _ship(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _ship(random: Generator, width: float, height: float) -> PaintedSheet:
     colour = sample_colour(random, PAINTS)
     rail, draught = 0.16, 0.3
     sheet = PaintedSheet(width, rail + height + draught, UNIT, colour)
@@ -466,7 +465,7 @@ def _ship(random: np.random.Generator, width: float, height: float) -> PaintedSh
     return sheet
 
 
-def _load(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _load(random: Generator, width: float, height: float) -> PaintedSheet:
     ropes = 1.9
     sheet = PaintedSheet(width, ropes + height, UNIT, (90, 110, 130))
     sheet.anchor = width / 2, ropes + height / 2
@@ -489,7 +488,7 @@ def _load(random: np.random.Generator, width: float, height: float) -> PaintedSh
     return sheet
 
 
-def _passer_by(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _passer_by(random: Generator, width: float, height: float) -> PaintedSheet:
     """Paint the back of a person in a long coat, close to the camera.
 
     `width` is the width of the coat. The shoulders are at least as high as the top of the target.
@@ -523,7 +522,7 @@ def _passer_by(random: np.random.Generator, width: float, height: float) -> Pain
     return sheet
 
 
-def _post(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _post(random: Generator, width: float, height: float) -> PaintedSheet:
     sheet = PaintedSheet(
         width, height, UNIT, sample_colour(random, ((70, 74, 76), (60, 84, 64), WOODS[2]))
     )
@@ -536,7 +535,7 @@ def _post(random: np.random.Generator, width: float, height: float) -> PaintedSh
     return sheet
 
 
-def _heap(random: np.random.Generator, width: float, height: float) -> PaintedSheet:
+def _heap(random: Generator, width: float, height: float) -> PaintedSheet:
     sheet = PaintedSheet(width, height, UNIT, (70, 88, 104))
     for x, wide in adjacent_spans(random, width, (0.2, 0.4)):
         y = random.uniform(0.0, 0.07)

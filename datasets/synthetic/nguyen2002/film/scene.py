@@ -11,6 +11,7 @@ from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -90,7 +91,7 @@ def clip_script(seed: int) -> tuple[Shot, ...]:
 
 
 def _lengths(
-    random: np.random.Generator, occlusions: np.ndarray[tuple[int], np.dtype[np.int64]]
+    random: Generator, occlusions: np.ndarray[tuple[int], np.dtype[np.int64]]
 ) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     """Return the number of frames of each clip, with the mean of the paper."""
     least = np.array([SHORTEST, SHORTEST, 140, 175])[occlusions]
@@ -200,7 +201,7 @@ class _PassageSample:
     low: float = 0.0
 
 
-def _sample_passages(random: np.random.Generator, shot: Shot, width: float) -> list[_PassageSample]:
+def _sample_passages(random: Generator, shot: Shot, width: float) -> list[_PassageSample]:
     """Sample the passages of a clip in order of time, at random times that keep their distances."""
     samples = []
     for _ in range(shot.occlusions):
@@ -225,7 +226,7 @@ def _sample_passages(random: np.random.Generator, shot: Shot, width: float) -> l
     return acts
 
 
-def _sample_camera_speed(random: np.random.Generator, static_speeds: list[float]) -> float:
+def _sample_camera_speed(random: Generator, static_speeds: list[float]) -> float:
     """Sample the camera's speed at the target's depth, below `static_speeds` [pixels/frame]."""
     side = float(random.choice([-1.0, 1.0]))
     if static_speeds:
@@ -235,18 +236,14 @@ def _sample_camera_speed(random: np.random.Generator, static_speeds: list[float]
     )
 
 
-def _swinging(
-    random: np.random.Generator, frames: int, periods: tuple[float, float], most: float
-) -> Array:
+def _swinging(random: Generator, frames: int, periods: tuple[float, float], most: float) -> Array:
     """Return a sum of waves with random periods [seconds], scaled to the maximum `most`."""
     waves = random_wander(random, frames, periods, 1.0)
     waves = waves - (waves.max() + waves.min()) / 2
     return np.asarray(waves * (most / np.abs(waves).max()))
 
 
-def _drifting(
-    random: np.random.Generator, frames: int, periods: tuple[float, float], most: float
-) -> Array:
+def _drifting(random: Generator, frames: int, periods: tuple[float, float], most: float) -> Array:
     """Return a sum of waves [pixels] whose speed does not exceed `DRIFT`."""
     path = _swinging(random, frames, periods, most)
     return np.asarray(path * min(1.0, DRIFT / float(np.abs(np.diff(path)).max())))
@@ -420,7 +417,7 @@ class FilmScene(SyntheticScene):
         width, height = (np.ceil(side * self.plan.scale.max()) for side in self.plan.size)
         return float(width), float(height)
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"nguyen2002/clip-{self._clip:02} {part}")
 
 

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
@@ -40,9 +41,7 @@ HALLS = ((150, 160, 170), (110, 134, 160), (164, 176, 180), (130, 150, 140))
 ROCKS = np.array([[84, 118, 168], [96, 136, 186], [112, 146, 178]], np.float64)
 
 
-def harbour(
-    random: np.random.Generator, height: int, width: int, scale: float, base: float
-) -> Image:
+def harbour(random: Generator, height: int, width: int, scale: float, base: float) -> Image:
     """Paint sheds, stacked containers and cranes."""
     picture = _sky(random, height, width)
     p, across = Painting(picture, FINE * scale), width / scale
@@ -58,9 +57,7 @@ def harbour(
     return _reduced(random, picture, height, width, 0.10)
 
 
-def roadstead(
-    random: np.random.Generator, height: int, width: int, scale: float, base: float
-) -> Image:
+def roadstead(random: Generator, height: int, width: int, scale: float, base: float) -> Image:
     """Paint hills and a town beyond the water, and ships at anchor."""
     picture = _sky(random, height, width)
     p, across, foot = Painting(picture, FINE * scale), width / scale, base / scale
@@ -86,9 +83,7 @@ def roadstead(
     return _reduced(random, picture, height, width, 0.16)
 
 
-def station(
-    random: np.random.Generator, height: int, width: int, scale: float, base: float
-) -> Image:
+def station(random: Generator, height: int, width: int, scale: float, base: float) -> Image:
     """Paint a hall with tall windows, posters and a waiting train."""
     wall = sample_colour(random, HALLS)
     picture = np.empty((FINE * height, FINE * width, 3), np.uint8)
@@ -121,9 +116,7 @@ def station(
     return _reduced(random, picture, height, width, 0.04)
 
 
-def desert(
-    random: np.random.Generator, height: int, width: int, scale: float, base: float
-) -> Image:
+def desert(random: Generator, height: int, width: int, scale: float, base: float) -> Image:
     """Paint rows of table mountains in dust."""
     picture = _sky(random, height, width)
     for k in range(3):
@@ -133,7 +126,7 @@ def desert(
     return _reduced(random, picture, height, width, 0.10)
 
 
-def _sky(random: np.random.Generator, height: int, width: int) -> Image:
+def _sky(random: Generator, height: int, width: int) -> Image:
     rows, columns = FINE * height, FINE * width
     high = vary_colour(random, (206, 176, 146), 0.12)
     low = vary_colour(random, (222, 222, 218), 0.06)
@@ -146,12 +139,7 @@ def _sky(random: np.random.Generator, height: int, width: int) -> Image:
 
 
 def _hills(
-    random: np.random.Generator,
-    picture: Image,
-    foot: float,
-    rise: float,
-    colour: Array,
-    mesas: bool = False,
+    random: Generator, picture: Image, foot: float, rise: float, colour: Array, mesas: bool = False
 ) -> None:
     """Paint a ridge with strata and gullies; `rise` is its height relative to the sky's height."""
     width = picture.shape[1]
@@ -169,7 +157,7 @@ def _hills(
     picture[inside] = shaded[inside]
 
 
-def _crane(random: np.random.Generator, p: Painting, x: float, foot: float) -> None:
+def _crane(random: Generator, p: Painting, x: float, foot: float) -> None:
     paint = sample_colour(random, ((60, 70, 180), (70, 150, 200), (150, 120, 80)))
     tall = random.uniform(6.5, 9)
     for leg in (x, x + 2.2):
@@ -180,7 +168,7 @@ def _crane(random: np.random.Generator, p: Painting, x: float, foot: float) -> N
     p.line([(x - 3, foot - tall + 1), (x - 3, foot - 3)], 0.05, (80, 80, 80))
 
 
-def _shed(random: np.random.Generator, p: Painting, x: float, foot: float) -> float:
+def _shed(random: Generator, p: Painting, x: float, foot: float) -> float:
     """Paint a warehouse with gates; return its width [metres]."""
     wide, tall, wall = random.uniform(5, 9), random.uniform(2.8, 3.8), sample_colour(random, HALLS)
     p.plate(x, foot - tall, wide, tall, wall, 0.08)
@@ -194,7 +182,7 @@ def _shed(random: np.random.Generator, p: Painting, x: float, foot: float) -> fl
     return float(wide)
 
 
-def _stack(random: np.random.Generator, p: Painting, x: float, foot: float) -> float:
+def _stack(random: Generator, p: Painting, x: float, foot: float) -> float:
     """Paint stacked containers; return their width [metres]."""
     wide, tall = 4.2, 1.45
     for level in range(int(random.integers(1, 4))):
@@ -206,9 +194,7 @@ def _stack(random: np.random.Generator, p: Painting, x: float, foot: float) -> f
     return wide + float(random.uniform(0.1, 0.8))
 
 
-def _reduced(
-    random: np.random.Generator, picture: Image, height: int, width: int, haze: float
-) -> Image:
+def _reduced(random: Generator, picture: Image, height: int, width: int, haze: float) -> Image:
     """Downsample a picture; add weathering and haze."""
     grain = fractal(random, 256, 8, 128, 0.8)
     rows, columns = picture.shape[:2]
@@ -224,7 +210,7 @@ def _reduced(
 HALF = SIDE // 2
 
 
-def road(random: np.random.Generator, end: float) -> list[Band]:
+def road(random: Generator, end: float) -> list[Band]:
     """Return pavement or lawn, a road with a line, and pavement in front of houses."""
     stones = _faded(paving(random, HALF), 0.7) * random.uniform(0.9, 1.15)
     near = stones if random.random() < 0.7 else grass(random, HALF)
@@ -243,7 +229,7 @@ def road(random: np.random.Generator, end: float) -> list[Band]:
     ]
 
 
-def quay(random: np.random.Generator, end: float) -> list[Band]:
+def quay(random: Generator, end: float) -> list[Band]:
     """Return concrete with joints and stains, and rails."""
     stains = 1 - 0.1 * fractal(random, HALF, 2, 16)
     concrete = _grainy(random, (146.0, 154.0, 160.0), 0.08) * stains[..., None]
@@ -257,7 +243,7 @@ def quay(random: np.random.Generator, end: float) -> list[Band]:
     return bands
 
 
-def water(random: np.random.Generator, end: float) -> list[Band]:
+def water(random: Generator, end: float) -> list[Band]:
     """Return waves, darker in their troughs; `end` has no effect."""
     waves = np.repeat(fractal(random, HALF, 16, 128, 0.7), 2, axis=1)
     waves = np.tile(waves, (2, 1)) + 0.4 * np.tile(fractal(random, HALF, 2, 16), (2, 2))
@@ -266,7 +252,7 @@ def water(random: np.random.Generator, end: float) -> list[Band]:
     return [Band(0.0, ramp(waves * 0.8 - 0.15, colours), 3.2)]
 
 
-def platform(random: np.random.Generator, end: float) -> list[Band]:
+def platform(random: Generator, end: float) -> list[Band]:
     """Return flagstones, a yellow line and the track bed."""
     flags = _faded(paving(random, HALF), 0.5) * random.uniform(0.9, 1.15)
     line = flags * 0.4 + np.array([40.0, 130.0, 150.0])
@@ -281,14 +267,14 @@ def platform(random: np.random.Generator, end: float) -> list[Band]:
     ]
 
 
-def market_place(random: np.random.Generator, end: float) -> list[Band]:
+def market_place(random: Generator, end: float) -> list[Band]:
     """Return setts or rounded stones up to the houses; `end` has no effect."""
     kind = paving if random.random() < 0.6 else pebbles
     stones = kind(random, HALF) * random.uniform(0.85, 1.1)
     return [_band(0.0, stones, float(random.uniform(2.2, 3.4)))]
 
 
-def sand(random: np.random.Generator, end: float) -> list[Band]:
+def sand(random: Generator, end: float) -> list[Band]:
     """Return sand with stones up to the horizon, and a road along it."""
     earths = np.array([[70, 104, 142], [104, 146, 184], [134, 174, 206], [160, 194, 216]])
     grain = fractal(random, HALF, 8, 128, 0.75)
@@ -308,9 +294,7 @@ def _band(start: float, texture: Array, side: float) -> Band:
     return Band(start, np.tile(texture, (2, 2, 1)), 2 * side)
 
 
-def _grainy(
-    random: np.random.Generator, colour: tuple[float, float, float], strength: float
-) -> Array:
+def _grainy(random: Generator, colour: tuple[float, float, float], strength: float) -> Array:
     grain = fractal(random, HALF, 16, 128, 0.9)
     return np.asarray(colour) * (1 + strength * grain)[..., None]
 
@@ -320,7 +304,7 @@ def _faded(texture: Array, contrast: float) -> Array:
     return np.asarray(middle + contrast * (texture - middle))
 
 
-def _tar(random: np.random.Generator) -> Array:
+def _tar(random: Generator) -> Array:
     tone = random.uniform(0.85, 1.2)
     return _grainy(random, (94.0 * tone, 95.0 * tone, 97.0 * tone), 0.1)
 
@@ -332,7 +316,7 @@ def _dashed(tar: Array) -> Array:
     return line
 
 
-Backdrop = Callable[[np.random.Generator, int, int, float, float], Image]
+Backdrop = Callable[[Generator, int, int, float, float], Image]
 
 
 @dataclass(frozen=True)
@@ -340,7 +324,7 @@ class StaticObjects:
     """Kind of static objects and their distribution in space."""
 
     # returns an object at a position [metres] with the scale at its depth [pixels/metre]
-    make: Callable[[np.random.Generator, float, float, float], Prop]
+    make: Callable[[Generator, float, float, float], Prop]
     spacing: float  # mean distance between adjacent objects [metres]
     depth: tuple[float, float]  # minimum and maximum [metres]
 
@@ -352,7 +336,7 @@ class FilmSetting:
     backdrop: Backdrop
     end: float  # depth at which the backdrop meets the ground [metres]
     # returns the bands of the ground for a generator and `end`
-    ground: Callable[[np.random.Generator, float], list[Band]]
+    ground: Callable[[Generator, float], list[Band]]
     standing: tuple[StaticObjects, ...]
     targets: tuple[str, ...]  # names in `targets.KINDS`: round targets, other targets
     # names in `objects.OCCLUDERS`, of those that occlude the whole target
@@ -368,7 +352,7 @@ class Surroundings:
     """
 
     def __init__(
-        self, random: np.random.Generator, setting: FilmSetting, still: Viewpoint,
+        self, random: Generator, setting: FilmSetting, still: Viewpoint,
         size: tuple[int, int], path: float, shake: float,
     ) -> None:  # fmt: skip
         self._setting = setting
@@ -401,7 +385,7 @@ class Surroundings:
         for thing in self._things:
             thing.draw(canvas, camera, travel=travel)
 
-    def _sample_objects(self, random: np.random.Generator, kind: StaticObjects) -> list[Prop]:
+    def _sample_objects(self, random: Generator, kind: StaticObjects) -> list[Prop]:
         things = []
         half = self._size[0] / 2 / float(self._still.scale(kind.depth[1])) + 2
         x = self._still.x - half + random.uniform(0, kind.spacing)

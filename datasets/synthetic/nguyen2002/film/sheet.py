@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image
@@ -33,11 +34,7 @@ def point_list(x: Array, y: Array) -> list[tuple[float, float]]:
 
 
 def adjacent_spans(
-    random: np.random.Generator,
-    width: float,
-    wide: tuple[float, float],
-    gap: float = 0.0,
-    rest: float = 0.01,
+    random: Generator, width: float, wide: tuple[float, float], gap: float = 0.0, rest: float = 0.01
 ) -> Iterator[tuple[float, float]]:
     """Yield left ends and widths of adjacent objects, until at most `rest` of the width is free.
 
@@ -105,7 +102,7 @@ class PaintedSheet:
         self.light(bright - fall * np.square(2 * across - middle))
 
     def wear(
-        self, random: np.random.Generator, strength: float, coarsest: int, finest: int,
+        self, random: Generator, strength: float, coarsest: int, finest: int,
         stretch: int = 1, side: int = 256,
     ) -> None:  # fmt: skip
         """Add vertically stretched noise with `coarsest` to `finest` cells per `side` pixels."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
@@ -72,11 +73,11 @@ class TargetLook:
     ink: Colour
 
 
-Mark = Callable[[np.random.Generator, Painting, float, float, TargetLook], None]
+Mark = Callable[[Generator, Painting, float, float, TargetLook], None]
 
 
 def _writing(
-    random: np.random.Generator, p: Painting, box: tuple[float, float, float, float], ink: Colour
+    random: Generator, p: Painting, box: tuple[float, float, float, float], ink: Colour
 ) -> None:
     left, top, width, height = box
     x, thick = left, 0.16 * height
@@ -91,16 +92,14 @@ def _writing(
         x += wide + 0.22 * height
 
 
-def lettering(
-    random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook
-) -> None:
+def lettering(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint a line of large letters, and a line of smaller letters below it."""
     top, tall = random.uniform(0.38, 0.5) * h, random.uniform(0.13, 0.19) * h
     _writing(random, p, (0.14 * w, top, 0.72 * w, tall), look.ink)
     _writing(random, p, (0.2 * w, top + 1.35 * tall, 0.6 * w, 0.45 * tall), look.second)
 
 
-def number(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def number(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint two or three large figures on a plate."""
     left, top = random.uniform(0.24, 0.34) * w, random.uniform(0.62, 0.68) * h
     p.patch(left - 0.05 * w, top - 0.03 * h, 0.46 * w, 0.21 * h, look.second)
@@ -108,7 +107,7 @@ def number(random: np.random.Generator, p: Painting, w: float, h: float, look: T
              np.array(LIGHTS[0], np.float64))  # fmt: skip
 
 
-def band(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def band(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint one or two horizontal stripes."""
     top = random.uniform(0.3, 0.62) * h
     p.patch(0, top, w, random.uniform(0.1, 0.2) * h, look.second)
@@ -116,7 +115,7 @@ def band(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
         p.patch(0, top + 0.24 * h, w, 0.04 * h, look.ink)
 
 
-def slanted(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def slanted(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint a slanted stripe of the second colour."""
     x, lean, wide = random.uniform(0.05, 0.4) * w, random.uniform(-0.4, 0.4) * w, 0.3 * w
     p.area([(x, 0), (x + wide, 0), (x + wide + lean, h), (x + lean, h)], look.second)
@@ -124,7 +123,7 @@ def slanted(random: np.random.Generator, p: Painting, w: float, h: float, look: 
             (x + 1.2 * wide + lean, h)], look.ink)  # fmt: skip
 
 
-def window(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def window(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint panes that reflect the sky."""
     top, tall = random.uniform(0.07, 0.11) * h, random.uniform(0.24, 0.32) * h
     panes = int(random.integers(1, 3))
@@ -140,7 +139,7 @@ def window(random: np.random.Generator, p: Painting, w: float, h: float, look: T
         p.patch(x + 0.01, top + 0.75 * tall, wide - 0.02, 0.25 * tall, glass * 0.6)
 
 
-def lamps(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def lamps(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint lamps on both sides, a bumper, a number plate."""
     paint = sample_colour(random, ((52, 52, 190), (90, 200, 226), (216, 226, 228)))
     for x in (0.05 * w, 0.83 * w):
@@ -151,7 +150,7 @@ def lamps(random: np.random.Generator, p: Painting, w: float, h: float, look: Ta
     _writing(random, p, (0.35 * w, 0.755 * h, 0.3 * w, 0.055 * h), DARK)
 
 
-def door(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def door(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint the gap between two door leaves, hinges, a handle."""
     x = random.uniform(0.42, 0.58) * w
     p.darken(x, 0.03 * h, 0.012, 0.9 * h, 0.5)
@@ -159,7 +158,7 @@ def door(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
         p.plate(x + 0.02, y * h, 0.07 * w, 0.03 * h, look.body * 0.6 + 30, 0.006)
 
 
-def visor(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def visor(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint a dark visor with a glare, and its rim."""
     top, low = random.uniform(0.32, 0.38) * h, random.uniform(0.58, 0.66) * h
     glass = vary_colour(random, (66, 54, 50), 0.3)
@@ -172,14 +171,14 @@ def visor(random: np.random.Generator, p: Painting, w: float, h: float, look: Ta
             (x - 0.04 * w, low - 0.04 * h)], glass + 110)  # fmt: skip
 
 
-def crest(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def crest(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint stripes over the crown."""
     x = random.uniform(0.36, 0.5) * w
     p.patch(x, 0, 0.18 * w, h, look.second)
     p.patch(x + 0.24 * w, 0, 0.05 * w, h, look.ink)
 
 
-def planks(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def planks(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint boards with gaps, a frame and nails."""
     count = int(random.integers(4, 7))
     for k in range(count):
@@ -194,7 +193,7 @@ def planks(random: np.random.Generator, p: Painting, w: float, h: float, look: T
         p.line([(beam, h), (w - beam, 0)], 0.1 * w, look.body * 0.86)
 
 
-def label(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def label(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint a paper label with fine print, and a coloured bar."""
     x, y = random.uniform(0.16, 0.4) * w, random.uniform(0.1, 0.2) * h
     p.plate(x, y, 0.42 * w, 0.26 * h, sample_colour(random, LIGHTS), 0.008)
@@ -202,7 +201,7 @@ def label(random: np.random.Generator, p: Painting, w: float, h: float, look: Ta
     p.patch(x + 0.02, y + 0.19 * h, 0.2 * w, 0.05 * h, look.second)
 
 
-def straps(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def straps(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint leather straps with buckles, and patched corners."""
     leather = look.body * 0.5
     for x in (0.22 * w, 0.68 * w):
@@ -215,9 +214,7 @@ def straps(random: np.random.Generator, p: Painting, w: float, h: float, look: T
     p.darken(0, 0.46 * h, w, 0.016, 0.45)
 
 
-def stickers(
-    random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook
-) -> None:
+def stickers(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint hotel labels."""
     for place in ((0.36, 0.12), (0.4, 0.56), (0.05, 0.36)):
         x, y = (np.array(place) + random.uniform(-0.03, 0.05, 2)) * (w, h)
@@ -232,7 +229,7 @@ def stickers(
                      np.array(LIGHTS[0], np.float64))  # fmt: skip
 
 
-def hoops(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def hoops(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint rolled hoops with rust streaks."""
     for y in (0.0, 0.3, 0.64, 0.95):
         p.plate(0, y * h, w, 0.05 * h, look.body * 0.86, 0.01)
@@ -241,7 +238,7 @@ def hoops(random: np.random.Generator, p: Painting, w: float, h: float, look: Ta
         p.darken(x, y, random.uniform(0.02, 0.07) * w, random.uniform(0.1, 0.3) * h, 0.72)
 
 
-def ribs(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def ribs(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint the hoops of a paper lantern, darker towards its ends."""
     count = int(random.integers(7, 11))
     for k in range(count):
@@ -251,7 +248,7 @@ def ribs(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
         p.patch(0, y + 0.04 * h, w, 0.03 * h, look.second)
 
 
-def emblem(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def emblem(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint a disc with a star-shaped emblem."""
     x, y, size = 0.5 * w, random.uniform(0.4, 0.52) * h, random.uniform(0.2, 0.27) * w
     p.disc(x, y, size, look.second)
@@ -262,7 +259,7 @@ def emblem(random: np.random.Generator, p: Painting, w: float, h: float, look: T
     p.area(point_list(x + far * np.cos(turn), y + far * np.sin(turn)), inner)
 
 
-def rim(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def rim(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint the plate of a sign: a coloured ring around a light field."""
     turn = np.linspace(0, 2 * np.pi, 61)
     wide = random.uniform(0.36, 0.41)
@@ -270,7 +267,7 @@ def rim(random: np.random.Generator, p: Painting, w: float, h: float, look: Targ
     p.area(point_list(x * w, y * h), sample_colour(random, LIGHTS))
 
 
-def device(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def device(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint a sign's symbol: an arrow, bars or a peak, with a line of writing below."""
     side = float(random.choice([-1, 1]))
     ink = look.body * 0.6 if look.body.mean() > 90 else DARK
@@ -287,7 +284,7 @@ def device(random: np.random.Generator, p: Painting, w: float, h: float, look: T
     _writing(random, p, (0.28 * w, 0.62 * h, 0.44 * w, 0.13 * h), look.second * 0.7)
 
 
-def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def dial(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint the face of a stopped clock: strokes and hands."""
     rim(random, p, w, h, look)
     for k in range(12):
@@ -301,7 +298,7 @@ def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
     _writing(random, p, (0.36 * w, 0.62 * h, 0.28 * w, 0.06 * h), look.body * 0.7)
 
 
-def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def poster(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint a poster with ground, sky, a disc and triangles."""
     sky, ground, sun = (sample_colour(random, PAINTS) for _ in range(3))
     p.patch(0.07 * w, 0.06 * h, 0.86 * w, 0.56 * h, sky)
@@ -316,7 +313,7 @@ def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: T
     _writing(random, p, (0.14 * w, 0.88 * h, 0.72 * w, 0.06 * h), look.second)
 
 
-def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def tyre(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint a rubber tyre around a painted cover."""
     turn = np.linspace(0, 2 * np.pi, 61)
     for far, paint in ((0.47, DARK), (0.43, DARK * 1.5), (0.405, look.ink)):
@@ -324,7 +321,7 @@ def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
         p.line(point_list(x, y), 0.07 * w, paint)
 
 
-def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def hull(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint the front of a boat: cabin, planks, a stripe, the water line."""
     p.patch(0.0, 0, w, 0.4 * h, vary_colour(random, LIGHTS[0]))
     for x in (0.18, 0.42, 0.66):
@@ -340,7 +337,7 @@ def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: Tar
         p.disc(x * w, 0.62 * h, 0.025 * w, look.body)
 
 
-def foam(random: np.random.Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
+def foam(random: Generator, p: Painting, w: float, h: float, look: TargetLook) -> None:
     """Paint foam at the water line."""
     for x in np.arange(0, w, 0.02):
         tall = random.uniform(0.02, 0.09) * h
@@ -363,9 +360,7 @@ class TargetKind:
         return self.shape == "round"
 
 
-def paint_target(
-    random: np.random.Generator, kind: TargetKind, width: float, height: float
-) -> PaintedSheet:
+def paint_target(random: Generator, kind: TargetKind, width: float, height: float) -> PaintedSheet:
     """Return a painted target of a kind with a width and height [pixels]."""
     w, h = width / UNIT, height / UNIT
     body = sample_colour(random, kind.paints)
@@ -381,7 +376,7 @@ def paint_target(
     return sheet
 
 
-def two_textures(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
+def two_textures(random: Generator, colour: Array) -> tuple[Array, Array]:
     """Return a texture (h, w, 3) in two variants that differ in highlight and dust."""
     height, width = colour.shape[:2]
     across = np.linspace(-1, 1, width) * random.choice([-1.0, 1.0])

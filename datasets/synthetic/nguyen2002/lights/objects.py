@@ -4,6 +4,7 @@ The origin of each object is its centre. Occluders are taller than the image.
 """
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
@@ -36,7 +37,7 @@ SATURATION = 0.5  # saturation of the faded print relative to fresh ink
 DEPTHS = {"book": 5.0, "tea": 11.0, "toy": 13.0}  # half the thickness by kind of object [pixels]
 
 
-def held_objects(random: np.random.Generator) -> list[SceneObject]:
+def held_objects(random: Generator) -> list[SceneObject]:
     """Return a printed object that leans back slightly, the hand that holds it, and a sleeve."""
     kind = KINDS[int(random.integers(len(KINDS)))]
     wide = random.uniform(28, 31)
@@ -90,7 +91,7 @@ def _sleeve(high: float, side: float, slope: float) -> list[Array]:
     return mirror_limbs([*cuff, *arm], side)
 
 
-def _knitted(random: np.random.Generator) -> Pattern:
+def _knitted(random: Generator) -> Pattern:
     uneven = grain(random, 0.09, (1.0, 0.6, 1.0), 16)
 
     def gain(places: Array) -> Array:
@@ -99,17 +100,17 @@ def _knitted(random: np.random.Generator) -> Pattern:
     return gain
 
 
-def occluder_objects(kind: str, random: np.random.Generator) -> list[SceneObject]:
+def occluder_objects(kind: str, random: Generator) -> list[SceneObject]:
     """Return an occluder of a kind: `board`, `door`, `cloth` or `back`."""
     makers = {"board": _board, "door": _door, "cloth": _cloth, "back": _back}
     return makers[kind](random)
 
 
-def _sample_colour(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
+def _sample_colour(random: Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
     return sample_similar(random, colours, 0.08)
 
 
-def _board(random: np.random.Generator) -> list[SceneObject]:
+def _board(random: Generator) -> list[SceneObject]:
     half = random.uniform(56, 62)
     wood = _sample_colour(random, COUNTERS[:3])
     things = [
@@ -133,7 +134,7 @@ def _board(random: np.random.Generator) -> list[SceneObject]:
     ]
 
 
-def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
+def _wooden(random: Generator, along: int = 1) -> Pattern:
     warp = fractal(random, 256, 2, 16)
     fine = fractal(random, 256, 16, 128, 0.8)
     shift, pace = random.uniform(0, 256), random.uniform(0.35, 0.55)
@@ -148,7 +149,7 @@ def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
     return gain
 
 
-def _door(random: np.random.Generator) -> list[SceneObject]:
+def _door(random: Generator) -> list[SceneObject]:
     half = random.uniform(58, 66)
     colour = _sample_colour(random, (*ACCENTS[:5], *NEUTRALS[2:]))
     paint, panel = grain(random, 0.03), grain(random, 0.03)
@@ -168,7 +169,7 @@ def _door(random: np.random.Generator) -> list[SceneObject]:
     ]
 
 
-def _cloth(random: np.random.Generator) -> list[SceneObject]:
+def _cloth(random: Generator) -> list[SceneObject]:
     half = random.uniform(60, 68)
     folds = random.uniform(3.0, 4.2), random.uniform(0.17, 0.24)
     ground, ink = _sample_colour(random, (*CLOTHES, *NEUTRALS)), _sample_colour(random, ACCENTS[:5])
@@ -180,7 +181,7 @@ def _cloth(random: np.random.Generator) -> list[SceneObject]:
     ]
 
 
-def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
+def _dotted(random: Generator, ink: Array) -> Pattern:
     """Return a pattern of flowers or dots; every other row is shifted by half a distance."""
     pitch, petals = random.uniform(17, 24), int(random.choice([0, 5, 6]))
     weave = grain(random, 0.05, coarsest=32)
@@ -197,7 +198,7 @@ def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
     return gain
 
 
-def _back(random: np.random.Generator) -> list[SceneObject]:
+def _back(random: Generator) -> list[SceneObject]:
     shirt, trousers = (
         _sample_colour(random, (*CLOTHES, *ACCENTS[:5])),
         _sample_colour(random, CLOTHES[:2]),
@@ -226,7 +227,7 @@ def _back(random: np.random.Generator) -> list[SceneObject]:
     ]
 
 
-def _checked(random: np.random.Generator) -> Pattern:
+def _checked(random: Generator) -> Pattern:
     pitch, share = random.uniform(13, 20), random.uniform(0.3, 0.5)
     bar_gain, line_gain = random.uniform(0.55, 0.9, 3), random.uniform(0.6, 1.2, 3)
     weave = grain(random, 0.05, coarsest=32)

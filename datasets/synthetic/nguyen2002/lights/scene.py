@@ -11,6 +11,7 @@ from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -106,7 +107,7 @@ class LightsPlan:
         return np.asarray(size * np.sin(2 * np.pi * np.asarray(times) / period + phase))
 
 
-def sample_plan(random: np.random.Generator) -> LightsPlan:
+def sample_plan(random: Generator) -> LightsPlan:
     """Sample a plan."""
     loop = random_loop(random, (70, 66), (250, 150), random.uniform(1.2, 1.7))
     sizes = (0.06, 0.11), (0.010, 0.025), (0.05, 0.12), (0.03, 0.08)
@@ -296,7 +297,7 @@ class LightsSetting:
         low, high = self._bounds
         return (low + high) / 2
 
-    def _random(self, part: str) -> np.random.Generator:
+    def _random(self, part: str) -> Generator:
         return part_generator(self._seed, f"nguyen2002/lights {part}")
 
 
@@ -307,7 +308,7 @@ AFAR = -90.0  # approximate depth of the static surfaces on which shadows fall [
 STRONG, ASIDE = (0.88, 0.92), (210, 270)
 
 
-def sample_lamps(random: np.random.Generator) -> tuple[Lamp, Lamp]:
+def sample_lamps(random: Generator) -> tuple[Lamp, Lamp]:
     """Sample the switched lamp, which gives most of the light, and a lamp on the other side.
 
     Both are nearly white: they differ by 6 % in blue and by 2.5 % in green.

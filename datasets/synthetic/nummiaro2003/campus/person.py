@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.random import Generator
 
 from trackmark.datasets.synthetic.multipart.plan import Person
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import (
@@ -73,7 +74,7 @@ def _target(seed: int, things: list[Prop]) -> Person:
 
 
 def _sample_path_points(
-    random: np.random.Generator, camera: Viewpoint, door: float
+    random: Generator, camera: Viewpoint, door: float
 ) -> tuple[tuple[float, float], Iterator[tuple[float, float]]]:
     """Return the start, outside the image or behind the porch wall, and the waypoints."""
     side, far = float(random.choice([-1, 1])), bool(random.integers(2))
@@ -116,7 +117,7 @@ def _passers_by(seed: int, first: Person) -> list[Person]:
     return passers
 
 
-def _generator(seed: int, part: str) -> np.random.Generator:
+def _generator(seed: int, part: str) -> Generator:
     return part_generator(seed, f"nummiaro2003/person {part}")
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.multipart import casting
@@ -50,7 +51,7 @@ class CarPark(Street):
         inside = smooth_step(np.array(z), DOORSTEP - THRESHOLD, DOORSTEP + THRESHOLD)
         return super().gains(x, z, heights) * (1 - INSIDE * inside)
 
-    def _bands(self, random: np.random.Generator) -> list[Band]:
+    def _bands(self, random: Generator) -> list[Band]:
         road = asphalt(random, (96.0, 96.0, 98.0), 0.07)
         paint, kerb = road * 0.3 + 150, kerbstones(random)
         stones = paving(random, SIDE)
@@ -67,7 +68,7 @@ class CarPark(Street):
         ]
 
 
-def parked_cars(random: np.random.Generator, camera: Viewpoint, door: float) -> list[Prop]:
+def parked_cars(random: Generator, camera: Viewpoint, door: float) -> list[Prop]:
     """Sample a row of cars that leaves a gap in front of a door; `door` is as in `entrance`."""
     z = sum(BAYS) / 2
     cars = []
@@ -79,7 +80,7 @@ def parked_cars(random: np.random.Generator, camera: Viewpoint, door: float) -> 
     return cars
 
 
-def entrance(random: np.random.Generator, camera: Viewpoint, door: float) -> list[Prop]:
+def entrance(random: Generator, camera: Viewpoint, door: float) -> list[Prop]:
     """Return the porch of a house; `door` is the lateral position of its centre [metres]."""
     front, back = DOORSTEP, HOUSES - 0.01
     return porch(
@@ -94,7 +95,7 @@ PLASTER = ((150, 158, 160), (92, 104, 148), (196, 204, 208), (120, 128, 132))
 
 
 def porch(
-    random: np.random.Generator, x: float, front: tuple[float, float], back: tuple[float, float]
+    random: Generator, x: float, front: tuple[float, float], back: tuple[float, float]
 ) -> list[Prop]:
     """Return the two parts of a porch: its front with the opening, and its interior.
 
@@ -149,11 +150,7 @@ GREENS = np.array([[22, 46, 34], [36, 82, 60], [56, 118, 92], [92, 156, 138]], n
 
 
 def old_tree(
-    random: np.random.Generator,
-    place: tuple[float, float],
-    scale: float,
-    width: float,
-    unlike: Sequence[BGR],
+    random: Generator, place: tuple[float, float], scale: float, width: float, unlike: Sequence[BGR]
 ) -> list[Prop]:
     """Return the two parts of a tree: a trunk that occludes people, and twigs in front of it.
 
@@ -170,9 +167,7 @@ def _least_difference(colour: BGR, others: Sequence[BGR]) -> float:
     return min(float(np.abs(np.subtract(colour, other)).max()) for other in others)
 
 
-def _trunk(
-    random: np.random.Generator, x: float, z: float, scale: float, width: float, tone: BGR
-) -> Prop:
+def _trunk(random: Generator, x: float, z: float, scale: float, width: float, tone: BGR) -> Prop:
     rows, columns = round(TALL * scale), round(1.5 * width)
     y, right = np.indices((rows, columns)) + 0.5
     up = (rows - y) / scale
@@ -189,7 +184,7 @@ def _trunk(
     return Prop(x, z, colour, cover, rows)
 
 
-def _twigs(random: np.random.Generator, x: float, z: float, scale: float, width: float) -> Prop:
+def _twigs(random: Generator, x: float, z: float, scale: float, width: float) -> Prop:
     low = LEAVES - 0.5
     rows, columns = round((TALL - low) * scale), round(width + 2 * SPREAD * scale)
     y, right = np.indices((rows, columns)) + 0.5
@@ -205,12 +200,12 @@ def _twigs(random: np.random.Generator, x: float, z: float, scale: float, width:
 UNLIKE = 40  # minimum difference in one channel of clearly different colours [grey levels]
 
 
-def sample_target(random: np.random.Generator, course: WalkingPath) -> Person:
+def sample_target(random: Generator, course: WalkingPath) -> Person:
     """Sample a person without a bag whose shirt and trousers differ clearly in colour."""
     return casting.sample_person(random, course, casting.sample_street_clothes(random))
 
 
-def sample_bystander(random: np.random.Generator, course: WalkingPath, other: WalkerLook) -> Person:
+def sample_bystander(random: Generator, course: WalkingPath, other: WalkerLook) -> Person:
     """Sample a person whose colours differ clearly from those of `other`; half carry a bag."""
     worn = other.shirt, other.trousers
     clothes = casting.sample_other_clothes(random, worn)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.random import Generator
 
 from trackmark.datasets.synthetic.multipart import routes
 from trackmark.datasets.synthetic.multipart.plan import Person
@@ -77,7 +78,7 @@ def _plan(seed: int) -> VisitPlan:
     return VisitPlan(street, views, people, slice(COMES, GONE), tree)
 
 
-def _generator(seed: int, part: str) -> np.random.Generator:
+def _generator(seed: int, part: str) -> Generator:
     return part_generator(seed, f"nummiaro2003/students {part}")
 
 
@@ -85,7 +86,7 @@ def _views(seed: int) -> Views:
     return sample_fixed_views(_generator(seed, "camera"), LENGTH)
 
 
-def _sample_target_path(random: np.random.Generator, views: Views) -> WalkingPath:
+def _sample_target_path(random: Generator, views: Views) -> WalkingPath:
     """Sample a path that crosses the image from one side and leaves it at the other side."""
     time = (np.arange(LENGTH) - COMES) / (GONE - COMES)
     start, swing = random.uniform(45, 80), random.uniform(-8, 8)
@@ -103,7 +104,7 @@ def _sample_target_path(random: np.random.Generator, views: Views) -> WalkingPat
 
 
 def _sample_passing_path(
-    random: np.random.Generator, target: WalkingPath, when: int, pace: float
+    random: Generator, target: WalkingPath, when: int, pace: float
 ) -> WalkingPath:
     """Sample the path of a person who meets the target and passes close in front of it."""
     frame = when + int(random.integers(-2, 2, endpoint=True))

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
@@ -115,7 +116,7 @@ class CarSheet:
         return np.round(np.stack([x, y], axis=1) * (1 << bits)).astype(np.int32)
 
 
-def paint_car_pictures(random: np.random.Generator, shape: CarShape, paint: BGR) -> Pictures:
+def paint_car_pictures(random: Generator, shape: CarShape, paint: BGR) -> Pictures:
     """Return all textures of a car in a paint; details and other colours are random."""
     style = _Style(random)
     sheets = [
@@ -131,7 +132,7 @@ def paint_car_pictures(random: np.random.Generator, shape: CarShape, paint: BGR)
 class _Style:
     """Random details that appear in several textures of a car."""
 
-    def __init__(self, random: np.random.Generator) -> None:
+    def __init__(self, random: Generator) -> None:
         self.bumper: BGR | None = _PLASTIC if random.random() < 0.45 else None
         self.strip = bool(random.random() < 0.6)
         self.plate: BGR = (224.0, 226.0, 226.0) if random.random() < 0.6 else (70.0, 190.0, 220.0)
@@ -216,7 +217,7 @@ def _end(kind: int, paint: BGR, style: _Style) -> CarSheet:
     return sheet
 
 
-def _front(random: np.random.Generator, shape: CarShape, paint: BGR, style: _Style) -> Array:
+def _front(random: Generator, shape: CarShape, paint: BGR, style: _Style) -> Array:
     sheet = _end(FRONT, paint, style)
     wide, edge = shape.width / 2, shape.bonnet
     sheet.box((-0.42, 0.42), (0.26, 0.34), (24.0, 22.0, 22.0))
@@ -244,7 +245,7 @@ def _front(random: np.random.Generator, shape: CarShape, paint: BGR, style: _Sty
     return sheet.finished()
 
 
-def _rear(random: np.random.Generator, shape: CarShape, paint: BGR, style: _Style) -> Array:
+def _rear(random: Generator, shape: CarShape, paint: BGR, style: _Style) -> Array:
     sheet = _end(REAR, paint, style)
     wide = shape.width / 2
     inner, low = wide - random.uniform(0.3, 0.42), 0.57
@@ -280,7 +281,7 @@ def _screen(sheet: CarSheet, shape: CarShape, paint: BGR, edge: float) -> None:
     _pane(sheet, outline, low, high)
 
 
-def _plate(sheet: CarSheet, random: np.random.Generator, height: float, colour: BGR) -> None:
+def _plate(sheet: CarSheet, random: Generator, height: float, colour: BGR) -> None:
     sheet.box((-0.265, 0.265), (height - 0.06, height + 0.06), (30.0, 30.0, 30.0))
     sheet.box((-0.255, 0.255), (height - 0.052, height + 0.052), colour)
     left = -0.22
@@ -463,7 +464,7 @@ TARGETS = tuple(paint for paint in PAINTS if paint != (94, 94, 94))
 CLEAR = 60.0  # two paints differ clearly if one channel differs by this much [grey levels]
 
 
-def sample_paint(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:
+def sample_paint(random: Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:
     """Sample one of the paints and vary it slightly."""
     colour = np.array(choice[random.integers(len(choice))])
     blue, green, red = (colour * random.uniform(0.92, 1.08) + random.uniform(-4, 4, 3)).tolist()
@@ -475,6 +476,6 @@ def contrasting_paints(target: BGR) -> tuple[BGR, ...]:
     return tuple(p for p in PAINTS if np.abs(np.subtract(p, target)).max() >= CLEAR)
 
 
-def sample_car(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> Car:
+def sample_car(random: Generator, choice: tuple[BGR, ...] = PAINTS) -> Car:
     """Sample a car of random shape, in one of the paints `choice`."""
     return Car(sample_car_shape(random), sample_paint(random, choice), int(random.integers(2**32)))

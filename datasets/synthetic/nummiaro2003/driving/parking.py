@@ -10,6 +10,7 @@ lane or parks at its side.
 from functools import lru_cache
 
 import numpy as np
+from numpy.random import Generator
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
     BGR,
@@ -59,7 +60,7 @@ def scene(parameters: SceneParameters) -> DrivingScene:
 def parking_plan(seed: int) -> DrivingPlan:
     """Return surroundings, cars and camera of the scene with number `seed`."""
 
-    def generator(part: str) -> np.random.Generator:
+    def generator(part: str) -> Generator:
         return part_generator(seed, f"nummiaro2003/car {part}")
 
     side = 1.0 if generator("side").random() < 0.5 else -1.0
@@ -88,7 +89,7 @@ def _windows_overlap(first_car: CarAt, second_car: CarAt, view: PerspectiveView)
     return first is not None and second is not None and windows_meet(first, second)
 
 
-def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
+def _camera(random: Generator, side: float) -> PerspectiveView:
     """Sample a camera on a mast beyond the road, turned slightly towards the target's start."""
     x, z = side * random.uniform(-3.5, 1.0), -random.uniform(17.5, 19.0)
     aim = side * random.uniform(0.0, 1.0), random.uniform(8.0, 11.0)
@@ -102,7 +103,7 @@ def _camera(random: np.random.Generator, side: float) -> PerspectiveView:
 
 
 def _sample_target_path(
-    random: np.random.Generator, side: float
+    random: Generator, side: float
 ) -> tuple[DrivingPath, tuple[float, float] | None]:
     """Sample the target's path; return it with the bay (x, z) in which it parks, or None."""
     right = side > 0  # the car drives on the right in either direction
@@ -136,7 +137,7 @@ def _sample_target_path(
     return DrivingPath(*places.T), bay
 
 
-def _sample_passing_path(random: np.random.Generator) -> DrivingPath:
+def _sample_passing_path(random: Generator) -> DrivingPath:
     """Sample the path of a car on the near side of the road while the target is far away."""
     frame = int(random.integers(40, 80))
     speed = random.uniform(7.0, 9.0)
@@ -145,7 +146,7 @@ def _sample_passing_path(random: np.random.Generator) -> DrivingPath:
 
 
 def _parked(
-    random: np.random.Generator, paints: tuple[BGR, ...], bay: tuple[float, float] | None
+    random: Generator, paints: tuple[BGR, ...], bay: tuple[float, float] | None
 ) -> list[CarAt]:
     cars = []
     for row in ROWS:
@@ -187,7 +188,7 @@ def _strips() -> list[Strip]:
     ]
 
 
-def _houses(random: np.random.Generator) -> list[House]:
+def _houses(random: Generator) -> list[House]:
     """Sample offices and houses behind the car park, and houses on either side of it."""
     houses = []
     x = -46.0
@@ -204,7 +205,7 @@ def _houses(random: np.random.Generator) -> list[House]:
     return houses
 
 
-def _plants(random: np.random.Generator) -> list[StreetObject]:
+def _plants(random: Generator) -> list[StreetObject]:
     plants = []
     for side in (-1, 1):
         for z in random_positions(random, 8.0, LAST + 4, (4, 10)):

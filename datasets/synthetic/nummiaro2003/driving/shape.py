@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -279,7 +280,7 @@ class CarShape:
         )
 
 
-def sample_car_shape(random: np.random.Generator) -> CarShape:
+def sample_car_shape(random: Generator) -> CarShape:
     """Sample a saloon, hatchback or estate."""
     kind = ("saloon", "hatchback", "estate")[random.integers(3)]
     length = random.uniform(*{"saloon": (4.25, 4.6), "hatchback": (3.75, 4.1),

@@ -10,6 +10,7 @@ road. The car with the camera approaches it, follows it into the side road, and 
 from functools import lru_cache
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
@@ -64,7 +65,7 @@ def scene(parameters: SceneParameters) -> DrivingScene:
 def traffic_plan(seed: int) -> DrivingPlan:
     """Return surroundings, cars and camera of the scene with number `seed`."""
 
-    def generator(part: str) -> np.random.Generator:
+    def generator(part: str) -> Generator:
         return part_generator(seed, f"nummiaro2003/traffic {part}")
 
     target = sample_car(generator("target"), TARGETS)
@@ -84,7 +85,7 @@ def traffic_plan(seed: int) -> DrivingPlan:
     return DrivingPlan(layout, views, cars)
 
 
-def _sample_paths(random: np.random.Generator) -> tuple[DrivingPath, DrivingPath, float]:
+def _sample_paths(random: Generator) -> tuple[DrivingPath, DrivingPath, float]:
     """Return the paths of the target and of the follower, and the z of the crossing [metres].
 
     Both cars follow the same route. The distance between them determines the target's size.
@@ -122,9 +123,7 @@ def _swaying_path(places: Array, sway: Array) -> DrivingPath:
     return DrivingPath(x, z, heading + np.arctan2(np.gradient(sway), step))
 
 
-def _views(
-    random: np.random.Generator, target: DrivingPath, follower: DrivingPath
-) -> list[PerspectiveView]:
+def _views(random: Generator, target: DrivingPath, follower: DrivingPath) -> list[PerspectiveView]:
     """Return the camera behind the windscreen: it shakes, and it turns towards the target.
 
     The turn keeps the target within the angle ROOM of the optical axis.
@@ -152,9 +151,7 @@ def _views(
     ]
 
 
-def _oncoming(
-    random: np.random.Generator, target: DrivingPath, crossing: float
-) -> list[DrivingPath]:
+def _oncoming(random: Generator, target: DrivingPath, crossing: float) -> list[DrivingPath]:
     """Return paths of oncoming cars; none is at the crossing while the target turns."""
     enters = int(np.searchsorted(target.z, crossing - 3 * EDGE))
     courses = []
@@ -203,7 +200,7 @@ def _strips(crossing: float) -> list[Strip]:
     ]  # fmt: skip
 
 
-def _houses(random: np.random.Generator, crossing: float) -> list[House]:
+def _houses(random: Generator, crossing: float) -> list[House]:
     """Sample houses along both roads. None is near the crossing, where it would block the view."""
     houses = []
     for side in (-1, 1):
@@ -224,7 +221,7 @@ def _houses(random: np.random.Generator, crossing: float) -> list[House]:
     return houses
 
 
-def _plants(random: np.random.Generator, crossing: float) -> list[StreetObject]:
+def _plants(random: Generator, crossing: float) -> list[StreetObject]:
     plants = []
     kinds = ("tree", "tree", "tree", "post", "bush", "sign")
     for side in (-1, 1):
@@ -243,7 +240,7 @@ def _plants(random: np.random.Generator, crossing: float) -> list[StreetObject]:
     return plants
 
 
-def _parked(random: np.random.Generator, paints: tuple[BGR, ...], crossing: float) -> list[CarAt]:
+def _parked(random: Generator, paints: tuple[BGR, ...], crossing: float) -> list[CarAt]:
     """Sample cars along the kerbs of both roads; they stand with two wheels on the pavement."""
     cars = []
     kerb = EDGE + 0.15

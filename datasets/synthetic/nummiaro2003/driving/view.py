@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import FacetPose, Facets, Lens
@@ -276,7 +277,7 @@ class UprightCutout:
 
 
 def paint_cutout(
-    make: Callable[[np.random.Generator, float, float, float], Prop], random: np.random.Generator
+    make: Callable[[Generator, float, float, float], Prop], random: Generator
 ) -> Cutout:
     """Return an image of a street object, painted with METRE pixels per metre."""
     prop = make(random, 0.0, 1.0, METRE)

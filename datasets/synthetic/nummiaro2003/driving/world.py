@@ -6,6 +6,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import CarAt
@@ -92,7 +93,7 @@ class House:
 class Houses:
     """Houses that are drawn together: `facets` in world coordinates and their textures."""
 
-    def __init__(self, random: np.random.Generator, houses: Sequence[House]) -> None:
+    def __init__(self, random: Generator, houses: Sequence[House]) -> None:
         faces = [house.faces() for house in houses]
         self._owners = np.repeat(
             np.arange(len(houses)), [len(house_faces) for house_faces in faces]
@@ -119,7 +120,7 @@ class Houses:
 
 
 def sample_house(
-    random: np.random.Generator, x: float, z: float, width: float, depth: float, large: bool = False
+    random: Generator, x: float, z: float, width: float, depth: float, large: bool = False
 ) -> House:
     """Sample a house; if `large`, it is an office with a flat roof. All lengths are in metres."""
     return House(
@@ -140,7 +141,7 @@ def _projections(bay: float) -> list[list[list[float]]]:
             [[48.0, 0, 0, 0], [0, 60.0, 48.0, 0]]]  # fmt: skip
 
 
-def _look(random: np.random.Generator, bay: float) -> list[Array]:
+def _look(random: Generator, bay: float) -> list[Array]:
     """Return the textures of a style: ground floor (x and z walls), upper floors, roof."""
     colour = np.array(_WALLS[random.integers(len(_WALLS))]) * random.uniform(0.86, 1.06)
     grain = fractal(random, 512, 16, 256, 0.8)[: _WALL[1]]
@@ -153,9 +154,7 @@ def _look(random: np.random.Generator, bay: float) -> list[Array]:
     return [lower, lower, upper, upper, tiles]
 
 
-def _wall(
-    random: np.random.Generator, colour: Array, grain: Array, bay: float, ground: bool
-) -> Array:
+def _wall(random: Generator, colour: Array, grain: Array, bay: float, ground: bool) -> Array:
     """Return a wall texture of two storeys with windows; a `ground` floor also has doors."""
     wall = _WallSheet(colour, grain, bay)
     wide, tall = random.uniform(1.0, 1.5), random.uniform(1.25, 1.6)
@@ -218,12 +217,7 @@ class Panorama:
     """
 
     def __init__(
-        self,
-        random: np.random.Generator,
-        focal: float,
-        yaws: tuple[float, float],
-        width: int,
-        height: int,
+        self, random: Generator, focal: float, yaws: tuple[float, float], width: int, height: int
     ) -> None:
         self._start = yaws[0]
         self._focal = focal
@@ -243,7 +237,7 @@ class Panorama:
 
 
 def _with_trees(
-    random: np.random.Generator, picture: NDArray[np.uint8], base: int, metre: float
+    random: Generator, picture: NDArray[np.uint8], base: int, metre: float
 ) -> NDArray[np.uint8]:
     """Return a picture with trees along the row `base`; `metre` is the scale [pixels/metre]."""
     columns = np.arange(picture.shape[1])
@@ -292,7 +286,7 @@ def broken_line(
     ]
 
 
-def paint_ground_materials(random: np.random.Generator) -> Pictures:
+def paint_ground_materials(random: Generator) -> Pictures:
     """Return the textures of the ground materials, in the order of GROUND."""
     grain = fractal(random, _SIZE, 32, _SIZE // 2, 0.95)
     blots = fractal(random, _SIZE, 4, 16)

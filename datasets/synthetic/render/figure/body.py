@@ -5,6 +5,7 @@ the middle between chin and crown. The origin of a limb is its upper joint; the 
 """
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
@@ -42,7 +43,7 @@ _LINES = {
 _THICK = {"short": 0.009, "full": 0.017, "wreath": 0.006}
 
 
-def head(look: FigureLook, random: np.random.Generator) -> Solid:
+def head(look: FigureLook, random: Generator) -> Solid:
     """Return a head with its hair."""
     skull = loft(ROWS, _SKULL, 2.15)
     strands = _pattern(random, 32, 128, 0.9, stretched=4)
@@ -57,7 +58,7 @@ def head(look: FigureLook, random: np.random.Generator) -> Solid:
 
 
 def _pattern(
-    random: np.random.Generator, coarsest: int, finest: int, fall: float, stretched: int = 1
+    random: Generator, coarsest: int, finest: int, fall: float, stretched: int = 1
 ) -> Array:
     """Return vertically stretched fractal noise around the head, shape (ROWS, AROUND + 1)."""
     values = fractal(random, AROUND, coarsest, finest, fall)[np.arange(ROWS) // stretched]
@@ -96,7 +97,7 @@ def _with_features(skull: Array) -> Array:
     return np.asarray(skull + shifts)
 
 
-def _skin(look: FigureLook, skull: Array, random: np.random.Generator) -> Array:
+def _skin(look: FigureLook, skull: Array, random: Generator) -> Array:
     """Return the colours of face, ears and throat, with a beard and glasses if present."""
     x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
     before, aside = np.clip((z - 0.02) / 0.02, 0, 1), np.abs(x)
@@ -189,7 +190,7 @@ _COLLAR = (
 )
 
 
-def body(look: FigureLook, random: np.random.Generator) -> list[Solid]:
+def body(look: FigureLook, random: Generator) -> list[Solid]:
     """Return neck, collar, trunk, upper arms, forearms, hands and legs; left before right."""
     folds = _Folds(random)
     sleeve = np.asarray(look.shirt if look.bib else look.clothes, np.float64)
@@ -211,7 +212,7 @@ def body(look: FigureLook, random: np.random.Generator) -> list[Solid]:
 class _Folds:
     """Shading of cloth by broad folds, steep folds and grain."""
 
-    def __init__(self, random: np.random.Generator) -> None:
+    def __init__(self, random: Generator) -> None:
         self._random = random
         self._broad, self._slope = creases(random, AROUND)
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.colours import BGR
@@ -57,12 +58,12 @@ class FigureLook:
     stature: float  # [metres]
 
 
-def sample_skin(random: np.random.Generator) -> NDArray[np.float64]:
+def sample_skin(random: Generator) -> NDArray[np.float64]:
     """Sample a skin colour, BGR in [0, 255]."""
     return np.asarray(COMPLEXIONS[random.integers(len(COMPLEXIONS))][0], np.float64)
 
 
-def sample_figure_look(random: np.random.Generator) -> FigureLook:
+def sample_figure_look(random: Generator) -> FigureLook:
     """Sample the appearance of a person; all traits are independent."""
     skin, hairs = COMPLEXIONS[random.integers(len(COMPLEXIONS))]
     return FigureLook(

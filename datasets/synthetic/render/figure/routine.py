@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.path import smooth_step
@@ -52,7 +53,7 @@ class Routine:
     """Pose in every frame; arrays have the shape (n,) unless stated otherwise."""
 
     x: Array  # position of the head, to the right of the camera [metres]
-    z: Array  # distance of the head from the camera [metres]
+    z: Array  # position of the head, away from the camera [metres]
     crouch: Array  # distance by which the hips are lower than when standing [metres]
     heading: Array  # heading of the body: 0 is to the right, pi/2 towards the camera [radians]
     lean: Array  # angle of the trunk, from upright to forward [radians]
@@ -79,7 +80,7 @@ class _Operation:
     hands: Array
 
 
-def sample_routine(random: np.random.Generator) -> Routine:
+def sample_routine(random: Generator) -> Routine:
     """Sample consecutive operations for all frames."""
     operations = _sample_operations(random)
     headings = _continuous_headings([operation.facing for operation in operations])
@@ -111,7 +112,7 @@ def sample_routine(random: np.random.Generator) -> Routine:
     )
 
 
-def _sample_operations(random: np.random.Generator) -> list[_Operation]:
+def _sample_operations(random: Generator) -> list[_Operation]:
     # The first four operations face all four sides; all of them start before the last frame.
     others = random.permutation([AWAY, LEFT, RIGHT])
     facings = [FRONT, *others.tolist()]
@@ -137,7 +138,7 @@ def _sample_operations(random: np.random.Generator) -> list[_Operation]:
 
 
 def _sample_operation(
-    random: np.random.Generator, start: float, end: float, head: tuple[float, float], facing: float
+    random: Generator, start: float, end: float, head: tuple[float, float], facing: float
 ) -> _Operation:
     upright = not start or facing == AWAY
     lean = np.radians(random.uniform(2, 20) if upright else random.uniform(2, 42))
@@ -174,7 +175,7 @@ def _continuous_headings(facings: list[float]) -> list[float]:
 
 
 def _headings(
-    random: np.random.Generator, operations: list[_Operation], headings: list[float]
+    random: Generator, operations: list[_Operation], headings: list[float]
 ) -> tuple[Array, Array]:
     """Return the headings of body and head; the head turns earlier and faster."""
     time = np.arange(FRAMES, dtype=np.float64)
@@ -190,9 +191,7 @@ def _headings(
     return body, body + limit * np.tanh((head - body) / limit)
 
 
-def _sample_glances(
-    random: np.random.Generator, operations: list[_Operation]
-) -> tuple[Array, Array]:
+def _sample_glances(random: Generator, operations: list[_Operation]) -> tuple[Array, Array]:
     """Sample glances aside, up and down during operations."""
     time = np.arange(FRAMES, dtype=np.float64)
     aside, down = np.zeros(FRAMES), np.zeros(FRAMES)
@@ -207,7 +206,7 @@ def _sample_glances(
     return aside, down
 
 
-def _sample_gesture(random: np.random.Generator, operations: list[_Operation]) -> Array:
+def _sample_gesture(random: Generator, operations: list[_Operation]) -> Array:
     """Sample the motion of a hand to the face, in some scenes, while the face is visible."""
     time = np.arange(FRAMES, dtype=np.float64)
     hands = np.zeros((FRAMES, 2))

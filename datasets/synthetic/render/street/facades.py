@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.texture import fractal
@@ -30,9 +31,7 @@ ROOFS = ((60, 68, 96), (70, 66, 62), (84, 84, 90))
 FINE = 2  # supersampling per axis
 
 
-def backdrop(
-    random: np.random.Generator, height: int, width: int, scale: float, base: float
-) -> Picture:
+def backdrop(random: Generator, height: int, width: int, scale: float, base: float) -> Picture:
     """Return an image of adjacent houses and the sky above them, shape (height, width, 3).
 
     `scale` is in pixels/metre. The houses meet the ground at the row `base`.
@@ -54,7 +53,7 @@ def backdrop(
     return np.round(small * 0.90 + haze * 0.10).astype(np.uint8)
 
 
-def _sky(random: np.random.Generator, height: int, width: int, base: float) -> Picture:
+def _sky(random: Generator, height: int, width: int, base: float) -> Picture:
     clouds = fractal(random, 256, 2, 64, 0.6)
     stretched = cv2.resize(np.tile(clouds, (1, 2)), (width, height), interpolation=cv2.INTER_LINEAR)
     picture: Picture = _clouded(np.asarray(stretched), np.linspace(0, 1, height))
@@ -90,9 +89,7 @@ def _fill(picture: Picture, box: Box, colour: Array) -> None:
 class _Front:
     """Canvas for houses that meet the ground at the row `base`; `metre` is in pixels."""
 
-    def __init__(
-        self, random: np.random.Generator, picture: Picture, base: float, metre: float
-    ) -> None:
+    def __init__(self, random: Generator, picture: Picture, base: float, metre: float) -> None:
         self._random, self._picture = random, picture
         self._base, self._metre = base, metre
         self._grain = fractal(random, 512, 16, 256, 0.8)

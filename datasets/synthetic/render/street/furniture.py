@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.render.prop import Prop
@@ -12,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def post(
-    random: np.random.Generator, x: float, z: float, scale: float, thickness: float | None = None
+    random: Generator, x: float, z: float, scale: float, thickness: float | None = None
 ) -> Prop:
     """Return a lamp post or pillar that is taller than the image.
 
@@ -26,7 +27,7 @@ def post(
     return _stacked(x, z, colour, coverage, *wide)
 
 
-def sign(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def sign(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a round or square sign on a pole."""
     colour, coverage = _upright(2.2 * scale, 0.07 * scale, np.array([150.0, 152.0, 154.0]))
     radius = random.uniform(0.26, 0.34) * scale
@@ -40,7 +41,7 @@ def sign(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     return _stacked(x, z, face, plate, colour, coverage)
 
 
-def litter_bin(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def litter_bin(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a litter bin."""
     paint = np.array(
         [[58, 84, 44], [60, 58, 58], [120, 70, 40], [44, 110, 150]][random.integers(4)]
@@ -52,7 +53,7 @@ def litter_bin(random: np.random.Generator, x: float, z: float, scale: float) ->
     return _stacked(x, z, lid, lid_cover, body, cover)
 
 
-def _metal(random: np.random.Generator) -> Array:
+def _metal(random: Generator) -> Array:
     tone = random.uniform(60, 150)
     return np.array([tone, tone * random.uniform(0.98, 1.06), tone * 0.97])
 
@@ -84,7 +85,7 @@ GREENS = ((44, 98, 72), (40, 84, 60), (52, 118, 96), (34, 76, 62), (48, 108, 120
 _LIGHT = np.array([-0.45, -0.65, 0.6])
 
 
-def tree(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def tree(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a street tree of 5 to 8 metres at (x, z) [metres]; `scale` is in pixels/metre."""
     tall, wide = random.uniform(5.0, 7.5), random.uniform(2.8, 4.4)
     stem = random.uniform(2.0, 2.7)
@@ -109,7 +110,7 @@ def tree(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     return Prop(x, z, colour, coverage, foot)
 
 
-def bush(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def bush(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a low bush, wider than high."""
     tall, wide = random.uniform(0.7, 1.3), random.uniform(1.2, 2.4)
     height, width = round((tall + 0.4) * scale), round((wide + 0.6) * scale)
@@ -128,7 +129,7 @@ def bush(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 
 
 def _clump(
-    random: np.random.Generator,
+    random: Generator,
     colour: Array,
     coverage: Array,
     centre: tuple[float, float],
@@ -182,7 +183,7 @@ def _paint_leaves(
 
 
 def _trunk(
-    random: np.random.Generator,
+    random: Generator,
     colour: Array,
     coverage: Array,
     middle: float,
@@ -246,7 +247,7 @@ _METAL = (
 )  # fmt: skip
 
 
-def car(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+def car(random: Generator, x: float, z: float, scale: float) -> Prop:
     """Return a small car that is parked along the kerb, in a random direction.
 
     The centre of the car is at (x, z) [metres]; `scale` is the scale at the depth z [pixels/metre].
@@ -266,7 +267,7 @@ def car(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
 
 
 def _paint_car(
-    random: np.random.Generator, size: tuple[int, int], foot: float, metre: float
+    random: Generator, size: tuple[int, int], foot: float, metre: float
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Return image and mask of a car that stands at the row `foot`; `metre` is in pixels."""
     picture, mask = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint8)
@@ -304,7 +305,7 @@ def _paint_car(
 
 
 def _paint_wheel(
-    random: np.random.Generator,
+    random: Generator,
     picture: NDArray[np.uint8],
     mask: NDArray[np.uint8],
     hub: list[int],

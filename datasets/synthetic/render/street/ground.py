@@ -5,6 +5,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, pebbles
@@ -26,7 +27,7 @@ _SIZE = 512
 class TreeShade:
     """Light on and above the ground: dappled below trees, or 1, which does not use `random`."""
 
-    def __init__(self, random: np.random.Generator, light: Light) -> None:
+    def __init__(self, random: Generator, light: Light) -> None:
         self.light = light
         if light == "even":
             return
@@ -74,7 +75,7 @@ class Band:
     side: float  # length that a side of the texture covers [metres]
 
 
-def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[Band]:
+def street_bands(random: Generator, kerb: float, end: float) -> list[Band]:
     """Return pavement up to `kerb`, a road, and pavement up to the houses at `end` [metres]."""
     stones = paving(random, SIDE)
     worn = stones.mean(axis=(0, 1))
@@ -100,20 +101,20 @@ def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[B
     ]
 
 
-def asphalt(random: np.random.Generator, grey: tuple[float, float, float], blots: float) -> Array:
+def asphalt(random: Generator, grey: tuple[float, float, float], blots: float) -> Array:
     """Return grainy asphalt with a mean colour `grey` (BGR) and blots of a strength."""
     tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + blots * fractal(random, SIDE, 2, 16)
     return np.array(grey) * random.uniform(0.85, 1.2) * tone[..., None]
 
 
-def kerbstones(random: np.random.Generator) -> Array:
+def kerbstones(random: Generator) -> Array:
     """Return a row of stones along a kerb."""
     stones = np.full((SIDE, SIDE, 3), 168.0) * (1 + 0.05 * fractal(random, SIDE, 8, 256))[..., None]
     stones[:, :: SIDE // 4] *= 0.75
     return stones
 
 
-def _slabs(random: np.random.Generator) -> Array:
+def _slabs(random: Generator) -> Array:
     rows, columns = np.indices((SIDE, SIDE))
     cell = SIDE // 6
     joint = (rows % cell < 4) | ((columns + (rows // cell % 2) * (cell // 2)) % cell < 4)
@@ -124,7 +125,7 @@ def _slabs(random: np.random.Generator) -> Array:
 
 
 def ground_rows(
-    random: np.random.Generator,
+    random: Generator,
     bands: list[Band],
     shade: TreeShade,
     camera: Viewpoint,

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.synthetic.render.path import random_positions
@@ -146,7 +147,7 @@ class Street:
         )
         return rows, self._first_row
 
-    def _bands(self, random: np.random.Generator) -> list[Band]:
+    def _bands(self, random: Generator) -> list[Band]:
         return street_bands(random, KERB, HOUSES)
 
     @property

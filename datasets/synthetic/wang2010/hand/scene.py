@@ -16,6 +16,7 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Image, Mask
@@ -37,7 +38,7 @@ TEXELS = 10.0  # texels per centimetre
 WRIST_ROW = 226  # texture row of the wrist
 
 
-def hand_textures(random: np.random.Generator, side: int) -> Array:
+def hand_textures(random: Generator, side: int) -> Array:
     """Return the light gains of skin and cloth, shape (2, SIDE, SIDE); see `setting.paint`.
 
     `side` is 1 for a right hand and -1 for a left hand.
@@ -82,7 +83,7 @@ class HandPose:
     bend: Array  # (FINGERS, 3, n): bending of each joint towards the palm
 
 
-def sample_path(random: np.random.Generator, side: int) -> Array:
+def sample_path(random: Generator, side: int) -> Array:
     """Sample positions relative to the position in frame `CENTRED`, shape (FRAMES, 2) [pixels].
 
     The hand moves to the right if `side` is 1, and to the left if it is -1. It is faster in the
@@ -100,7 +101,7 @@ def sample_path(random: np.random.Generator, side: int) -> Array:
     return np.asarray(path - path[CENTRED])
 
 
-def sample_pose(random: np.random.Generator, path: Array) -> HandPose:
+def sample_pose(random: Generator, path: Array) -> HandPose:
     """Sample a relaxed hand with closed fingers on a path of `sample_path`.
 
     The tilt of the forearm grows with the distance that it must reach.

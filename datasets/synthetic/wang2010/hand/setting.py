@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image
@@ -220,7 +221,7 @@ SEAS = np.array([[92, 62, 34], [146, 108, 58], [190, 172, 132], [222, 214, 200]]
 _sample_paint = partial(sample_colour, spread=0.05)  # small variation, which preserves the hue
 
 
-def office(random: np.random.Generator, width: int, height: int) -> Image:
+def office(random: Generator, width: int, height: int) -> Image:
     """Return an image of a wall with a shelf, a picture, a cupboard, and a plant or a pinboard."""
     wall = _wall(random, width, height)
     across, up = width / SCALE, height / SCALE
@@ -237,7 +238,7 @@ def office(random: np.random.Generator, width: int, height: int) -> Image:
     return _reduced(wall)
 
 
-def _wall(random: np.random.Generator, width: int, height: int) -> Image:
+def _wall(random: Generator, width: int, height: int) -> Image:
     """Return a painted wall with grain and blotches, lighter towards a window on one side."""
     tone = 1 + 0.025 * fractal(random, SIDE, 32, 256, 0.9) + 0.03 * fractal(random, SIDE, 2, 16)
     tone = np.tile(tone, (1, 2))[: height * FINE, : width * FINE]
@@ -258,7 +259,7 @@ def _reduced(picture: Image) -> Image:
     return np.asarray((both + total // 2) // total, np.uint8)
 
 
-def _rail(painting: Painting, up: float, across: float, random: np.random.Generator) -> None:
+def _rail(painting: Painting, up: float, across: float, random: Generator) -> None:
     y = up - random.uniform(0.16, 0.24)
     painting.plate(-0.1, y, across + 0.2, 0.07, (206, 200, 190), 0.008)
     for x in random.uniform(0.1, across - 0.2, 2):
@@ -266,9 +267,7 @@ def _rail(painting: Painting, up: float, across: float, random: np.random.Genera
         painting.disc(x + 0.027, y + 0.035, 0.012, (120, 114, 106))
 
 
-def _cupboard(
-    painting: Painting, random: np.random.Generator, across: float, up: float, left: bool
-) -> None:
+def _cupboard(painting: Painting, random: Generator, across: float, up: float, left: bool) -> None:
     colour = _sample_paint(random, FURNITURE)
     width, top = random.uniform(0.40, 0.50), random.uniform(0.56, 0.66)
     x = across - width + 0.04 if left else -0.04
@@ -281,7 +280,7 @@ def _cupboard(
         )
 
 
-def _shelf(painting: Painting, random: np.random.Generator, across: float, left: bool) -> None:
+def _shelf(painting: Painting, random: Generator, across: float, left: bool) -> None:
     width, y = random.uniform(0.38, 0.48), random.uniform(0.33, 0.40)
     x = across - width - 0.02 if left else 0.02
     books = Painting(painting.picture, painting.scale, x + 0.02, y)
@@ -300,9 +299,7 @@ def _shelf(painting: Painting, random: np.random.Generator, across: float, left:
     painting.darken(x + 0.01, y + 0.022, width, 0.05, 0.84)
 
 
-def _binders(
-    painting: Painting, random: np.random.Generator, x: float, bottom: float, width: float
-) -> None:
+def _binders(painting: Painting, random: Generator, x: float, bottom: float, width: float) -> None:
     end = x + width
     while x < end:
         back = _sample_paint(random, BACKS[:6])
@@ -311,7 +308,7 @@ def _binders(
         x += 0.041
 
 
-def _framed_picture(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
+def _framed_picture(painting: Painting, random: Generator, x: float, y: float) -> None:
     width, height, rim = random.uniform(0.30, 0.38), random.uniform(0.22, 0.28), 0.018
     painting.plate(
         x, y, width, height, _sample_paint(random, ((46, 42, 40), (112, 102, 90))), 0.014
@@ -330,7 +327,7 @@ def _framed_picture(painting: Painting, random: np.random.Generator, x: float, y
     view[:] = np.clip(lerp(ramp(line, SEAS), land, 30 * hills), 0, 255).astype(np.uint8)
 
 
-def _plant(painting: Painting, random: np.random.Generator, x: float, up: float) -> None:
+def _plant(painting: Painting, random: Generator, x: float, up: float) -> None:
     for _ in range(38):
         angle, length = random.uniform(-1.0, 1.0), random.uniform(0.16, 0.46)
         bow = random.uniform(0.02, 0.10) * np.sign(angle)
@@ -344,7 +341,7 @@ def _plant(painting: Painting, random: np.random.Generator, x: float, up: float)
         painting.line(list(zip(along.tolist(), high.tolist(), strict=True)), 0.003, (84, 146, 96))
 
 
-def _pinboard(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
+def _pinboard(painting: Painting, random: Generator, x: float, y: float) -> None:
     painting.plate(x, y, 0.30, 0.26, _sample_paint(random, ((120, 92, 62), (88, 104, 74))), 0.010)
     for column in range(3):
         for row in range(2):
@@ -374,7 +371,7 @@ SHIRTS: tuple[BGR, ...] = ((214, 208, 200), (176, 150, 118), (150, 142, 130), (8
 CUTS: tuple[Cut, ...] = ("short", "short", "full", "full", "wreath")
 
 
-def sample_person(random: np.random.Generator) -> FigureLook:
+def sample_person(random: Generator) -> FigureLook:
     """Sample a clean-shaven person whose clothes do not have the colour of skin."""
     return replace(
         sample_figure_look(random),
@@ -387,7 +384,7 @@ def sample_person(random: np.random.Generator) -> FigureLook:
 
 
 def portrait(
-    random: np.random.Generator, look: FigureLook, lamp: Array, head: float, size: tuple[int, int]
+    random: Generator, look: FigureLook, lamp: Array, head: float, size: tuple[int, int]
 ) -> Sprite:
     """Render head and shoulders of a person with the face in the centre.
 
@@ -410,7 +407,7 @@ def portrait(
     return Sprite(black / np.maximum(coverage, 1 / 255)[..., None], coverage)
 
 
-def _sitting(random: np.random.Generator, look: FigureLook, eye: float) -> Routine:
+def _sitting(random: Generator, look: FigureLook, eye: float) -> Routine:
     """Return a routine of two equal frames: the person faces the camera with hanging arms."""
     ahead = np.pi / 2
     heading, turn = ahead + np.radians(random.uniform(-14, 14, 2) * [1.0, 0.6])

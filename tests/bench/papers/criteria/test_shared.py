@@ -9,7 +9,7 @@ from trackmark.bench.papers.criteria import shared as criteria
 from trackmark.bench.papers.scene_check import Criterion, CriterionValue
 
 
-def test_speeds_are_those_of_the_box_centres():
+def test_speeds_are_displacements_of_box_centres():
     scene = moving([20, 20, 20, 26], [30, 30.5, 33.5, 41.5])
     assert criteria.speeds(scene) == pytest.approx([0.5, 3, 10])
     assert criteria.slow_share(scene, limit=1) == pytest.approx(1 / 3)

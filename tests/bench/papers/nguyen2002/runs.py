@@ -19,7 +19,7 @@ def true_boxes():
     return np.stack([x, y, 60 + 0.3 * np.sin(0.7 * k), 80 + 0.4 * np.sin(0.7 * k)], 1)
 
 
-def made_run(*events, off_target=(), **parameters):
+def build_run(*events, off_target=(), **parameters):
     """Return a run that declared `events`: first frame, last frame, and frame of return or None.
 
     In the frames `off_target`, boxes are 100 px off the target. `parameters` are of the tracker.
@@ -72,7 +72,7 @@ def _details(events):
     return {name: np.r_[np.nan, values] for name, values in pd.DataFrame(rows).items()}
 
 
-def made_truth(*hidden, visible=0.0, off=None):
+def build_truth(*hidden, visible=0.0, off=None):
     """Return the ground truth of the target, hidden in frame ranges that include their ends.
 
     The lamp is off from frame `off[0]` to before frame `off[1]`.

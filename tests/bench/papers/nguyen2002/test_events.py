@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.bench.papers.nguyen2002.runs import made_run
+from tests.bench.papers.nguyen2002.runs import build_run
 from tests.trackers.references.nguyen2002 import track_offline
 from trackmark import bench, datasets
 from trackmark.bench.papers.nguyen2002.events import Declared, Hidden, declared_in, hidden_in
@@ -29,12 +29,12 @@ from trackmark.bench.papers.nguyen2002.events import Declared, Hidden, declared_
     ],
 )
 def test_events_are_those_that_the_tracker_reports(events):
-    assert declared_in(made_run(*events)) == [Declared(*event) for event in events]
+    assert declared_in(build_run(*events)) == [Declared(*event) for event in events]
 
 
 @pytest.mark.parametrize("events", [[(30, 41, 65), (80, 85, 115)], [(100, 105, None)]])
 def test_events_do_not_depend_on_boxes_in_equal_steps(events):
-    run, first = made_run(*events), events[0][0] - 1
+    run, first = build_run(*events), events[0][0] - 1
     run.revised[first:] = run.revised[first] + np.arange(120 - first)[:, None]
     assert declared_in(run)[: len(events)] == [Declared(*event) for event in events]
 
@@ -49,17 +49,17 @@ def test_events_do_not_depend_on_boxes_in_equal_steps(events):
 )
 def test_event_after_one_open_at_the_end_is_read_off_boxes(parameters, events):
     first, second = events
-    run = made_run(first, **parameters)
-    run.revised[second[0] - 2 :] = made_run(second).revised[second[0] - 2 :]
+    run = build_run(first, **parameters)
+    run.revised[second[0] - 2 :] = build_run(second).revised[second[0] - 2 :]
     assert declared_in(run) == [Declared(*event) for event in events]
 
 
 def test_events_without_a_frame_to_report_are_read_off_boxes():
     events = [(80, 91, 119), (95, 106, 119), (107, 112, 119)]
-    run = made_run(*events)
+    run = build_run(*events)
     for beginning, end, _ in events[1:]:
         hidden = slice(beginning, end + 1)
-        run.revised[hidden] = made_run((beginning, end, None)).revised[hidden]
+        run.revised[hidden] = build_run((beginning, end, None)).revised[hidden]
     assert declared_in(run) == [Declared(*event) for event in events]
 
 

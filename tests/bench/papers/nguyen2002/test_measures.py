@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.bench.papers.nguyen2002.runs import made_run, made_truth
+from tests.bench.papers.nguyen2002.runs import build_run, build_truth
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import JudgedRun, find_measure
 from trackmark.bench.papers.nguyen2002.figures import chosen_frames
@@ -17,7 +17,7 @@ def value(text, run, truth):
 
 
 def test_kept_counts_clear_frames_and_the_last_five():
-    truth = made_truth((40, 60), visible=0.89)
+    truth = build_truth((40, 60), visible=0.89)
     clear = 120 - 1 - 21
     few = range(1, 1 + int(0.1 * clear))
     for lost_frames, expected in (
@@ -29,21 +29,21 @@ def test_kept_counts_clear_frames_and_the_last_five():
         ((114,), 1.0),
         ((0,), 1.0),  # the frame of the init box does not count
     ):
-        assert value("kept", made_run(off_target=lost_frames), truth) == expected, lost_frames
+        assert value("kept", build_run(off_target=lost_frames), truth) == expected, lost_frames
 
 
 def test_occlusion_is_detected_if_declared_and_the_target_found():
-    truth = made_truth((30, 45))
+    truth = build_truth((30, 45))
     for run, revised, online in (
-        (made_run((31, 50, 66)), 1, 1),
-        (made_run((31, 36, 66)), 0, 1),  # not in view at the end
-        (made_run((31, 50, 66), off_target=(50,)), 0, 1),
-        (made_run((31, 50, 66), off_target=(66,)), 1, 0),
-        (made_run((28, 47, 63), (70, 75, 105)), 1, 1),
-        (made_run((27, 46, 62)), 0, 0),
-        (made_run(), 0, 0),
+        (build_run((31, 50, 66)), 1, 1),
+        (build_run((31, 36, 66)), 0, 1),  # not in view at the end
+        (build_run((31, 50, 66), off_target=(50,)), 0, 1),
+        (build_run((31, 50, 66), off_target=(66,)), 1, 0),
+        (build_run((28, 47, 63), (70, 75, 105)), 1, 1),
+        (build_run((27, 46, 62)), 0, 0),
+        (build_run(), 0, 0),
         # The last of several declared occlusions decides.
-        (made_run((30, 35, 65), (40, 59, 75)), 1, 1),
+        (build_run((30, 35, 65), (40, 59, 75)), 1, 1),
     ):
         assert value("detected", run, truth) == revised
         assert value("detected:trace=online", run, truth) == online
@@ -51,10 +51,10 @@ def test_occlusion_is_detected_if_declared_and_the_target_found():
 
 
 def test_occlusion_open_at_the_end_is_not_detected_online():
-    run, truth = made_run((100, 111, None)), made_truth((99, 108))
+    run, truth = build_run((100, 111, None)), build_truth((99, 108))
     assert value("detected", run, truth) == 1
     assert value("detected:trace=online", run, truth) == 0
-    never = made_run((117, None, None)), made_truth((116, 119))
+    never = build_run((117, None, None)), build_truth((116, 119))
     assert value("detected", *never) == 0
 
 
@@ -62,30 +62,30 @@ def test_occlusion_open_at_the_end_is_not_detected_online():
     ("loss", "at_switch"), [(50, 1), (47, 1), (53, 1), (54, 0), (88, 1), (96, 0)]
 )
 def test_loss_within_three_frames_of_a_switch_counts(loss, at_switch):
-    run = made_run(off_target=range(loss, 120))
-    assert value("lost_at_switch", run, made_truth(off=(50, 90))) == at_switch
+    run = build_run(off_target=range(loss, 120))
+    assert value("lost_at_switch", run, build_truth(off=(50, 90))) == at_switch
 
 
 def test_loss_within_a_declared_occlusion_began_with_it():
-    run = made_run((51, 62, 86), off_target=range(58, 120))
-    assert value("lost_at_switch", run, made_truth(off=(50, 90))) == 1
+    run = build_run((51, 62, 86), off_target=range(58, 120))
+    assert value("lost_at_switch", run, build_truth(off=(50, 90))) == 1
 
 
 def test_box_stays_if_most_clear_frames_after_the_switch_overlap():
-    truth = made_truth((60, 64), visible=0.5, off=(50, 90))
-    assert value("stays_at_switch", made_run(off_target=(49, 55, 62, 70)), truth) == 1
-    assert value("stays_at_switch", made_run(off_target=(55, 69)), truth) == 0
+    truth = build_truth((60, 64), visible=0.5, off=(50, 90))
+    assert value("stays_at_switch", build_run(off_target=(49, 55, 62, 70)), truth) == 1
+    assert value("stays_at_switch", build_run(off_target=(55, 69)), truth) == 0
 
 
 def test_failed_run_tracks_and_detects_nothing():
-    run = SimpleNamespace(**{**vars(made_run((31, 50, 66))), "failure": "frame 3: no"})
+    run = SimpleNamespace(**{**vars(build_run((31, 50, 66))), "failure": "frame 3: no"})
     run.boxes_in = lambda trace: run.boxes
-    truth = made_truth((30, 45))
+    truth = build_truth((30, 45))
     assert value("kept", run, truth) == value("detected", run, truth) == 0
 
 
 def test_figure_shows_an_occlusion_and_the_switches():
-    frames = chosen_frames(made_truth((30, 40), off=(60, 80)))
+    frames = chosen_frames(build_truth((30, 40), off=(60, 80)))
     assert frames == {
         27: "a) before",
         35: "b) hidden",

@@ -1,0 +1,378 @@
+"""Walking scenes: ground truth, `stress/twin`, paths and walkers."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.datasets.synthetic.scenes import SEEDS, unless_sealed
+from trackmark import datasets
+from trackmark.datasets.synthetic.multipart import casting, routes
+from trackmark.datasets.synthetic.multipart.designs import DESIGNS
+from trackmark.datasets.synthetic.multipart.look import WalkerLook
+from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
+from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
+from trackmark.datasets.synthetic.render import views
+from trackmark.datasets.synthetic.render.prop import visible_part
+from trackmark.datasets.synthetic.render.views import (
+    FRAMES_PER_SECOND,
+    straight_path,
+    walk_through_points,
+)
+
+pytestmark = unless_sealed("multipart/1", "stress/twin")
+
+
+@pytest.fixture(scope="module", params=["1", "2", "5", "8"])
+def sequence(request):
+    return datasets.load(f"multipart/{request.param}")
+
+
+def test_lengths_and_sizes_equal_the_papers():
+    summaries = [datasets.summary(f"multipart/{number}") for number in range(1, 9)]
+    assert [summary.length for summary in summaries] == [788, 534, 1315, 1308, 300, 269, 377, 229]
+    assert {summary.size for summary in summaries} == {(640, 480)}
+
+
+def test_boxes_and_full_regions_have_body_proportions(sequence):
+    x, y, height = sequence.frames.plan.places[0].T
+    box = np.stack([x - 0.12 * height, y - height + 0.14 * height, 0.24 * height, 0.78 * height])
+    full = np.stack([x - 0.13 * height, y - height, 0.26 * height, height])
+    np.testing.assert_allclose(sequence.boxes, box.T, atol=1e-9)
+    np.testing.assert_allclose(sequence.regions["full"], full.T, atol=1e-9)
+
+
+def test_places_follow_the_pinhole_model(sequence):
+    plan = sequence.frames.plan
+    for frame in (0, len(plan) // 3, len(plan) - 1):
+        camera = plan.views[frame]
+        for person, place in zip(plan.people, plan.places[:, frame], strict=True):
+            x, z = person.course.x[frame], person.course.z[frame]
+            column = 320 + camera.shift_x + 700 * (x - camera.x) / z
+            row = camera.horizon + camera.shift_y + 700 * camera.eye / z
+            assert place == pytest.approx([column, row, 700 * person.stature / z], abs=1 / 64)
+
+
+def test_walking_target_is_present_in_all_frames(sequence):
+    assert sequence.present.all()
+    assert (sequence.visibility[:20] > 0.95).all()
+    assert (sequence.visibility[-10:] > 0.9).all()
+    assert sequence.attributes["out_of_view"].mean() < 0.12
+    following = DESIGNS[sequence.name[-1]].follows
+    assert sequence.attributes["occlusion"].any() != following
+    assert (sequence.visibility < 0.1).sum() < 30
+    assert sequence.attributes["turning"].any()
+    assert sequence.attributes["clutter"].any()
+    assert not sequence.attributes["shade"].any()
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [("multipart/5", 0.4, 0.9), ("multipart/7:scene=1", 0.4, 0.9)]
+    + [("stress/pillar", 0.0, 0.25), ("stress/pillar:number=7:scene=1", 0.0, 0.25)],
+)
+def test_post_hides_a_part_and_pillar_most_of_the_target(name, least, most):
+    sequence = datasets.load(name)
+    plan = sequence.frames.plan
+    (post,) = plan.posts
+    column = plan.views.still.column(post.x, post.z)
+    behind = np.abs(plan.places[0, :, 0] - column) < 3
+    assert behind.any()
+    assert (sequence.visibility[behind] >= least).all()
+    assert (sequence.visibility[behind] < most).all()
+    assert sequence.visibility[behind].size < 30
+
+
+coverages = st.builds(
+    lambda left, top, height, width, seed: (
+        left,
+        top,
+        np.random.default_rng(seed).integers(0, 256, (height, width), dtype=np.uint8),
+    ),
+    st.integers(-20, 650),
+    st.integers(-20, 490),
+    st.integers(1, 30),
+    st.integers(1, 30),
+    st.integers(0, 99),
+)
+
+
+@settings(max_examples=80, deadline=None)
+@given(target=coverages, others=st.lists(coverages, max_size=3))
+def test_visible_part_agrees_with_slow_reference(target, others):
+    def whole(coverage):
+        picture = np.zeros((600, 800))
+        left, top, alpha = coverage
+        picture[50 + top : 50 + top + len(alpha), 50 + left : 50 + left + alpha.shape[1]] = alpha
+        return picture[50:530, 50:690]
+
+    expected = whole(target)
+    for other in others:
+        expected = expected * (1 - whole(other) / 255)
+    left, top, seen = visible_part(target, others)
+    result = np.zeros((480, 640))
+    result[top : top + len(seen), left : left + seen.shape[1]] = seen
+    assert np.abs(result - expected).max() <= 0.5 * len(others) + 1e-9
+
+
+@settings(max_examples=4, deadline=None)
+@given(seed=SEEDS, number=st.sampled_from("5678"))
+def test_fixed_scenes_have_short_occlusions_and_clear_start(seed, number):
+    plan = multipart_plan(number, seed)
+    boxes, seen = plan.measured
+    assert boxes.shape == (len(plan), 4)
+    assert (seen[:10] > 0.85).all()
+    assert seen.min() < 0.7
+    hidden = np.diff(np.flatnonzero(np.diff(seen < 0.3, prepend=False, append=False)))[::2]
+    assert (hidden < 8).all()  # duration of a passing person
+    assert (seen < 0.9).mean() < 0.4
+
+
+def test_background_of_followed_target_changes_rapidly(sequence):
+    if DESIGNS[sequence.name[-1]].follows:
+        first, second = (sequence[frame][100:220].astype(int) for frame in (300, 340))
+        assert np.abs(first - second).mean() > 12
+
+
+def twin(**parameters):
+    return datasets.load(":".join(["stress/twin", *(f"{k}={v}" for k, v in parameters.items())]))
+
+
+@settings(max_examples=6, deadline=None)
+@given(seed=SEEDS, distance=st.one_of(st.just(0), st.floats(0, 3).map(lambda d: round(d, 3))))
+def test_twin_reaches_the_requested_distance(seed, distance):
+    sequence = twin(scene=seed, distance=distance)
+    target, second = sequence.frames.plan.places
+    apart = np.abs(second[:, 0] - target[:, 0]) / sequence.boxes[:, 2]
+    assert apart.min() == pytest.approx(distance, abs=0.01)
+    assert apart.argmin() == pytest.approx(75, abs=4)
+    assert (sequence.visibility[:20] == 1).all()
+    assert (sequence.visibility[-20:] == 1).all()
+    if distance == 0:  # the second person can be narrower
+        assert sequence.visibility.min() < 0.4
+    if distance >= 2:
+        assert (sequence.visibility == 1).all()
+    assert sequence.present.all()
+    assert not sequence.attributes["out_of_view"].any()
+
+
+@pytest.mark.parametrize("distance", [0, pytest.param(1.5, marks=pytest.mark.slow)])
+def test_twin_variants_differ_only_in_clothes(distance):
+    same, other = (twin(distance=distance, twin=kind, scene=1) for kind in ("same", "other"))
+    assert (same.boxes == other.boxes).all()
+    assert (same.visibility == other.visibility).all()
+    assert all((same.regions[key] == other.regions[key]).all() for key in same.regions)
+    plan = same.frames.plan
+    for frame in (75, 110):
+        changed = (same[frame] != other[frame]).any(axis=2)
+        left, top, alpha = plan.coverage(1, frame)
+        rows, columns = np.nonzero(changed)
+        reach = 6  # extent of the blur
+        assert (rows >= top - 2).all()
+        assert (rows < top + len(alpha) + 2).all()
+        assert (columns >= left - reach).all()
+        assert (columns < left + alpha.shape[1] + reach).all()
+    assert (same[75] != other[75]).any()
+
+
+def test_twin_wears_the_same_or_clearly_other_clothes():
+    same, other = (twin(twin=kind, scene=2).frames.plan for kind in ("same", "other"))
+    target, double = (person.look for person in same.people)
+    unlike = other.people[1].look
+    assert (other.people[0].look, other.people[0].seed) == (target, same.people[0].seed)
+    assert (double.shirt, double.trousers) == (target.shirt, target.trousers)
+    for garment in (unlike.shirt, unlike.trousers):
+        for worn in (target.shirt, target.trousers):
+            assert np.abs(np.subtract(garment, worn)).max() > 25
+    unchanged = ("hair", "skin", "shoes", "weave", "long_hair", "hem", "bulk", "loose", "bag")
+    assert all(getattr(unlike, key) == getattr(double, key) for key in unchanged)
+
+
+def test_twin_distance_changes_only_the_second_person():
+    near, far = twin(distance=0), twin(distance=3)
+    assert (near.boxes == far.boxes).all()
+    assert near.frames.plan.people[0].look == far.frames.plan.people[0].look
+    assert near.frames.plan.seed == far.frames.plan.seed
+
+
+FOLLOWED = [design for design in DESIGNS.values() if design.follows]
+FIXED = [design for design in DESIGNS.values() if not design.follows]
+
+
+def columns(seen, course):
+    """Return the image column of a walker's axis in every frame."""
+    return np.array([seen[t].column(course.x[t], course.z[t]) for t in range(len(course.x))])
+
+
+def test_straight_path_has_matching_speed_gait_and_heading():
+    course = straight_path(100, 40, (2.0, 8.0), (-1.3, 0.0), 0.25)
+    assert (course.x[40], course.z[40]) == (2.0, 8.0)
+    assert np.diff(course.x) * FRAMES_PER_SECOND == pytest.approx(-1.3)
+    assert np.abs(course.heading) == pytest.approx(np.pi, abs=0.02)
+    assert course.stride == pytest.approx(1)
+    assert course.phase[0] == pytest.approx(0.25, abs=0.01)
+    assert np.diff(course.phase).mean() * FRAMES_PER_SECOND == pytest.approx(1.3 / 1.42, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("goal", "heading"), [((9, 5), 0), ((0, -9), np.pi / 2), ((0, 19), -np.pi / 2)]
+)
+def test_heading_points_to_the_camera_for_falling_depth(goal, heading):
+    course = walk_through_points(40, (0.0, 5.0), iter([goal]), 1.2, 0.0)
+    assert course.heading == pytest.approx(heading, abs=0.02)
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=SEEDS, design=st.sampled_from(FOLLOWED))
+def test_followed_target_stays_in_view_and_depth_range(seed, design):
+    random = np.random.default_rng(seed)
+    course = routes.sample_followed_path(random, design)
+    seen = views.sample_following_views(random, course)
+    assert len(course.x) == design.length
+    assert (course.z > design.depths[0] - 0.6).all()
+    assert (course.z < design.depths[1] + 0.6).all()
+    place = columns(seen, course)
+    assert (place > 110).all()
+    assert (place < 530).all()
+    assert place.std() > 25  # not always in the middle
+    assert np.abs(np.diff(seen.x)).max() < 0.16
+    assert np.abs(np.diff(seen.shift_x)).max() > 3  # quick turns
+    assert np.ptp(course.heading) > np.pi / 2
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=SEEDS, number=st.sampled_from(["1", "4"]))
+def test_followed_target_changes_size_by_a_third(seed, number):
+    z = routes.sample_followed_path(np.random.default_rng(seed), DESIGNS[number]).z
+    assert 1.3 < z.max() / z.min() < 2.3
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=SEEDS, design=st.sampled_from(FIXED))
+def test_target_of_fixed_camera_stays_completely_in_view(seed, design):
+    random = np.random.default_rng(seed)
+    seen = views.sample_fixed_views(random, design.length)
+    course = routes.sample_path_in_view(random, design, seen)
+    place = columns(seen, course)
+    assert (place > 20).all()
+    assert (place < 620).all()
+    assert np.ptp(place) > 150
+    assert seen.still.row(0.0, course.z).max() < 480
+    assert seen[0] == seen[design.length - 1] == seen.still
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=SEEDS, design=st.sampled_from(FIXED))
+def test_path_before_target_occludes_at_the_requested_time(seed, design):
+    random = np.random.default_rng(seed)
+    seen = views.sample_fixed_views(random, design.length)
+    target = routes.sample_path_in_view(random, design, seen)
+    when = design.length * 0.5
+    course = routes.sample_path_before_target(random, seen, target, [], when)
+    crossing = np.abs(columns(seen, course) - columns(seen, target))
+    first = int(when - 0.05 * design.length) - 1
+    last = int(when + 0.05 * design.length) + 2
+    near = np.arange(first, last)[crossing[first:last].argmin()]
+    assert crossing[near] < 5
+    assert course.z[near] < target.z[near] - 0.6
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=SEEDS, distance=st.floats(0, 3))
+def test_path_beside_target_reaches_the_requested_distance(seed, distance):
+    random = np.random.default_rng(seed)
+    seen = views.sample_fixed_views(random, 150)
+    target = straight_path(150, 75, (0.0, 8.0), (0.55, 0.0), 0.0)
+    width = 0.24 * 1.75 * seen.still.scale(target.z)
+    twin = routes.sample_path_beside_target(random, seen, target, width, distance)
+    apart = np.abs(columns(seen, twin) - columns(seen, target)) / width
+    assert apart.min() == pytest.approx(distance, abs=1e-6)
+    assert apart.argmin() == 75
+    assert apart[0] > distance + 4
+    assert (twin.z < target.z - 0.5).all()
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=SEEDS)
+def test_overtaking_path_keeps_distance_and_passes_once(seed):
+    random = np.random.default_rng(seed)
+    seen = views.sample_fixed_views(random, 300)
+    target = routes.sample_path_in_view(random, DESIGNS["5"], seen)
+    course = routes.sample_overtaking_path(random, seen, target, [], 150, 0.9)
+    apart = np.hypot(course.x - target.x, course.z - target.z)
+    assert apart.min() > routes.ELBOW_ROOM
+    near = np.flatnonzero(np.abs(course.x - target.x) < 1.5)
+    assert 50 < len(near) < 120
+
+
+@settings(max_examples=8, deadline=None)
+@given(seed=SEEDS)
+def test_crossing_path_passes_before_the_target_in_time(seed):
+    random = np.random.default_rng(seed)
+    seen = views.sample_fixed_views(random, 377)
+    target = routes.sample_path_in_view(random, DESIGNS["7"], seen)
+    course = routes.sample_crossing_path(random, seen, target, [], (0.87, 0.9))
+    apart = np.abs(columns(seen, course) - columns(seen, target))[300:]
+    nearest = 300 + int(apart.argmin())
+    assert 0.86 * 377 < nearest < 0.91 * 377
+    assert course.z[nearest] < target.z[nearest] - 0.4
+
+
+@given(seed=SEEDS)
+def test_clothes_differ_as_requested(seed):
+    random = np.random.default_rng(seed)
+    shirt, trousers = casting.sample_two_coloured_clothes(random)
+    assert casting.chroma_distance(shirt, trousers) > 60
+    first, second = casting.sample_plain_clothes(random)
+    assert casting.chroma_distance(first, second) < 12
+    passer = casting.sample_passer_clothes(random, (shirt, trousers))
+    target_colours = (shirt, trousers)
+    assert min(casting.chroma_distance(a, b) for a in passer for b in target_colours) > 30
+    street = casting.sample_street_clothes(random)
+    other = casting.sample_other_clothes(random, street)
+    assert min(np.abs(np.subtract(a, b)).max() for a in street for b in other) > 25
+
+
+LOOK = WalkerLook(shirt=(40, 50, 170), trousers=(120, 70, 40), bag=(60, 160, 60))
+WALKER = Walker(LOOK, 1)
+ONES = np.ones(5)
+
+RIGHT, FRONT, LEFT, BACK = 0.0, np.pi / 2, np.pi, -np.pi / 2
+
+
+def drawn(walker=WALKER, ground=128, x=160.0, y=280.0, height=240.0, gains=ONES, **pose):
+    canvas = np.full((320, 320, 3), ground, np.uint8)
+    chosen = GaitPose(**{"phase": 0.2, "stride": 1.0, "heading": RIGHT} | pose)
+    walker.draw(canvas, x, y, height, chosen, gains)
+    return canvas
+
+
+def changed(**options):
+    """Return the pixels that occlude the ground."""
+    dark, light = drawn(ground=0, **options), drawn(ground=255, **options)
+    return (light.astype(int) - dark).min(axis=2) < 250
+
+
+@pytest.mark.parametrize("heading", [RIGHT, FRONT, BACK, 0.8])
+@pytest.mark.parametrize("phase", [0.2, 0.7])
+def test_silhouette_equals_the_drawing_without_motion(heading, phase):
+    pose = {"phase": phase, "stride": 0.0, "heading": heading}
+    dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
+    painted = 255 - (light.astype(int) - dark).mean(axis=2)
+    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, GaitPose(**pose))
+    whole = np.zeros((320, 320))
+    whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage
+    body = np.arange(320)[:, None] < 262  # above the shadow
+    assert np.abs(painted - whole)[np.broadcast_to(body, whole.shape)].max() <= 12
+    assert (painted >= whole - 12).all()
+
+
+@pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 5))
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
+def test_head_and_feet_are_at_the_requested_rows(heading, phase):
+    _, top, coverage = WALKER.coverage(160, 280, 240, GaitPose(phase, 1.0, heading))
+    rows = top + np.flatnonzero((coverage > 127).any(axis=1))
+    assert abs(rows[-1] + 1 - 280) <= 3
+    assert -1 <= rows[0] - 40 <= 0.05 * 240  # a wide step lowers the head
+    standing = WALKER.coverage(160, 280, 240, GaitPose(phase, 0.0, heading))
+    assert abs(standing[1] + np.flatnonzero((standing[2] > 127).any(axis=1))[0] - 40) <= 2
