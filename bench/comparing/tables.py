@@ -23,7 +23,7 @@ from trackmark.reports.renderers import to_text
 from trackmark.reports.table_width import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
 
-LONGEST_PAIR = 36
+LONGEST_PAIR = 40
 """Maximum length of a pair's names on one line of a screen."""
 
 SHOWN_PAIRS = 6
@@ -32,8 +32,8 @@ SHOWN_PAIRS = 6
 MAX_LINES = 10
 """Maximum number of trackers or of pairs on a screen, unless all are requested."""
 
-_REASONED_PAIRS = 3
-"""Maximum number of pairs whose reasons are all printed; of more, the main tracker's are."""
+_SCREEN_LINES = 20
+"""Number of lines up to which reasons of answers are printed."""
 
 SENTENCE_PAIRS = 3
 """Maximum number of pairs with one sentence each; beyond, there is one sentence per answer."""
@@ -61,15 +61,19 @@ def screen_lines(
     if quiet:
         return [sentence.heading]
     failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
-    lines = [*failures, *([""] if failures else []), sentence.heading, *sentence.details]
+    details = sentence.details if verbose or _too_few(comparison) else ()  # the pairs tell more
+    lines = [*failures, *([""] if failures else []), sentence.heading, *details]
     lines = [line for text in lines for line in wrap(text).splitlines()]
-    tables = [_short_standings(comparison, verbose=verbose)]
-    if comparison.pairs:
-        few = _too_few(comparison)
-        pairs = _differences(comparison) if few else _screen_pairs(comparison, verbose=verbose)
-        tables.append(pairs)
-    for table in tables:
-        lines += ["", *terminal_lines(table, to_text)]
+    lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose), to_text)]
+    if _too_few(comparison) and comparison.pairs:
+        lines += ["", *terminal_lines(_differences(comparison), to_text)]
+    elif comparison.pairs:
+        for reasons in ("all", "main", "none"):  # as many as fit
+            pairs = _screen_pairs(comparison, reasons, verbose=verbose)
+            pair_lines = ["", *terminal_lines(pairs, to_text)]
+            if verbose or len(lines) + len(pair_lines) <= _SCREEN_LINES:
+                break
+        lines += pair_lines
     if verbose:
         lines += ["", *textwrap.wrap(paragraph(comparison), width(), break_on_hyphens=False)]
     return lines
@@ -85,10 +89,11 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     table = _standings(replace(short, standings=standings, failures={}))
     for row, standing in zip(table.rows, standings, strict=True):
         row[4] = Cell(milliseconds_text(standing.milliseconds))
-    notes = [note for note in table.notes if not note.startswith("~")]
+    star = "* the best mean, and every tracker that no other one is better than"
+    notes = [_too_few(comparison) or star]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
-    heads = [*table.heads[:2], "95 %", "never lost [%]", "time"]
+    heads = [*table.heads[:2], "95 %", "survival [%]", "time"]
     table = replace(table, heads=heads, notes=notes)
     return _without_column(table, 2) if _too_few(comparison) else table
 
@@ -242,8 +247,11 @@ def _caption(comparison: Comparison) -> str:
     return f"{text}, {comparison.units.scope}"
 
 
-def _screen_pairs(comparison: Comparison, *, verbose: bool) -> Table:
-    """Return answers on pairs; reasons have lines of their own, pairs with long names numbers."""
+def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Table:
+    """Return answers on pairs; reasons have lines of their own, pairs with long names numbers.
+
+    `reasoned`: pairs with reasons: `all`, `main` (those with the main tracker) or `none`.
+    """
     pairs = list(comparison.pairs) if verbose else shown_pairs(comparison)[:MAX_LINES]
     labels, notes = _pair_labels(pairs)
     rows = []
@@ -251,14 +259,15 @@ def _screen_pairs(comparison: Comparison, *, verbose: bool) -> Table:
         texts = [*_pair_texts(comparison, pair), pair.answer.label]
         rows.append([label, *texts])
         reasons = "; ".join(filter(None, [pair.answer.reason, _same_boxes(comparison, pair)]))
-        is_main = comparison.main in (pair.first, pair.second)
-        if verbose or is_main or len(pairs) <= _REASONED_PAIRS:
+        is_main = reasoned == "main" and comparison.main in (pair.first, pair.second)
+        if verbose or is_main or reasoned == "all":
             empty = [""] * len(texts)
             rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
     others = len(comparison.pairs) - len(pairs)
     notes += [f"{others} more pairs: --verbose"] if others else []
-    caption = f"; better on so many {comparison.units.plural}."
-    return replace(_pair_table(comparison, pairs, caption, rows), notes=notes)
+    table = _pair_table(comparison, pairs, "", rows)
+    table.heads[1] = table.heads[1].replace("difference", "diff.")
+    return replace(table, caption="", notes=notes)
 
 
 def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:

@@ -79,8 +79,8 @@ def test_group_labels_and_headings_take_separate_lines():
     lines = on_terminal(replace(wide, rows=rows), to_text).splitlines()
     assert long in lines
     assert next(line for line in lines if "static" in line)[32:].split()
-    assert "  first loss" in lines[3] + lines[2]
-    assert any("[frame]" in line for line in lines[3:5])
+    assert lines[3].endswith("  centre error")
+    assert lines[4].endswith("[px]")
 
 
 def test_unshared_labels_stay_in_their_rows():

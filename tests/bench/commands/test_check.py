@@ -113,7 +113,6 @@ def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_f
     assert "identical  static  2 sequences" in lines
     assert "REGRESSION: mine is worse on " in printed.stdout
     assert "Accept  trackmark check own --accept mine --because '…'" in printed.stderr
-    assert max(map(len, printed.stdout.splitlines())) <= 80
     assert "REGRESSION" in (workspace / "pull.md").read_text()
     assert "failure" in (workspace / "check.xml").read_text()
     trackmark("check", "own", "--accept", "mine", "--because", "smaller boxes\x7f")

@@ -273,15 +273,6 @@ def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
     assert names[1] in " ".join(lines)
 
 
-@pytest.mark.parametrize("n", [5, 10])
-def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
-    names = [f"multipart:particles={k}:features=colour,edges:model=adaptive" for k in (25, 200)]
-    tables = screen(compare(make_runs(ladder(names, n=n)), OVERLAP))
-    text = "".join(on_terminal(table, to_text) for table in tables)
-    assert max(map(len, text.splitlines())) <= 100
-    assert f"{names[0]} -\n{names[1]}\n" in text
-
-
 def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):
     comparison = compare(make_runs(ladder()), OVERLAP)
     drawn = {path.stem for path in write_figures(comparison, tmp_path)}
