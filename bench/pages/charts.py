@@ -1,8 +1,9 @@
 """Charts of an experiment's page; their points open frames in the player."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import isfinite
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,11 +15,14 @@ from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.statistics.units import units_of
 from trackmark.reports.page.content import Chart, Line, PlayerPosition
+from trackmark.reports.page.svg import CROWDED, TOP, at_reference
 from trackmark.reports.tables import Table
 from trackmark.reports.write import file_names
 
 _MAX_POINTS = 120
 """Maximum number of points of a curve over the frames of a sequence."""
+
+_VIDEO_TIME = 40.0  # of a frame at 25 frames per second [ms]
 
 _INDEX_OF_20 = int(np.flatnonzero(ERRORS == 20.0)[0])
 """Index of the threshold of precision that papers state [20 px]."""
@@ -33,6 +37,8 @@ class _ShareChart(NamedTuple):
     axes: tuple[str, str]
     words: str
     figure: str  # meaning of the number in parentheses after the label
+    caption: str
+    reference: float
 
 
 _SUCCESS = _ShareChart(
@@ -40,19 +46,21 @@ _SUCCESS = _ShareChart(
     "overlap",
     OVERLAPS,
     ("overlap", "share of frames with at least that"),
-    "Share of frames with at least an overlap (intersection over union with the truth), by "
-    "tracker, in parentheses the area beneath the curve, which is the mean overlap; further right "
-    "is better.",
+    "Share of frames with at least an overlap with the true box, by tracker; in parentheses the "
+    "area below the curve, which is the mean overlap.",
     "area",
+    "Share of frames whose overlap reaches a threshold. A point opens the nearest frame.",
+    0.5,
 )
 _PRECISION = _ShareChart(
     "Precision",
     "centre_error",
     ERRORS,
     ("centre error [px]", "share of frames with at most that"),
-    "Share of frames with at most a centre error (between the centres of box and truth), by "
-    "tracker, in parentheses the share at 20 px; higher is better.",
+    "Share of frames with at most a centre error, by tracker; in parentheses the share at 20 px.",
     "share at 20 px",
+    "Share of frames whose centre error is at most a threshold. A point opens the nearest frame.",
+    20.0,
 )
 
 
@@ -62,17 +70,27 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
     `trackers`: trackers without unfinished runs.
     """
     n = sum(bool(stage.clips) for stage in runs.stages)
-    over = (
-        f"Means over n = {n} sequences, of their repetitions first; no interval is drawn. A point "
-        "opens the frame that is nearest to its threshold."
-    )
+    over = f"Means over n = {n} sequences, of their repetitions first; no interval is drawn."
     charts = []
     for definition in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
-        title, (x, y) = definition.title, definition.axes
         lines = [_share_line(runs, runs.trackers.index(name), definition) for name in trackers]
-        words, figure = f"{definition.words} {over}", definition.figure
-        chart = Chart(title, x, y, lines, words, top=1.0, figure=title.lower(), value_name=figure)
-        charts.append(chart)
+        lines.sort(key=lambda line: line.position)
+        chart = Chart(
+            definition.title,
+            *definition.axes,
+            lines,
+            f"{definition.words} {over}",
+            top=1.0,
+            figure=definition.title.lower(),
+            value_name=definition.figure,
+            caption=definition.caption,
+            percent=True,
+            reference=definition.reference,
+        )
+        values = ", ".join(f"{line.label} {at_reference(chart, line)}" for line in lines)
+        left_out = " Trackers with failed runs are left out." * (len(runs.trackers) > len(lines))
+        aria = f"{definition.caption} At {definition.reference:g}: {values}"
+        charts.append(replace(chart, aria=aria, caption=definition.caption + left_out))
     return charts
 
 
@@ -114,46 +132,48 @@ def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[PageRun]]]:
             yield tracker, clips
 
 
-def error_charts(runs: PageRuns) -> list[Chart]:
-    """Return one chart per sequence: the median centre error of the repetitions by frame."""
-    charts, names = [], file_names([stage.name for stage in runs.stages])
+def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
+    """Return the median overlap of the repetitions by frame, a chart per sequence."""
+    charts, names = {}, file_names([stage.name for stage in runs.stages])
     for position, stage in enumerate(runs.stages):
         by_tracker = dict(finished_clips(stage))
         lines = [
-            _error_line(position, runs.trackers[tracker], clips)
+            _timeline(position, runs.trackers[tracker], clips)
             for tracker, clips in by_tracker.items()
+            if tracker < TOP or len(by_tracker) <= CROWDED
         ]
         most = max(map(len, by_tracker.values()), default=0)
         median = f": the median over up to {most} repetitions" if most > 1 else ""
-        words = (
-            f"Centre error over the frames of {stage.name}, by tracker{median} (no interval is "
-            "drawn); lower is better."
-        )
+        which = f" of the first {TOP} trackers" * (len(by_tracker) > CROWDED)
+        caption = f"Overlap by frame{which}{median}. A point opens its frame."
+        words = f"Overlap and centre error over the frames of {stage.name}, by tracker{median}."
         if lines:
-            axes, figure = ("frame", "centre error [px]"), f"frames-{names[stage.name]}"
-            charts.append(Chart(stage.name, *axes, lines, words, figure=figure))
+            named: dict[str, Any] = {
+                "figure": f"frames-{names[stage.name]}",
+                "caption": caption,
+                "named": False,
+            }
+            aria = f"Overlap over the frames of {stage.name}, by tracker"
+            chart = Chart("", "frame", "overlap", lines, words, top=1.0, aria=aria, **named)
+            charts[stage.name] = chart
     return charts
 
 
-def _error_line(position: int, name: str, clips: Sequence[PageRun]) -> Line:
-    """Return a line through the worst frame of each interval, which opens the worst repetition."""
-    errors = np.array([clip.errors for clip in clips])
-    judged = np.isfinite(errors).any(axis=0)
-    medians = np.full(errors.shape[1], np.nan)
-    medians[judged] = np.nanmedian(errors[:, judged], axis=0)
+def _timeline(position: int, name: str, clips: Sequence[PageRun]) -> Line:
+    """Return a line through the lowest overlap of each interval; it opens the worst repetition."""
+    overlaps = np.array([clip.overlaps for clip in clips])
+    judged = np.isfinite(overlaps).any(axis=0)
+    medians = np.full(overlaps.shape[1], np.nan)
+    medians[judged] = np.nanmedian(overlaps[:, judged], axis=0)
     frames = [
-        int(interval[np.nanargmax(medians[interval])])
+        int(interval[np.nanargmin(medians[interval])])
         if judged[interval].any()
         else int(interval[0])
         for interval in np.array_split(np.arange(len(medians)), min(_MAX_POINTS, len(medians)))
     ]
-    tracker = clips[0].take.tracker
-    furthest = np.argmax(np.nan_to_num(errors, nan=-1.0, posinf=np.inf), axis=0)
-    places = [
-        PlayerPosition(position, tracker, clips[furthest[frame]].take.repetition, frame)
-        for frame in frames
-    ]
-    return Line(name, tracker, frames, medians[frames], places=places)
+    worst = max(clips, key=lambda clip: clip.worst["overlap", "online"][0])
+    place = PlayerPosition(position, worst.take.tracker, worst.take.repetition, 0)
+    return Line(name, worst.take.tracker, frames, medians[frames], places=[place])
 
 
 def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
@@ -184,11 +204,9 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
     return [survival_chart(lines, words)] if lines else []
 
 
-def speed_charts(tables: Mapping[str, Table], runs: PageRuns) -> list[Chart]:
+def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     """Return the plot of mean overlap, with its interval, against the time per frame."""
-    if "summary" not in tables:
-        return []
-    data, quantity = tables["summary"].data, SUMMARY[0]
+    data, quantity = summary.data, SUMMARY[0]
     dots = []
     for position, name in enumerate(runs.trackers):
         scores = data[data["tracker"] == name].set_index("measure")
@@ -201,13 +219,16 @@ def speed_charts(tables: Mapping[str, Table], runs: PageRuns) -> list[Chart]:
             dots.append(Line(name, position, [time], [score], [low], [high], [place]))
     if not dots:
         return []
-    (head,) = (head for head in tables["summary"].heads if "time a frame" in head)
+    (head,) = (head for head in summary.heads if "time a frame" in head)
     units = units_of([stage.name for stage in runs.stages])
-    bars = f"bars: 95 % interval of the mean {units.scope}"
+    bars, caption = f"bars: 95 % interval of the mean {units.scope}", "bar: 95 % interval"
     if len(units) < MIN_UNITS:
-        bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
+        bars = caption = f"no intervals: {MIN_UNITS} {units.plural} needed"
     words = (
         f"{quantity.title.capitalize()} against {head}; {bars}; n = {len(units)} {units.plural}. "
         "Up and to the left is better."
     )
-    return [speed_chart(dots, head, quantity.head, words)]
+    caption = f"Mean overlap against time per frame; {caption}. Up and to the left is better."
+    chart = speed_chart(dots, head, quantity.head, words)
+    reference: dict[str, Any] = {"reference": _VIDEO_TIME, "reference_label": "25 fps"}
+    return [replace(chart, top=1.0, caption=caption, **reference)]

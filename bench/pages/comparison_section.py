@@ -9,58 +9,59 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.comparing.comparable_runs import ComparisonError, same_boxes
+from trackmark.bench.comparing.comparable_runs import same_boxes
 from trackmark.bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
 from trackmark.bench.comparing.tables import files as comparison_tables
 from trackmark.bench.comparing.tables import paragraph
+from trackmark.bench.pages.cards import pair_matrix
 from trackmark.bench.pages.player_runs import PageRuns
-from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
-from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
+from trackmark.bench.statistics.rules import interval_or_none
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.reports.page.content import PageSection, PageTable, PlayerPosition
 from trackmark.reports.tables import MISSING, Table, text_table
 
-_NO_PARTS = (
-    "These sequences have no parts to compare trackers on: names of none say a knob that others "
-    "turn otherwise (as plain/target:noise=30 does), and no attribute is known of some that others "
-    "lack. Parameters of trackers are rows of their own in every table."
-)
+
+def read_comparison(
+    folder: Path, runs: pd.DataFrame, occurring: Mapping[str, set[str]]
+) -> Comparison:
+    """Compare the trackers of an experiment by mean overlap.
+
+    `folder`: folder of the experiment. `occurring`: attributes by sequence. Raises
+    `ComparisonError` if the runs cannot be compared.
+    """
+    return compare(
+        runs,
+        SUMMARY[0],
+        attributes=occurring,
+        same_boxes=same_boxes(folder, runs),
+        not_repeatable=not_repeatable(runs),
+    )
 
 
 def comparison_section(
-    folder: Path,
-    runs: pd.DataFrame,
-    occurring: Mapping[str, set[str]],
-    page_runs: PageRuns,
-    command: str,
+    comparison: Comparison, page_runs: PageRuns, command: str, note: str
 ) -> tuple[PageSection, list[PageTable]]:
     """Return the section that compares trackers, and tables of subsets of the sequences.
 
-    `folder`: folder of the experiment. `occurring`: attributes by sequence. `command`: command that
-    prints the comparison.
+    `command`: command that prints the comparison. `note`: limit of the answers, if any.
     """
-    title, measure = "Which is better", SUMMARY[0]
-    if not (runs["protocol"] == STORED_ONE_PASS).any():
-        return PageSection("answers", title, ["No comparison: nothing was run in one pass."]), []
-    try:
-        comparison = compare(
-            runs,
-            measure,
-            attributes=occurring,
-            same_boxes=same_boxes(folder, runs),
-            not_repeatable=not_repeatable(runs),
-        )
-    except ComparisonError as error:
-        return PageSection("answers", title, [f"No comparison: {error}"], command=command), []
     sheets = {
         table.name: _sheet(table, comparison, page_runs)
         for table in comparison_tables(comparison)
         if table.name != "comparison-sequences"
     }
     differences = [sheets.pop(name) for name in list(sheets) if name == "comparison-parts"]
-    words = [paragraph(comparison)]
-    return PageSection("answers", title, words, list(sheets.values()), command=command), differences
+    words, blocks = [paragraph(comparison)], []
+    if "comparison-pairs" in sheets:
+        pairs = zip(comparison.pairs, sheets["comparison-pairs"].places, strict=True)
+        places = {pair.label: row[0] for pair, row in pairs}
+        blocks = [pair_matrix(comparison, page_runs, places, note)]
+    options: dict[str, Any] = {"command": command, "blocks": blocks, "hidden": not blocks}
+    options["nav"] = "Comparison"
+    return PageSection(
+        "answers", "Who beats whom", words, [*sheets.values()], **options
+    ), differences
 
 
 def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> PageTable:
@@ -117,17 +118,17 @@ def parts_section(
         rows.append([f"{parameter}={value}", str(len(members)), *cells])
         values.append([len(members), *(row["mean"] for row in data[-len(runs.trackers) :])])
         places.append([None, *(runs.worst_of(name, members, "overlap") for name in runs.trackers)])
+    has_intervals = any(np.isfinite(row["low"]) for row in data)
     caption = (
-        "Mean overlap (from 0 to 1) by knob and by attribute (of sequences in which it occurs): "
-        f"means over n sequences of {repetition_text(scored)} each. In brackets the 95 % interval "
-        f"{units.scope}, from {MIN_UNITS} {units.plural} on."
+        "Mean overlap by parameter value and by attribute (of sequences in which it occurs), "
+        f"over n sequences of {repetition_text(scored)} each"
+        + (f". In brackets the 95 % interval {units.scope}." if has_intervals else ".")
     )
     table = text_table("parts", caption, ["part", "n", *runs.trackers], rows)
-    table = replace(table, data=pd.DataFrame(data))
-    title = "By knob and attribute"
-    if not rows:
-        return PageSection("parts", title, [_NO_PARTS] if len(sequences) > 1 else [])
-    return PageSection("parts", title, sheets=[PageTable(table, values, places), *differences])
+    sheet = PageTable(replace(table, data=pd.DataFrame(data)), values, places)
+    sheets = [sheet, *differences] if rows else []
+    title = "By parameter and attribute"
+    return PageSection("parts", title, sheets=sheets, blocks=sheets[:1], hidden=not rows)
 
 
 def repetition_text(scored: pd.DataFrame) -> str:

@@ -67,6 +67,7 @@ def _printed_sections(page: Page) -> list[PageSection]:
 
 def _markdown(page: Page, folder: Path, suffix: str) -> str:
     parts = [f"# {in_markdown(page.title)}"]
+    parts += map(in_markdown, filter(None, [page.answer, *page.details]))
     for section in _printed_sections(page):
         parts += [f"## {in_markdown(section.title)}", *map(in_markdown, section.words)]
         parts += [to_markdown(sheet.table).rstrip("\n") for sheet in section.sheets]
@@ -91,6 +92,8 @@ def _ascii_file(folder: Path, name: str) -> str:
 def _latex(page: Page, folder: Path, suffix: str) -> str:
     suffix = ".pdf" if suffix == ".svg" else suffix
     parts = [OR_NUMBERS, r"\begingroup\sloppy"]
+    answer = filter(None, [page.answer, *page.details])
+    parts += [breakable(in_latex(text)) for text in answer]
     n_floats = 0
     for section in _printed_sections(page):
         words = [breakable(in_latex(text)) for text in section.words]

@@ -1,10 +1,11 @@
-"""Page of an experiment: its runs, scores, charts and frames."""
+"""Page of an experiment: its answer, cards of scores and frames, and tables for export."""
 
 import json
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from datetime import date
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,28 +13,50 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from trackmark.bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from trackmark.bench.comparing.comparison import Comparison
+from trackmark.bench.comparing.tables import answer_of
 from trackmark.bench.evaluation.run_record import Trace
+from trackmark.bench.pages.cards import (
+    failures,
+    hardest_moments,
+    heat_table,
+    leaderboard,
+    sequence_folds,
+)
 from trackmark.bench.pages.charts import (
-    error_charts,
     share_charts,
     speed_charts,
     survival_charts,
+    timeline_charts,
 )
 from trackmark.bench.pages.comparison_section import (
     comparison_section,
     parts_section,
+    read_comparison,
     repetition_text,
 )
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import Layers, name_on_page, read_runs, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.reporting.answer import Answer, Measured, RankedTracker, answer
 from trackmark.bench.reporting.by_preset import table_prefix
-from trackmark.bench.reporting.failed_runs import with_worst_scores
+from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
+from trackmark.bench.reporting.tables import summary_of
+from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
-from trackmark.reports.page.content import Page, PageSection, PageTable, PlayerPosition
+from trackmark.reports.page.cards import GLOSSARY, CurvePlot, Fold
+from trackmark.reports.page.content import (
+    Page,
+    PageSection,
+    PageTable,
+    PlayerPosition,
+    PlayerScene,
+)
 from trackmark.reports.page.page import write_chunk, write_page
+from trackmark.reports.page.svg import CROWDED
 from trackmark.reports.tables import MISSING, Table, complete, text_table
 
 if TYPE_CHECKING:
@@ -42,11 +65,8 @@ if TYPE_CHECKING:
 _MAX_FAILURES = 200
 """Maximum number of rows of failed runs."""
 
-_DEFINITIONS = (
-    "Of the frames after the first in which the target is present: overlap is intersection over "
-    "union with the truth's box, success the share of frames with at least 0.5, inside that of "
-    "frames whose estimated centre lies in the truth's box, centre error the distance of centres."
-)
+_MIN_RUNS_OF_SURVIVAL = 20
+"""Minimum number of runs per tracker for the survival plot on the page."""
 
 
 @dataclass(frozen=True)
@@ -82,18 +102,15 @@ def write_report_page(
     read and `OSError` if a file cannot be written.
     """
     content = _Content(experiment, tables, commands, "drawn")
-    sections = content.sections(charts=True)
     keep = partial(write_chunk, path) if full else None
-    filmed = list(scenes(content.runs, commands.results, watch, keep))
-    page = Page(title, sections, content.runs.labels, filmed)
+    page = content.page(title, list(scenes(content.runs, commands.results, watch, keep)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.paper_export import write_paper  # imports Matplotlib
         from trackmark.bench.pages.report_figures import write_figures
 
-        timing = content.all_runs[content.all_runs["protocol"] == TIMING]
         incomplete = set(content.runs.trackers) - set(content.whole)
-        drawn = page, content.runs, timing, incomplete
+        drawn = page, content.runs, content.timed, incomplete
         paths += write_figures(experiment, path.parent, figures, *drawn)
         paths += write_paper(path.parent, page, figures.suffix, {table.name for table in tables})
     return paths
@@ -102,8 +119,10 @@ def write_report_page(
 def further_tables(experiment: Path, tables: Sequence[Table], commands: Commands) -> list[Table]:
     """Return the tables that only the page has, not the report with these `tables`."""
     names = {table.name for table in tables}
-    sections = _Content(experiment, tables, commands, "none").sections(charts=False)
-    every = [sheet.table for section in sections for sheet in section.sheets]
+    content = _Content(experiment, tables, commands, "none")
+    stages = content.runs.stages
+    page = content.page("", [PlayerScene(stage.name, (1, 1), stage.truth, []) for stage in stages])
+    every = [sheet.table for section in page.sections for sheet in section.sheets]
     return [table for table in every if table.name not in names]
 
 
@@ -113,14 +132,60 @@ class _Content:
     def __init__(
         self, experiment: Path, tables: Sequence[Table], commands: Commands, layers: Layers
     ) -> None:
-        self.experiment, self.tables, self.commands = experiment, tables, commands
+        self.tables, self.commands = tables, commands
         self.all_runs = with_worst_scores(experiment, load_results(experiment))
         self.scored = complete(self.all_runs[self.all_runs["protocol"] == STORED_ONE_PASS])
-        trackers = [str(name) for name in self.scored["tracker"].unique()]
-        self.runs = read_runs(experiment, trackers, layers)
+        self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
+        names = [str(name) for name in self.scored["tracker"].unique()]
+        if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
+            means = self.scored.groupby("tracker", observed=True)["mean_overlap"].mean().fillna(0)
+            names.sort(key=lambda name: -means[name])
+        self.runs = read_runs(experiment, names, layers)
         unfinished = self.scored[self.scored["status"] != "finished"]
         incomplete = set(unfinished["tracker"].astype(str))
-        self.whole = [name for name in trackers if name not in incomplete]
+        self.whole = [name for name in names if name not in incomplete]
+        finished = self.scored[self.scored["status"] == "finished"]
+        self.occurring = find_attributes(experiment, finished)
+        self.failed = failed_runs(self.scored).notes
+        self.comparison, self.answer = self._compare(experiment)
+
+    def _compare(self, experiment: Path) -> tuple[Comparison | None, Answer]:
+        """Return the comparison of the trackers, if there is one, and the answer."""
+        if self.scored.empty:
+            return None, Answer("", ("There is no comparison: no run is by one pass.",))
+        notes = [f"{self._failed_runs()}."] if self.failed else []
+        try:
+            if len(self.runs.trackers) == 1:
+                return None, self._single_answer(notes)
+            comparison = read_comparison(experiment, self.all_runs, self.occurring)
+        except AllFailedError:
+            return None, answer([], Measured(0))._replace(details=tuple(notes))
+        except ComparisonError as error:
+            return None, Answer("", (f"There is no comparison: {error}",))
+        heading, details = answer_of(comparison)
+        return comparison, Answer(heading, (*details, *notes))
+
+    def _single_answer(self, notes: Sequence[str]) -> Answer:
+        """Return the answer for one tracker."""
+        if (self.scored["status"] == "failed").all():
+            return answer([], Measured(0))._replace(details=tuple(notes))
+        data = summary_of(self.scored, self.timed, "").data
+        row = next(row for row in data.to_dict("records") if row["measure"] == "mean_overlap")
+        units = units_of([str(name) for name in self.scored["sequence"].unique()])
+        interval = (row["low"], row["high"]) if np.isfinite(row["low"]) else None
+        tracker = RankedTracker(str(row["tracker"]), row["mean"], interval)
+        heading, details = answer([tracker], Measured(len(units), units.kind, units.plural))
+        return Answer(heading, (*details, *notes))
+
+    def _failed_runs(self) -> str:
+        """Return how many one-pass runs failed, and the first reason."""
+        failed = self.scored["status"] == "failed"
+        name, note = next(iter(self.failed.items()))
+        reason = note.partition("): ")[2] or note
+        return (
+            f"{failed.sum()} of {len(failed)} runs failed and count as the worst score; first: "
+            f"{name}, {reason}"
+        )
 
     @cached_property
     def protocols(self) -> list[str]:
@@ -128,92 +193,131 @@ class _Content:
         stored = {*map(str, self.all_runs["protocol"])} - {STORED_ONE_PASS, TIMING}
         return sorted(stored, key=len, reverse=True)
 
-    def sections(self, *, charts: bool) -> list[PageSection]:
-        """Return the sections of the page that have contents, in order."""
+    def page(self, title: str, filmed: Sequence[PlayerScene]) -> Page:
+        """Return the page; `filmed`: the sequences with their frames."""
+        page = Page(title, [], self.runs.labels, filmed)
         command = self.commands.text("report", "--folder", "report")
-        return [
+        sections = [
             replace(part, command=part.command or (command if part.charts or part.sheets else ""))
-            for part in self._all_sections(charts=charts)
-            if part.charts or part.sheets or part.words
+            for part in self._sections(page)
+            if part.charts or part.sheets or part.words or part.blocks
         ]
-
-    def _all_sections(self, *, charts: bool) -> Iterator[PageSection]:
-        overview = self._overview()
-        repeated = set(overview.words)
-        tables = [
-            replace(table, notes=[note for note in table.notes if note not in repeated])
-            for table in self.tables
-        ]
-        named = {table.name: table for table in tables}
-        runs, scored, wide = self.runs, self.scored, self.commands.text("report", "--wide")
-        finished = scored[scored["status"] == "finished"]
-        occurring = find_attributes(self.experiment, finished)
-        which, differences = comparison_section(
-            self.experiment, self.all_runs, occurring, runs, self.commands.text("compare")
+        heading, details = self.answer
+        return replace(
+            page, sections=_filled(sections), meta=self._counts(), answer=heading, details=details
         )
-        yield overview
-        if "summary" in named:
-            sheet = self._sheet(named["summary"])
-            yield PageSection("summary", "Summary", [_DEFINITIONS], [sheet], command=wide)
-        if "sequences" in named:
-            yield self._heat_map(named["sequences"])
-        words = ["Open one to see its frames."] if runs.stages else []
-        yield PageSection("frames", "Sequences", words=words, scenes=True)
-        yield which
-        if charts:
-            shares = share_charts(runs, self.whole)
-            yield PageSection("curves", "Success and precision", charts=shares)
-            yield PageSection("errors", "Centre error over the frames", charts=error_charts(runs))
-            yield PageSection("survival", "Time to failure", charts=survival_charts(scored, runs))
-        yield parts_section(scored, occurring, runs, differences)
-        if charts:
-            yield PageSection("speed", "Speed against accuracy", charts=speed_charts(named, runs))
-        sheets = [self._sheet(table) for table in tables if table.name != "summary"]
-        yield PageSection("tables", "Every sequence", sheets=sheets, command=wide)
-        yield self._provenance()
 
-    def _overview(self) -> PageSection:
-        """Return the section on all runs and failed runs."""
-        words = [self._counts()]
-        runs = complete(self.all_runs)
-        counts = Counter(runs["status"].astype(str))
+    def _sections(self, page: Page) -> Iterator[PageSection]:
+        """Yield the sections in the order of the page; hidden ones are only exported."""
+        runs, filmed = self.runs, page.scenes
+        named = {table.name: table for table in self.tables}
+        sheets = {name: self._sheet(table) for name, table in named.items()}
+        half = 6 if len(runs.trackers) <= CROWDED else 12
+        wide, limits = self.commands.text("report", "--wide"), self.answer.details
+        words, failed = self._words(), self._failures()
+        exported = [failed] if failed else []
+        yield PageSection("runs", "What was run", words, exported, hidden=True)
+        summary = named.get("summary")
+        if summary is None and len(self.scored):
+            summary = summary_of(self.scored, self.timed, "")
+        if summary is not None and runs.stages:
+            board = leaderboard(summary, runs, self.failed)
+            exported = [sheets["summary"]] if "summary" in named else []
+            options: dict[str, Any] = {"sheets": exported, "command": wide, "span": 7}
+            yield PageSection("summary", "Leaderboard", blocks=[board], **options)
+        if hardest := hardest_moments(runs, filmed):
+            yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
+        if shares := share_charts(runs, self.whole):
+            plot = CurvePlot(dict(zip(("Overlap", "Centre error"), shares, strict=True)))
+            title = "Success and precision"
+            yield PageSection("curves", title, charts=shares, blocks=[plot], span=5)
+        means: dict[str, dict[str, float]] = {}
+        if "sequences" in named:
+            grid = self._heat_map(named["sequences"])
+            rows = grid.table.data.set_index("sequence").to_dict("index")
+            means = {str(name): {str(key): row[key] for key in row} for name, row in rows.items()}
+            options = {"blocks": [heat_table(grid, runs, filmed)], "nav": "Sequences"}
+            yield PageSection("heat", "Sequences by trackers", sheets=[grid], span=half, **options)
+        differences: list[PageTable] = []
+        if self.comparison is not None:
+            limit = next((text for text in limits if "too few" in text), "")
+            command = self.commands.text("compare")
+            which, differences = comparison_section(self.comparison, runs, command, limit)
+            yield replace(which, span=half)
+        if summary is not None and (speed := speed_charts(summary, runs)):
+            options = {"blocks": speed, "span": 6, "nav": "Speed"}
+            yield PageSection("speed", "Speed and accuracy", charts=speed, **options)
+        if cards := failures(runs, filmed):
+            title, block = cards
+            caption = (
+                "Lost: the centre is outside the true box for ten visible frames in a row. At most "
+                "six runs are shown."
+            )
+            options = {"caption": caption, "span": 6, "nav": "Failures"}
+            yield PageSection("failures", title, blocks=[block], **options)
+        yield parts_section(self.scored, self.occurring, runs, differences)
+        survival = survival_charts(self.scored, runs)
+        per_tracker = self.scored.groupby("tracker", observed=True).size()
+        enough = survival and per_tracker.min() >= _MIN_RUNS_OF_SURVIVAL
+        blocks = survival if enough else []
+        yield PageSection(
+            "survival", "Time to failure", charts=survival, blocks=blocks, hidden=not enough
+        )
+        charts = timeline_charts(runs)
+        stages = sequence_folds(runs, filmed, charts, means, sheets.get("sequences"), page)
+        options = {"blocks": [*stages], "charts": [*charts.values()]}
+        options["caption"] = "Open a sequence for its overlap by frame and all scores."
+        yield PageSection("timelines", "Sequence by sequence", **options)
+        exported = [sheet for name, sheet in sheets.items() if name != "summary"]
+        folds = [_fold(sheets[name]) for name in named if name != "sequences"]
+        tables = [fold for fold in folds if fold]
+        options = {"blocks": tables, "command": wide, "hidden": not tables}
+        yield PageSection("tables", "All scores", sheets=exported, **options)
+        yield self._provenance(words, [failed] if failed else [])
+
+    def _words(self) -> list[str]:
+        """Return sentences on all runs, unfinished runs and protocols."""
+        counts = Counter(complete(self.all_runs)["status"].astype(str))
         wrong = [f"{n} {status}" for status, n in counts.items() if status != "finished"]
+        hosts = sorted({str(entry["host"]) for entry in self.runs.circumstances})
+        words = [f"{self._counts()}. Host: {', '.join(hosts)}." if hosts else self._counts()]
         words += [
-            f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score; means "
-            "that need other ones are missing."
+            f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score. Means "
+            "that need missing runs are missing."
             if wrong
             else "All runs finished."
         ]
         if self.protocols:
             words.append(
-                f"Runs by {', '.join(sorted(self.protocols))} stand in the player under the "
-                "tracker's name with the protocol's behind it: over a frame the box that stood "
-                "there. Frames that they are not judged in have no curve; where one was begun "
-                "again the curve has a triangle. Charts are of runs in one pass."
+                f"The player shows runs by {', '.join(sorted(self.protocols))} with the protocol "
+                "after the tracker's name. Frames that are not judged have no curve; a triangle "
+                "marks a restart. Charts show one-pass runs."
             )
-        words += dict.fromkeys(note for table in self.tables for note in table.notes)
-        sheet = self._failures()
-        results = self.commands.results
-        command = f"trackmark results failures {shlex.quote(results)}" if results else ""
-        if sheet is None:
-            return PageSection("runs", "What was run", words)
-        return PageSection("runs", "What was run", words, [sheet], command=command)
+        if not self.timed.empty or self.scored.empty:
+            return [*words, *dict.fromkeys(note for table in self.tables for note in table.notes)]
+        words.append("Not measured: times without other load (`trackmark run --timing`).")
+        return [*words, *dict.fromkeys(note for table in self.tables for note in table.notes)]
 
     def _counts(self) -> str:
-        """Return a sentence with the numbers, dates and hosts of the runs."""
+        """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
         runs = complete(self.all_runs)
         n_runs = int((runs["status"].astype(str) != "missing").sum())
-        if not self.runs.circumstances:
-            return f"{n_runs} runs."
-        n_trackers, n_sequences = (runs[name].nunique() for name in ("tracker", "sequence"))
-        circumstances = self.runs.circumstances
-        hosts = sorted({str(entry["host"]) for entry in circumstances})
-        days = sorted({entry["date"] for entry in circumstances if entry["date"]})
-        when = f" from {days[0]} to {days[-1]}" if len(days) > 1 else f" on {''.join(days)}"
-        return (
-            f"{n_runs} runs: {n_trackers} tracker{'s' * (n_trackers != 1)} on "
-            f"{n_sequences} sequence{'s' * (n_sequences != 1)}; run{when} at {', '.join(hosts)}."
+        n_failed = int((runs["status"].astype(str) == "failed").sum())
+        parts = [
+            f"{n} {word}{'s' * (n != 1)}"
+            for n, word in (
+                (runs["tracker"].nunique(), "tracker"),
+                (runs["sequence"].nunique(), "sequence"),
+                (n_runs, "run"),
+            )
+        ]
+        if n_failed:
+            parts[-1] += f", {n_failed} failed"
+        days = sorted({entry["date"] for entry in self.runs.circumstances if entry["date"]})
+        parts += (
+            [" to ".join(_day(day) for day in dict.fromkeys((days[0], days[-1])))] if days else []
         )
+        return " · ".join(parts)
 
     def _failures(self) -> PageTable | None:
         """Return a table of failed runs; each row opens the last frame with a box."""
@@ -265,7 +369,7 @@ class _Content:
             places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
         return PageTable(table, values.tolist(), places)
 
-    def _heat_map(self, table: Table) -> PageSection:
+    def _heat_map(self, table: Table) -> PageTable:
         """Return the heat map of mean overlaps by sequence and tracker."""
         data = table.data[table.data["measure"] == "mean_overlap"]
         means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
@@ -281,18 +385,16 @@ class _Content:
         ]
         grid = text_table(
             "heat",
-            "Mean overlap (intersection over union with the truth's box, from 0 to 1) by sequence "
-            f"and tracker: n = {len(means)} sequences, a mean over {repetition_text(self.scored)} "
-            "each, without interval. The bluer, the better.",
+            f"Mean overlap with the true box by sequence and tracker: n = {len(means)} sequences, "
+            f"means over {repetition_text(self.scored)} each.",
             ["sequence", *map(str, means.columns)],
             rows,
         )
         grid = replace(grid, data=means.reset_index())
-        sheet = PageTable(grid, values.tolist(), places, heat=True)
-        return PageSection("heat", "Sequences by trackers", sheets=[sheet])
+        return PageTable(grid, values.tolist(), places, heat=True)
 
-    def _provenance(self) -> PageSection:
-        """Return the section on versions, sources and hosts of the runs."""
+    def _provenance(self, words: Sequence[str], failed: Sequence[PageTable]) -> PageSection:
+        """Return the section on versions, sources and hosts of the runs, and on terms."""
         runs = self.all_runs
         trackers = runs.dropna(subset="tracker_version").drop_duplicates(["tracker", "version"])
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
@@ -331,9 +433,60 @@ class _Content:
                 ],
             ),
         ]
-        return PageSection(
-            "provenance", "Provenance", sheets=[PageTable(table) for table in tables]
-        )
+        sheets = [PageTable(table) for table in tables]
+        commands = [
+            self.commands.text("report", "--folder", "report"),
+            self.commands.text("compare"),
+        ]
+        if failed and self.commands.results:
+            commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
+        folds = [
+            Fold(
+                "provenance",
+                "Provenance",
+                "commands, versions, parameters, fingerprints",
+                words,
+                [*failed, *sheets],
+                commands,
+            ),
+            Fold("glossary", "Glossary", "terms of this page", terms=GLOSSARY),
+        ]
+        title = "About this report"
+        return PageSection("provenance", title, sheets=sheets, blocks=folds, nav="Provenance")
+
+
+def _filled(sections: Sequence[PageSection]) -> list[PageSection]:
+    """Return the sections; those without a neighbour take the whole width."""
+    result, alone = [], dict[str, bool]()
+    visible = [section for section in sections if not section.hidden]
+    for number, section in enumerate(visible):
+        halves = number - next((n for n in range(number, -1, -1) if visible[n].span != 6), -1) - 1
+        follows = number + 1 < len(visible) and visible[number + 1].span == 6
+        alone[section.key] = section.span == 6 and halves % 2 == 0 and not follows
+    has_plot = any(section.span == 5 for section in visible)
+    for section in sections:
+        is_wide = alone.get(section.key, False) or (section.span == 7 and not has_plot)
+        result.append(replace(section, span=12) if is_wide else section)
+    return result
+
+
+def _fold(sheet: PageTable) -> Fold | None:
+    """Return a folded table of scores; None if it has no values."""
+    rows, n_labels = sheet.table.rows, sheet.table.n_labels
+    if all(cell.text == MISSING for row in rows for cell in row[n_labels:]):
+        return None
+    name, caption = sheet.table.name, sheet.table.caption.partition(". ")[0]
+    title = name.replace("-", " ").capitalize()
+    return Fold(f"fold-{name}", title, caption, sheets=[sheet])
+
+
+def _day(iso: str) -> str:
+    """Return a date in words: `24 November 2026`."""
+    try:
+        day = date.fromisoformat(iso)
+    except ValueError:
+        return iso
+    return f"{day.day} {day:%B %Y}"
 
 
 def _worst_frame_kind(measure: str) -> str:

@@ -88,7 +88,7 @@ def _charts(page: Page, runs: PageRuns) -> Iterator[tuple[str, Figure]]:
     revised = any(clip.take.revised is not None for clip in clips)
     online = f"{page.title}, {TRACE_WORDS['online']}" if revised else page.title
     for section in page.sections:
-        for chart in section.charts if section.key != "errors" else ():
+        for chart in section.charts if section.key != "timelines" else ():
             title = online if section.key == "curves" else page.title
             yield chart.figure, chart_plot(chart, title, runs.trackers)
         for sheet in section.sheets:

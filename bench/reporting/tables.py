@@ -165,14 +165,22 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
 
     `scored`: runs with scores, failed runs with the worst ones. `timed`: timing runs.
     """
-    result = []
-    masks = MASKS if _segmenting(scored) else ()
-    if len(scored["sequence"].unique()) > 1:
-        timed_runs, time = with_times(scored, timed)
-        result.append(mean_table(timed_runs, (*SUMMARY, *masks, time), title, PRESET))
+    several = len(scored["sequence"].unique()) > 1
+    result = [summary_of(scored, timed, title)] if several else []
     if len(scored):
-        result.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))
+        columns = PER_SEQUENCE + _mask_columns(scored)
+        result.append(sequence_table(scored, columns, title, PRESET))
     return result
+
+
+def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
+    """Make the table of means over sequences; parameters as for `score_tables`."""
+    runs, time = with_times(scored, timed)
+    return mean_table(runs, (*SUMMARY, *_mask_columns(scored), time), title, PRESET)
+
+
+def _mask_columns(scored: pd.DataFrame) -> tuple[ScoreMeasure, ...]:
+    return MASKS if _segmenting(scored) else ()
 
 
 def mean_table(

@@ -118,7 +118,10 @@ class PageSection:
     """Section of a page.
 
     `command`: command that prints its content. `scenes`: True to list the sequences. `folded`: line
-    that unfolds the content when it is clicked; empty if the content is visible.
+    that unfolds the content when it is clicked; empty if the content is visible. `blocks`: cards
+    (see `reports.page.cards`), charts and tables that the page shows instead of the other content,
+    which is then only exported. `span`: width in twelfths of the page. `nav`: name in the
+    navigation. `hidden`: True if the section is only exported.
     """
 
     key: str
@@ -131,6 +134,11 @@ class PageSection:
     command: str = ""
     scenes: bool = False
     folded: str = ""
+    blocks: Sequence[object] = ()
+    caption: str = ""
+    span: int = 12
+    nav: str = ""
+    hidden: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,6 +192,15 @@ class Page:
     trackers: Sequence[str] = ()
     scenes: Sequence[PlayerScene] = ()
     start: str = ""  # address that the page opens by default, such as `#frame=3`
+    meta: str = ""  # line above the heading: size and date of the runs
+    answer: str = ""  # heading; the title by default
+    details: Sequence[str] = ()  # sentences below the heading
+
+    @property
+    def linked_sections(self) -> list[PageSection]:
+        """Sections in the navigation: those with a short name, or all if no section has one."""
+        visible = [section for section in self.sections if not section.hidden]
+        return [section for section in visible if section.nav] or visible
 
     def first_with(self, command: str) -> PageSection | None:
         """Return the first section with a command, to which later sections link."""

@@ -23,6 +23,7 @@ _CHUNK_SIZE = 400_000  # bytes of frames that the player decodes together
 _MAX_WAITING = 32  # frames that wait for an encoding thread
 _MAX_PNG_SIZE = 200_000  # bytes; plots are smaller, and PNG keeps them sharp
 _MAX_PICTURE_SIZE = 4000, 16_000  # pixels; a side of WebP has at most 16 383
+_THUMBNAIL_SIZE = 88, 66  # pixels
 _EFFORT = 2  # effort of the WebP encoder, 0 to 6: more takes much longer and saves little
 
 
@@ -80,6 +81,17 @@ def compress_picture(content: bytes) -> bytes:
     picture.thumbnail(_MAX_PICTURE_SIZE)
     stream = io.BytesIO()
     picture.save(stream, "WEBP", quality=80, method=_EFFORT)
+    return stream.getvalue()
+
+
+def thumbnail(frame: bytes) -> bytes:
+    """Return a WebP frame in the size of a thumbnail; empty for an empty frame."""
+    if not frame:
+        return b""
+    picture = Image.open(io.BytesIO(frame))
+    picture.thumbnail(_THUMBNAIL_SIZE)
+    stream = io.BytesIO()
+    picture.save(stream, "WEBP", quality=50, method=_EFFORT)
     return stream.getvalue()
 
 

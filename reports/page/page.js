@@ -66,18 +66,11 @@ addEventListener("click", (event) => {
   if (link && !event.target.closest("a") && getSelection().isCollapsed) link.click();
 });
 
-// What is led to stands below the header, which is as high as its links take.
-const header = document.querySelector("header");
-new ResizeObserver(() => {
-  const stays = getComputedStyle(header).position === "sticky";
-  document.documentElement.style.setProperty("--head", `${stays ? header.offsetHeight : 0}px`);
-}).observe(header);
-
 // ---- Tables.
-const shownTables = [...document.querySelectorAll("table")].map((table) => {
+const shownTables = [...document.querySelectorAll("table:not(.matrix)")].map((table) => {
   const rows = [...table.tBodies[0].rows];
   const heads = [...table.tHead.rows[0].cells];
-  heads.forEach((head, column) => head.addEventListener("click", () => {
+  if (table.querySelector("thead button")) heads.forEach((head, column) => head.addEventListener("click", () => {
     const now = head.getAttribute("aria-sort");
     const next = now === "descending" ? `${column}a` : now === "ascending" ? null : `${column}d`;
     choose({ [`sort.${table.id}`]: next });
@@ -133,14 +126,19 @@ function arrangeTables() {
       const fold = wanted && !row.hidden && row.closest("details.fold:not([open])");
       if (fold) fold.open = true;
     }
-    for (const row of [shown.table.tHead.rows[0], ...shown.rows])
+    shown.table.classList.toggle("all", Boolean(wanted));
+    for (const row of [shown.table.tHead.rows[0], ...shown.rows, ...(shown.table.tFoot?.rows || [])])
       [...row.cells].forEach((cell, column) => { cell.hidden = Boolean(across) && !columns[column]; });
   }
+  if (!byId("filter")) return;
   if (byId("filter") !== document.activeElement) byId("filter").value = state.get("filter") || "";
   byId("filtered").textContent = wanted ? `${left} of ${all} rows` : "";
 }
-byId("filter").addEventListener("input", (event) => choose({ filter: event.target.value }));
+byId("filter")?.addEventListener("input", (event) => choose({ filter: event.target.value }));
 listeners.push(arrangeTables);
+byId("all-rows")?.addEventListener("click", (event) => {
+  event.target.setAttribute("aria-expanded", byId("heat").classList.toggle("all"));
+});
 
 // ---- Charts: the page contains them; the pointer and the arrow keys add a readout and open frames.
 const colourOf = (position) => getComputedStyle(document.documentElement).getPropertyValue(`--c${Math.min(position, 6)}`);
@@ -222,8 +220,10 @@ class Plot {
     }
   }
   leave() { tip.hidden = true; this.hair.removeAttribute("d"); }
+  /** Open the frame of a point; a line with one place opens the frames along its abscissa. */
   open() {
-    const place = this.line.places[this.index];
+    const { places, points } = this.line;
+    const place = places.length === 1 && places[0] ? [...places[0].slice(0, 3), Math.round(this.xAt(points[this.index][0]))] : places[this.index];
     if (place && data.scenes.length) { this.leave(); choose(opening(place), true); }
   }
   press(event) {
@@ -237,6 +237,25 @@ class Plot {
   }
 }
 for (const svg of document.querySelectorAll("figure.chart > svg:has(.curve[data-k])")) new Plot(svg);
+
+// A row of the leaderboard highlights its line; a switch exchanges plots; terms have tooltips.
+for (const row of document.querySelectorAll(".lead li")) for (const kind of ["pointerenter", "pointerleave", "focusin", "focusout"])
+  row.addEventListener(kind, () => document.querySelectorAll(`.curve[data-k="${row.dataset.k}"]`).forEach((line) => line.classList.toggle("lit", /enter|in$/.test(kind))));
+for (const button of document.querySelectorAll(".switch button")) button.addEventListener("click", () => {
+  for (const other of button.parentElement.children) {
+    other.setAttribute("aria-pressed", other === button);
+    byId(other.dataset.plot).classList.toggle("on", other === button);
+    byId(other.dataset.plot).classList.toggle("off", other !== button);
+  }
+});
+for (const kind of ["pointerover", "focusin"]) addEventListener(kind, ({ target }) => {
+  const term = target.closest?.("[data-tip]");
+  if (!term || (kind === "focusin" && !target.matches(":focus-visible"))) return;
+  const { left, bottom } = term.getBoundingClientRect();
+  showTip(term.dataset.tip, left - 14, bottom - 8);
+});
+for (const kind of ["pointerout", "focusout"]) addEventListener(kind, ({ target }) => { if (target.closest?.("[data-tip]")) tip.hidden = true; });
+addEventListener("keydown", (event) => { if (event.key === "Escape") tip.hidden = true; });
 
 // ---- On paper nothing is folded, and tables are no wider than the page.
 addEventListener("beforeprint", () => {

@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.reports.files import write_file
+from trackmark.reports.page.cards import GLOSSARY
 from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
-from trackmark.reports.page.svg import chart_svg
+from trackmark.reports.page.svg import TOP, at_reference, chart_svg
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
-from trackmark.reports.tables import number_in, number_rests, text_columns
+from trackmark.reports.tables import MISSING, number_in, number_rests, text_columns
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -75,15 +76,30 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
         "labels": list(page.trackers),
         "dashes": DASHES,
         "markers": MARKER_PATHS,
+        "shown": TOP,
         "scenes": scenes,
         "beside": quote(os.fsencode(_folder(path).name)),
         "absent": ABSENT,
         "start": page.start.removeprefix("#"),
     }
     blocks = {name: Markup(text) for name, text in inside.items()}  # noqa: S704  # base64
-    text = _environment().get_template("page.html").render(page=page, data=data, blocks=blocks)
+    environment = _environment()
+    cards = environment.get_template("cards.html").make_module({"page": page})
+    template = environment.get_template("page.html")
+    text = template.render(page=page, data=data, blocks=blocks, cards=cards)
+    text = re.sub(r"\n[ \n]+", "\n", text)  # indentation is a tenth of a page without frames
     write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
     return [path, *written]
+
+
+def card_html(card: object, page: Page) -> "Markup":
+    """Return a card of `reports.page.cards`, a chart or a table as HTML.
+
+    `page`: page whose player the card opens.
+    """
+    cards = _environment().get_template("cards.html").make_module({"page": page})
+    html: Markup = getattr(cards, type(card).__name__)(card)
+    return html
 
 
 def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
@@ -116,6 +132,11 @@ def _environment() -> "Environment":
         environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
+    environment.globals["dashes"] = DASHES
+    environment.globals["glossary"] = GLOSSARY
+    environment.filters["kind"] = lambda block: type(block).__name__
+    environment.filters["score"] = lambda value: f"{value:.2f}" if isfinite(value) else MISSING
+    environment.filters["at_reference"] = at_reference
     environment.filters["svg"] = chart_svg
     environment.filters["digits"] = _digits
     environment.filters["colour_index"] = colour_index

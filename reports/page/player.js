@@ -78,11 +78,13 @@ function repaint(image = painted, map = paintedMap) {
 const tellError = (error) => { byId("said").textContent = error.message; };
 
 function tellFrame() {
-  byId("frame").value = byId("slider").value = frame;
-  byId("slider").setAttribute("aria-valuetext", `frame ${frame} of ${scene.frames - 1}`);
+  byId("frame").value = frame;
+  byId("where").textContent = `frame ${frame} of ${scene.frames - 1}`;
+  for (const [name, value] of [["valuenow", frame], ["valuetext", byId("where").textContent]]) byId("curve").setAttribute(`aria-${name}`, value);
   byId("cursor").style.left = `calc(${PLOT.left}px + ${alongCurve(frame)} * (100% - ${PLOT.left + PLOT.right}px))`;
   if (playing && performance.now() - toldAt < TOLD_EVERY) return;  // text costs a layout, and nobody reads it 30 times a second
   toldAt = performance.now();
+  markStrip();
   tellNumbers();
 }
 
@@ -90,10 +92,13 @@ function nameIn(take) {
   const other = take.repetition === repetition() ? "" : ` (repetition ${take.repetition})`;
   return data.trackers[take.tracker] + other + (take.failure ? " (failed)" : "");
 }
+/** Overlap, centre error and, outside the true box, a warning of a run in the frame. */
 function scoresIn(take) {
-  const { error, overlap } = scene.curve(rowOf(take));
-  if (Number.isNaN(overlap[frame])) return "";
-  return `${overlap[frame].toFixed(2)} · ${Number.isNaN(error[frame]) ? "no box" : `${error[frame].toFixed(1)} px`}`;
+  const { error, overlap, out } = scene.curve(rowOf(take));
+  if (Number.isNaN(overlap[frame])) return [];
+  const missing = Number.isNaN(error[frame]);
+  const parts = [make("b", {}, overlap[frame].toFixed(2)), ` ${missing ? "no box" : `${error[frame].toFixed(1)} px`}`];
+  return out[frame] && !missing ? [...parts, " ", make("em", {}, "off target")] : parts;
 }
 
 function numbersIn(take) {
@@ -106,7 +111,7 @@ function tellNumbers() {
   for (const button of trackerButtons()) {
     const take = drawn.find((one) => one.tracker === button.tracker);
     button.called.textContent = nameIn(take || scene.take(button.tracker, repetition(), start()));
-    button.lastChild.textContent = take ? scoresIn(take) : "";
+    button.lastChild.replaceChildren(...(take ? scoresIn(take) : []));
   }
   const weighing = mapTake();
   byId("whose").textContent = weighing ? `of ${data.trackers[weighing.tracker]}` : "";
@@ -126,10 +131,11 @@ function options(select, entries, chosen) {
 
 /** A button a tracker of the sequence, which shows or hides it. */
 function makeLegend() {
-  const truth = make("button", { type: "button", disabled: "" }, "- - truth");
+  const truth = make("button", { type: "button", disabled: "" }, "- - true box");
   byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
-    const called = make("span"), number = make("b", {}, position < 9 ? position + 1 : "");
-    const button = Object.assign(make("button", { type: "button" }, number, sampleOf(tracker), called, make("span")), { tracker, called });
+    const called = make("span"), attributes = { type: "button", class: `c${Math.min(tracker, 6)}` };
+    if (position < 9) attributes["aria-keyshortcuts"] = position + 1;
+    const button = Object.assign(make("button", attributes, sampleOf(tracker), called, make("span", { class: "scores" })), { tracker, called });
     button.addEventListener("click", () => toggle(tracker));
     return button;
   }));
@@ -140,6 +146,7 @@ const trackerButtons = () => [...byId("legend").children].slice(1);
 function arrange() {
   options(byId("scene"), data.scenes.map((one) => [one.name, one.title]), scene.name);
   const repetitions = [...new Set(scene.takes.map((take) => take.repetition))].sort((a, b) => a - b);
+  byId("repetitions").hidden = repetitions.length < 2;
   options(byId("repetition"), repetitions.map((one) => [one, one]), repetition());
   const begins = scene.takes.filter((take) => take.begun), its = begins.filter((take) => take.tracker === focus());
   const begun = new Map((its.length ? its : begins).map((take) => [take.start, take.begun]));
@@ -148,7 +155,8 @@ function arrange() {
   byId("traces").hidden = scene.takes.every((take) => take.revised === null);
   byId("trace").value = state.get("trace") || "online";
   options(byId("other"), [["", "another run"], ...scene.takes.map((take) => [nameOf(take), `${data.trackers[take.tracker]}, repetition ${take.repetition}${take.begun && `, start ${take.begun}`}`])], state.get("other") || "");
-  byId("frame").max = byId("slider").max = scene.frames - 1;
+  byId("frame").max = scene.frames - 1;
+  byId("curve").setAttribute("aria-valuemax", scene.frames - 1);
   byId("lens").setAttribute("aria-pressed", state.has("lens"));
   byId("told").style.minHeight = `${1.5 * drawnTakes().filter((take) => take.numbers).length}em`;
   const shown = shownTrackers();
@@ -163,6 +171,7 @@ function arrange() {
   screen.classList.toggle("lens", state.has("lens"));
   say(standing());
   drawCurve();
+  drawStrip().catch(tellError);
 }
 
 /** What is to be known of what is chosen: what of it is not there, and what went wrong. */
@@ -193,6 +202,8 @@ function arrangeLayers() {
   byId("map").parentNode.hidden = !names.length;
   options(byId("map"), [["", "none"], ...names.map((name) => [name, name])], state.get("map") || "");
   byId("layers").hidden = scene.layers.size < 2 && !names.length;
+  byId("held").hidden = scene.takes.length < 2;
+  byId("menu").hidden = byId("layers").hidden && byId("held").hidden;
 }
 function toggleLayer(layer) {
   if (!scene.layers.has(layer)) { say(`There are no ${layer}.`); return; }
@@ -216,6 +227,14 @@ const leave = () => choose({ sequence: null, tracker: null, repetition: null, st
 const forget = make("button", { type: "button", title: "Close", "aria-label": "Close" }, "✕");
 forget.addEventListener("click", leave);
 const sceneNumber = () => data.scenes.findIndex((one) => one.name === state.get("sequence"));
+function openScene(number, first) {
+  if (!scenes.has(number)) {
+    const made = new Scene(number);
+    made.films.thumbnails?.get(Number(first ?? made.first))?.catch?.(() => {});  // decoded while boxes are unpacked
+    scenes.set(number, made.open());
+  }
+  return scenes.get(number);
+}
 async function follow() {
   const name = state.get("sequence");
   const number = sceneNumber();
@@ -225,14 +244,9 @@ async function follow() {
     stop();
     return;
   }
-  if (!scenes.has(number)) {
-    const made = new Scene(number);
-    made.films.thumbnails?.get(Number(state.get("frame") ?? made.first))?.catch?.(() => {});  // decoded while boxes are unpacked
-    scenes.set(number, made.open());
-  }
-  const opened = await scenes.get(number);
+  const opened = await openScene(number, state.get("frame"));
   if (state.get("sequence") !== name) return;
-  if (!dialog.open) { dialog.showModal(); dialog.focus(); }
+  if (!dialog.open) { dialog.showModal(); byId("curve").focus(); }
   const around = new URLSearchParams(state);
   around.delete("frame");
   const moved = Number(state.get("frame") ?? opened.first);
@@ -258,7 +272,7 @@ const say = (text) => { byId("said").textContent = text; };
 function play() {
   if (playing) { stop(); return; }
   if (frame >= scene.frames - 1) move(0);
-  const each = 1000 / (scene.fps || 30);
+  const each = 1000 / (scene.fps || 30) / byId("speed").value;
   let due = performance.now() + each, busy = false;
   const tick = async (now) => {
     if (!playing) return;
@@ -284,15 +298,20 @@ function stop() {
   if (dialog.open) move(frame);
 }
 
+/** The frame after the last box of a run. */
+function endOf(take) {
+  let end = scene.frames;
+  while (end && !scene.box(rowOf(take), end - 1)) end -= 1;
+  return end;
+}
 /** Where shown trackers fail: frame, run, and what happens there. */
 function failures() {
   const found = [];
   for (const take of drawnTakes()) {
     const row = rowOf(take), { out } = scene.curve(row);
-    let end = scene.frames;  // of what has a box
-    if (take.failure && !take.begun) while (end && !scene.box(row, end - 1)) end -= 1;
-    for (let i = 1; i < end; i++) if (out[i] && !out[i - 1]) found.push([i, take, "leaves the truth's box"]);
-    for (const mark of take.marks) found.push([mark, take, "is begun again"]);
+    const end = take.failure && !take.begun ? endOf(take) : scene.frames;
+    for (let i = 1; i < end; i++) if (out[i] && !out[i - 1]) found.push([i, take, "leaves the true box"]);
+    for (const mark of take.marks) found.push([mark, take, "is restarted"]);
     if (end < scene.frames) found.push([end, take, "stops"]);
   }
   return found.sort((a, b) => a[0] - b[0]);
@@ -300,7 +319,7 @@ function failures() {
 function nextFailure() {
   if (!drawnTakes().length) { say("No tracker is shown."); return; }
   const found = failures(), [next] = found.find(([i]) => i > frame) || found[0] || [];
-  if (next === undefined) { say("No shown tracker leaves the truth's box."); return; }
+  if (next === undefined) { say("No shown tracker leaves the true box."); return; }
   const here = found.filter(([i]) => i === next);
   const why = here.filter(([, , what]) => what === "stops").map(([, take]) => ` Its run failed: ${take.failure}`).join("");
   const again = here.length === found.length ? " It is the only one." : next <= frame ? " It is the first again." : "";
@@ -381,7 +400,7 @@ const KEYS = {
   g: () => { cameFrom = document.activeElement; byId("frame").focus(); byId("frame").select(); },
   f: nextFailure, d: nextDisagreement, c: () => hold(true),
   b: () => toggleLayer("boxes"), k: () => toggleLayer("masks"), n: () => toggleLayer("contours"), p: () => toggleLayer("particles"), h: nextMap,
-  o: flipTrace, e: () => flip("curve", "overlap"), m: () => flip("lens", "1"),
+  o: flipTrace, e: () => flip("curve", "error"), m: () => flip("lens", "1"),
   s: save, l: copyLink, "?": help,
 };
 // Keys are heard wherever the focus is: after a click on what can't have it, nothing has.
@@ -413,7 +432,7 @@ addEventListener("keydown", (event) => {
     hold(true);
     return;
   }
-  if (target.matches("select") || (event.key === " " && target.matches("button"))) return;
+  if (target.matches("select, summary") || (event.key === " " && target.matches("button"))) return;
   const act = KEYS[(event.shiftKey && event.key.startsWith("Arrow") ? "Shift+" : "") + event.key] || KEYS[letter];
   const tracker = /^[1-9]$/.test(event.key) ? trackersHere()[event.key - 1] : undefined;
   if (!act && tracker === undefined) return;
@@ -451,7 +470,6 @@ byId("trace").addEventListener("change", (event) => choose({ trace: event.target
 byId("other").addEventListener("change", (event) => choose({ other: event.target.value }));
 byId("map").addEventListener("change", (event) => choose({ map: event.target.value }));
 byId("frame").addEventListener("change", (event) => move(event.target.value || frame));
-byId("slider").addEventListener("input", (event) => move(event.target.value));
 for (const select of dialog.querySelectorAll("select")) select.addEventListener("change", () => {
   if (pointed) select.blur();  // who chooses by keys goes on choosing
 });

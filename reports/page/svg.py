@@ -68,10 +68,23 @@ def chart_svg(chart: Chart, page: Page, height: int = 300, width: int = 440) -> 
         labelled = lines[:TOP] if crowded else lines
         parts += _labels(labelled, x, y) if chart.named else []
     scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
-    head = Markup('<svg viewBox="0 0 {} {}" role="img" aria-label="{}" data-scale="{}">').format(
-        width, height, one_line(chart.aria or chart.words), scales
+    head = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">').format(
+        width,
+        height,
+        "group" if chart.kind == "dots" else "img",
+        one_line(chart.aria or chart.words),
+        scales,
     )
     return head + Markup("").join(parts) + Markup("</svg>")
+
+
+def at_reference(chart: Chart, line: Line) -> str:
+    """Return the value of a line at the reference of a chart, else the line's own value."""
+    values = np.asarray(line.y, float)
+    if chart.reference is None or not np.isfinite(values).any():
+        return line.value
+    value = values[np.nanargmin(np.abs(np.asarray(line.x, float) - chart.reference))]
+    return f"{100 * value:.0f} %" if chart.percent else f"{value:.2f}"
 
 
 def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tuple[_Scale, _Scale]:
@@ -100,22 +113,24 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
     (left, right), (bottom, top) = x.pixels, y.pixels
     text = Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
     for tick in y.ticks:
-        at = float(y(tick))
+        position = float(y(tick))
         label = f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.percent else f"{tick:g}"
-        yield Markup('<path class="grid" d="M{},{:.1f}H{}"/>').format(left, at, right)
-        yield text.format(left - 6, at + 4, "end", label)
+        yield Markup('<path class="grid" d="M{},{:.1f}H{}"/>').format(left, position, right)
+        yield text.format(left - 6, position + 4, "end", label)
     for tick in x.ticks:
-        at = float(x(tick))
+        position = float(x(tick))
         label = _time(tick) if chart.logarithmic else f"{tick:g}"
         if chart.kind == "dots":
-            yield Markup('<path class="grid" d="M{:.1f},{}V{}"/>').format(at, top, bottom)
-        yield text.format(at, bottom + 17, "end" if at > right - 12 else "middle", label)
-    yield text.format((left + right) / 2, height - 4, "middle", chart.x)
+            yield Markup('<path class="grid" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
+        anchor = "end" if position > right - 12 else "middle"
+        yield text.format(position, bottom + 17, anchor, label)
+    name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
+    yield text.format((left + right) / 2, height - 4, "middle", name)
     if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
-        at = float(x(chart.reference))
-        yield Markup('<path class="reference" d="M{:.1f},{}V{}"/>').format(at, top, bottom)
+        position = float(x(chart.reference))
+        yield Markup('<path class="reference" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
         if chart.reference_label:
-            yield text.format(at - 4, bottom - 6, "end", chart.reference_label)
+            yield text.format(position - 4, bottom - 6, "end", chart.reference_label)
 
 
 def _time(milliseconds: float) -> str:
@@ -132,16 +147,17 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
     grey = crowded and line.position >= TOP
     index = "rest" if grey else f"c{colour_index(line.position)}"
     dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
+    has_place = [True] if len(line.places) == 1 else np.isfinite(ys)
     places = " ".join(
         ".".join(map(str, place[:4])) if place else "-"
-        for place, y_value in zip(line.places, ys, strict=False)
-        if isfinite(y_value)
+        for place, is_finite in zip(line.places, has_place, strict=False)
+        if is_finite
     )
     band = Markup("")
     if np.size(line.low) and not crowded and kind == "step":
         low, high = np.asarray(line.low, float), np.asarray(line.high, float)
-        known = np.isfinite(low) & np.isfinite(high)
-        upper, lower = (_points(xs[known], end[known], x, y, step=True) for end in (high, low))
+        finite = np.isfinite(low) & np.isfinite(high)
+        upper, lower = (_points(xs[finite], end[finite], x, y, step=True) for end in (high, low))
         if upper:
             band = Markup('<path class="band {}" d="M{}Z"/>').format(
                 index, "L".join([*upper, *lower[::-1]])
@@ -222,7 +238,7 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
         finite = np.isfinite(ys)
         heights.append(np.interp(grid, x(xs[finite]), y(ys[finite])))
-    taken: list[tuple[float, float, float]] = []
+    placed: list[tuple[float, float, float]] = []
     for number, line in enumerate(lines):
         half = _LETTER * len(_short(line.label)) / 2
         best = (-np.inf, 0.0, 0.0)
@@ -232,19 +248,20 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
             for down in (heights[number][i] - 10, heights[number][i] + 18):
                 if not y.pixels[1] + 12 <= down <= y.pixels[0] - 4:
                     continue
+                if any(
+                    abs(down - low) < 13 and abs(centre - mid) < half + other + 4
+                    for mid, low, other in placed
+                ):
+                    continue
                 gaps = [_gap(other[near], down) for other in heights]
-                gaps += [
-                    max(abs(down - low) - 14, abs(centre - mid) - half - other)
-                    for mid, low, other in taken
-                ]
-                own = gaps[number]
-                others = min((*gaps[:number], *gaps[number + 1 :]), default=40.0)
-                score = min(others, 14.0) + min(own, 3.0) - abs(centre - grid[i]) / 10
+                own_gap = gaps.pop(number)
+                others = min(gaps, default=14.0)
+                score = min(others, 14.0) + 2 * min(own_gap, 4.0) - abs(centre - grid[i]) / 10
                 if score > best[0]:
                     best = score, centre, down
         _, centre, down = best
         if isfinite(best[0]):
-            taken.append((centre, down, half))
+            placed.append((centre, down, half))
             yield Markup(
                 '<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="middle">{}</text>'
             ).format(colour_index(line.position), centre, down, _short(line.label))

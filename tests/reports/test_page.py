@@ -105,17 +105,19 @@ def test_address_contains_names_unchanged():
 
 def test_words_stand_out_from_their_ground_in_light_and_dark():
     style = (Path(pages.__file__).parent / "page.css").read_text()
-    light, dark, *_ = re.findall(r":root \{(.*?)\}", style, re.DOTALL)
+    light, dark, *_ = re.findall(r":root \{(.*?)\n *\}", style, re.DOTALL)
     for theme in (light, dark):
-        named = dict(re.findall(r"--(\w+): (#\w+)", theme))
+        named = dict(re.findall(r"--([\w-]+): (#\w+)", theme))
         assert {"paper", "panel", "ink", "faint", "accent", "shade"} <= named.keys()
         colours = {
             name: np.array(rgb(code if len(code) == 7 else "".join(2 * sign for sign in code[1:])))
             for name, code in named.items()
         }
         for words in colours.keys() & {"ink", "faint", "accent", "bad", "good"}:
-            for ground in ("paper", "panel"):
+            for ground in ("page", "paper", "panel"):
                 assert contrast(colours[words], colours[ground]) >= 4.5, (words, ground)
+        for name in ("good", "bad", "open"):
+            assert contrast(colours[name], colours[f"{name}-ground"]) >= 4.5
         most = int(re.search(r"--share, 0\) \* (\d+)%", style)[1]) / 100
         darkest = most * colours["shade"] + (1 - most) * colours["paper"]  # of the heat map
         assert contrast(colours["ink"], darkest) >= 4.5

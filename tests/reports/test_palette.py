@@ -10,10 +10,10 @@ from tests.reports.contrast import contrast, linear
 from trackmark.reports import page
 from trackmark.reports.figures import line_style
 from trackmark.reports.overlay import BACKGROUND
-from trackmark.reports.palette import COLOURS, colour, rgb
+from trackmark.reports.palette import COLOURS, DARK, LIGHT, colour, rgb
 
-INK = "#e6e8eb"  # of dark pages
-GROUNDS = {"light": ("#ffffff", "#f5f6f8"), "dark": ("#15181c", "#1e2228")}  # pages, their buttons
+GROUNDS = {"light": ("#f6f7f9", "#ffffff"), "dark": ("#101316", "#181c21")}  # pages and cards
+SHADES = {"light": LIGHT, "dark": DARK}
 
 # Machado, Oliveira and Fernandes (2009), of the severest kind; rows give red, green, blue.
 SEEN = {
@@ -36,16 +36,17 @@ def lab(values):
 
 @pytest.mark.parametrize("ground", GROUNDS)
 def test_line_colours_contrast_with_backgrounds(ground):
-    for shade, behind in product(COLOURS, GROUNDS[ground]):
+    for shade, behind in product(SHADES[ground], GROUNDS[ground]):
         assert contrast(rgb(shade), rgb(behind)) >= 3, (shade, behind)
+    for shade in COLOURS:
+        assert contrast(rgb(shade), rgb("#ffffff")) >= 3
 
 
 def test_backgrounds_are_those_of_pages():
     css = Path(page.__file__).with_name("page.css").read_text()
     light, dark = css.split("prefers-color-scheme: dark")
-    assert "--paper: #fff;" in light
-    assert "--panel: #f5f6f8;" in light
-    assert all(f"{shade};" in dark for shade in (*GROUNDS["dark"], INK))
+    for theme, (ground, card) in zip((light, dark), GROUNDS.values(), strict=False):
+        assert f"--page: {ground}; --paper: {card.replace('#ffffff', '#fff')};" in theme
 
 
 @pytest.mark.parametrize("sight", SEEN)

@@ -89,6 +89,13 @@ def test_largest_differences_do_not_overflow():
     assert motion.mean == 2 * motion.latest.mean()
 
 
+@pytest.mark.parametrize(("level", "changing"), [(7, 0.0), (8, 1.0)])
+def test_changing_share_counts_changes_of_eight_grey_levels(level, changing):
+    black = first_frame(np.zeros((20, 20, 3), np.uint8))
+    grey = np.full((20, 20, 3), level, np.uint8)
+    assert compare_frames(grey, black, 1, False).changing == changing
+
+
 def test_window_region_tolerates_rounding_at_an_edge():
     for off in (-6e-12, 0.0, 6e-12):
         assert window_region(13.5 + off, 9.0 + off, 10, 7, 24, 31) == (9, 6, 19, 13)

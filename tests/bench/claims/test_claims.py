@@ -105,9 +105,7 @@ def test_hardest_tracker_is_chosen_for_each_sequence():
     )
     differences = scene_differences(both, Evidence(first, second))
     assert differences.to_numpy() == pytest.approx([-0.4, 0.4, 0.3, 0.3, 0.3, 0.3])
-
-
-def test_hardest_of_several_errors_is_the_largest():
+    # The largest of several errors.
     both = claim(better=["A", "B"], worse="C", test="order", margin=0.02)
     first = table({"A": [1.0, 1.0], "B": [2.0, 2.0]})
     evidence = Evidence(first, table({"C": [5.0, 5.0]}), lower_is_better=True)

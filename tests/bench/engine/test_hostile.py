@@ -71,11 +71,11 @@ def lock_step(data_folder):
 def run_units(units, limits=LIMITS):
     """Return the runs of each unit by class."""
     with closing(Pool(limits)) as pool:
-        outcomes = dict(pool.perform(units))
-    assert [str(outcome) for outcome in outcomes.values() if isinstance(outcome, Exception)] == []
+        outcomes = [outcome for _, outcome in pool.perform(units)]
+    assert [str(outcome) for outcome in outcomes if isinstance(outcome, Exception)] == []
     return [
-        {run.identity.tracker.rpartition(":")[2]: run for run in outcomes[unit].runs}
-        for unit in units
+        {run.identity.tracker.rpartition(":")[2]: run for run in outcome.runs}
+        for outcome in outcomes
     ]
 
 
@@ -126,7 +126,7 @@ def test_hostile_trackers_of_one_unit_cost_their_own_runs(
 def test_each_hostile_tracker_is_contained_in_lock_step(lock_step, clock_of_hangs, undisturbed):
     """Run each tracker twice in its own units: the second run meets the process of the first."""
     names = [name for name in hostile.CLASSES for _ in range(2)]
-    units = [replace(lock_step(name), truth=str(turn)) for turn, name in enumerate(names)]
+    units = [lock_step(name) for name in names]
     outcomes = zip(names, run_units(units), strict=True)
     differences = [wrong(runs, [name], undisturbed) for name, runs in outcomes]
     assert [item for items in differences for item in items] == []

@@ -44,6 +44,16 @@ class Cells(HTMLParser):
             self._cell["text"] += text
 
 
+def rows_of_sequences(text):
+    """Return the rows of the folded tables of all sequences, each after the sequence's name."""
+    tables = Cells(text).tables
+    return [
+        [scene["name"], *row]
+        for number, scene in enumerate(data_of(text)["scenes"])
+        for row in tables.get(f"scores-{number}", [])[1:]
+    ]
+
+
 def data_of(text):
     """Return the data of a page's scripts."""
     return json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
@@ -74,12 +84,6 @@ def open_frame(browser, **address):
     number = address["frame"]
     name = json.dumps(address["sequence"])
     browser.wait(f"scene && scene.name === {name} && paintedFrame === {number}")
-
-
-def filter_tables(browser, words):
-    """Type words into the filter of tables."""
-    browser.run(f"byId('filter').value = {json.dumps(words)}")
-    browser.run("byId('filter').dispatchEvent(new Event('input'))")
 
 
 def curves_of(text, chart):

@@ -34,8 +34,8 @@ MESSAGE = "byId('said').textContent"
 
 
 def test_number_and_copied_link_open_worst_frame(opened_page):
-    href = opened_page.run("document.querySelector('#sequences tbody tr:nth-child(3) a').hash")
-    opened_page.click("#sequences tbody tr:nth-child(3) a")
+    href = opened_page.run("document.querySelector('#heat tbody tr:nth-child(3) a').hash")
+    opened_page.click("#heat tbody tr:nth-child(3) a")
     opened_page.wait("byId('player').open && paintedFrame >= 0")
     address = dict(opened_page.run(f"[...new URLSearchParams({json.dumps(href)}.slice(1))]"))
     assert state(opened_page) == address
@@ -45,7 +45,7 @@ def test_number_and_copied_link_open_worst_frame(opened_page):
     opened_page.key("l")
     link = opened_page.wait("window.copied")
     before = state(opened_page)
-    changes = {"show": "0.2", "curve": "overlap", "lens": "1"}
+    changes = {"show": "0.2", "curve": "error", "lens": "1"}
     assert before == address | {"frame": str(int(address["frame"]) - 1)} | changes
     opened_page.open(link)
     opened_page.wait("byId('player').open && paintedFrame >= 0")
@@ -122,7 +122,7 @@ def test_keys_move_by_frames_to_failures_and_to_disagreements(opened_page, resul
 
 
 CONTROLS = [
-    "#play", "#slider", "#curve", "#screen", "#link", "#save", "#helped", "#measured", "#lens",
+    "#play", "#curve", "#screen", "#link", "#save", "#helped", "#measured", "#lens",
     "#legend button:nth-child(2)", "[data-key=f]", "[data-key=d]", "[data-key=ArrowLeft]",
     "#repetition",
 ]  # fmt: skip
@@ -149,12 +149,13 @@ def test_keys_work_after_a_click_on_any_control(opened_page):
 def test_keyboard_keeps_the_focus_and_does_one_thing_at_a_time(opened_page):
     open_frame(opened_page, sequence=canonical_name(NOISY), frame=5)
     where = "document.activeElement.id || document.activeElement.dataset.key"
-    visited = [""]
+    visited = [opened_page.run(where)]
+    assert visited == ["curve"]
     while visited[-1] != "lens":
         opened_page.key("Tab")
         visited.append(opened_page.run(where))
         assert opened_page.run("document.activeElement.matches(':focus-visible')")
-    assert {"scene", "other", "play", "frame", "slider"} <= {*visited}
+    assert {"play", "frame", "speed"} <= {*visited}
     opened_page.key(" ")
     assert state(opened_page)["lens"] == "1"
     assert not opened_page.run("playing")
@@ -176,12 +177,17 @@ def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
     opened_page.wait("visited.length >= 12")
     opened_page.key(" ")
     assert opened_page.run("visited")[:12] == list(range(1, 13))  # no frame is skipped
-    opened_page.run("byId('slider').value = 33; byId('slider').dispatchEvent(new Event('input'))")
+    place = "(({{x, y, width}}) => [x, y, width])(byId('{}').getBoundingClientRect())"
+    x, y, width = opened_page.run(place.format("curve"))
+    left, right = opened_page.run("[PLOT.left, PLOT.right]")
+    position = {"x": x + left + 33 / 59 * (width - left - right), "y": y + 30}
+    mouse = {"button": "left", "buttons": 1, "clickCount": 1, **position}
+    for kind in ("mousePressed", "mouseReleased"):
+        opened_page.call("Input.dispatchMouseEvent", type=kind, **mouse)
     opened_page.wait("paintedFrame === 33")
-    place = "(({{x, width}}) => [x, width])(byId('{}').getBoundingClientRect())"
-    cursor, slider = (opened_page.run(place.format(entry)) for entry in ("cursor", "slider"))
-    thumb = slider[0] + 8 + 33 / 59 * (slider[1] - 16)  # its centre; it is 16 pixels wide
-    assert cursor[0] + cursor[1] / 2 == pytest.approx(thumb, abs=0.6)
+    assert opened_page.run("byId('curve').ariaValueNow") == "33"
+    x, _, width = opened_page.run(place.format("cursor"))
+    assert x + width / 2 == pytest.approx(position["x"], abs=0.6)
     plain, entry = opened_page.run(PIXELS), "byId('legend').children[3].textContent"
     opened_page.run("choose({other: '2.1', show: '2'})")
     numbers = []
@@ -260,16 +266,15 @@ def test_finger_opens_points_holds_a_run_and_moves_the_magnifier(opened_page, pa
     opened_page.call("Emulation.setTouchEmulationEnabled", enabled=True)
     opened_page.open(page.as_uri())
     assert opened_page.run("document.documentElement.scrollWidth") == 390
-    opened_page.point("#errors-2 svg")
+    opened_page.point("#success svg")
     middle = (
         "(({{x, y, width, height}}) => ({{x: x + width / 2, y: y + height / 2}}))"
         "(document.querySelector('{}').getBoundingClientRect())"
     )
-    touch(opened_page, "touchStart", opened_page.run(middle.format("#errors-2 svg")))
+    touch(opened_page, "touchStart", opened_page.run(middle.format("#success svg")))
     touch(opened_page, "touchEnd")
     opened_page.wait("byId('player').open && paintedFrame >= 0")
-    assert opened_page.run("scene.number") == 2
-    opened_page.run("choose({other: '2.1'})")
+    opened_page.run("choose({other: '2.1'}); byId('menu').open = true; 0")
     touch(opened_page, "touchStart", opened_page.run(middle.format("#hold")))
     opened_page.wait("held && drawnTakes()[0].repetition === 1")
     touch(opened_page, "touchEnd")
@@ -319,12 +324,13 @@ def test_link_to_missing_item_shows_message(opened_page):
 
 
 def test_page_of_some_frames_marks_these_and_explains_others(opened_page):
-    opened_page.run("data.scenes[0].kept = [10, 11, 12, 30]; 0")
+    opened_page.run("setLooping(false); scenes.clear(); data.scenes[0].kept = [10, 11, 12, 30]; 0")
     opened_page.run(
         "window.texts = []; { const before = pen.fillText; pen.fillText = function (...given) {"
         " texts.push(given[0]); before.apply(this, given); }; } window.marks = [];"
         " CanvasRenderingContext2D.prototype.fillRect = function (x) {"
-        " if (this === curvePen) marks.push(x); }; 0"
+        " if (this === curvePen && this.fillStyle === accent) marks.push(x); };"
+        " window.accent = getComputedStyle(dialog).getPropertyValue('--accent').trim(); 0"
     )
     open_frame(opened_page, sequence=canonical_name(FIRST), frame=11)
     assert opened_page.run("painted !== null && texts.length === 0")
@@ -334,20 +340,45 @@ def test_page_of_some_frames_marks_these_and_explains_others(opened_page):
     opened_page.key("ArrowRight", shift=True)
     opened_page.wait("paintedFrame === 21")
     assert opened_page.run("texts") == [
-        "The page keeps the worst frames alone,", "those with a line beneath the curve."
+        "This page has only the worst frames:", "those with a line below the curve."
     ]  # fmt: skip
 
 
-def test_curve_of_overlaps_has_the_line_of_success(opened_page):
+def test_timeline_marks_success_failure_and_loss(opened_page):
+    open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
+    opened_page.run(
+        "{ const curve = scene.curve(1); curve.out.fill(0); curve.out.fill(1, 20, 29);"
+        " curve.out.fill(1, 40, 50); } window.lanes = []; window.crosses = 0;"
+        " { const fill = curvePen.fillRect, stroke = curvePen.stroke; curvePen.fillRect ="
+        " function (x, y, w, h) { lanes.push([y, h, this.globalAlpha]);"
+        " fill.call(this, x, y, w, h); };"
+        " curvePen.stroke = function (path) { crosses += path !== undefined; stroke.call(this,"
+        " ...(path ? [path] : [])); }; } choose({show: '0'}); 0"
+    )
+    opened_page.wait("lanes.length")
+    assert opened_page.run("lostFrame(drawnTakes()[0])") == 40  # nine frames are not enough
+    thin = opened_page.run("lanes.filter(([, height]) => height === 1.5).length")
+    assert thin == 19
+    assert opened_page.run("new Set(lanes.map(([, , alpha]) => alpha)).size") <= 2
+    assert opened_page.run("crosses") == 1
+    strip = "[...byId('strip').children]"
+    opened_page.wait(
+        f"{strip}.length === 20 && {strip}.filter((one) => one.className).length === 1"
+    )
+    opened_page.run(f"{strip}[10].click()")
+    opened_page.wait(f"paintedFrame === {strip}[10].frame && {strip}[10].className === 'on'")
+
+
+def test_curve_has_numbers_of_overlap_or_error(opened_page):
     open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
     opened_page.run(
         "window.texts = []; { const before = curvePen.fillText; curvePen.fillText = function"
         " (...given) { texts.push(given[0]); before.apply(this, given); }; } 0"
     )
+    opened_page.run("drawCurve()")
+    assert {"0", "0.5", "1", "20", "40", "overlap"} <= {*opened_page.run("texts.splice(0)")}
     opened_page.key("e")
-    assert {"0", "0.5", "1", "20", "40", "overlap; success from 0.5"} <= {
-        *opened_page.wait("texts")
-    }
+    assert "centre error [px]" in opened_page.wait("texts.length && texts")
 
 
 def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_path, monkeypatch):
@@ -355,6 +386,7 @@ def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_pa
     beside = write_experiment_page(results, tmp_path, full=True)
     assert len(list((tmp_path / "report-frames").glob("thumbnails-*.js"))) >= 6
     chromium.console.clear()
+    chromium.size(1280, 900, still=True)  # loops do not load frames
     chromium.open(beside.as_uri())
     assert chromium.run("document.querySelectorAll('script[src]').length") == 0
     name = canonical_name("plain/target:length=60:scene=1")
@@ -399,11 +431,11 @@ def test_absent_failures_and_disagreements_are_stated(opened_page):
         opened_page.run(f"move({frame})")
         opened_page.key("f")
         assert opened_page.run("frame") == 40
-        message = f"{trackers[0]} leaves the truth's box at frame 40. It is the only one."
+        message = f"{trackers[0]} leaves the true box at frame 40. It is the only one."
         assert opened_page.run(MESSAGE) == message
     opened_page.run("scene.curve(1).out.fill(0)")
     opened_page.key("f")
-    assert opened_page.run(MESSAGE) == "No shown tracker leaves the truth's box."
+    assert opened_page.run(MESSAGE) == "No shown tracker leaves the true box."
 
 
 FAILING = '''
@@ -434,12 +466,12 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
     chromium.console.clear()
     chromium.size(1280, 900)
     chromium.open(page.as_uri())
-    chromium.click("#failed tbody a")
+    chromium.click(".failures a")
     chromium.wait("dialog.open && paintedFrame === 11")  # its last box
     legend = "byId('legend').children[2].textContent"
     why = "failing.py:Failing, repetition 0, failed: frame 12: ValueError: no <b>colour</b> is left"
     assert chromium.run(MESSAGE) == why
-    assert re.search(r"Failing \(failed\)0\.00 · \d+\.\d px$", chromium.run(legend))
+    assert re.search(r"Failing \(failed\)0\.00 \d+\.\d px off target$", chromium.run(legend))
     chromium.run("choose({tracker: 'static'})")
     for message in ("", why):  # the reason is shown with the run
         chromium.key("2")
@@ -450,9 +482,9 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
         chromium.key("f")
         chromium.wait(f"paintedFrame === {frame}")
         messages.append(chromium.run(MESSAGE))
-    assert "Failing leaves the truth's box at frame" in messages[0]
+    assert "Failing leaves the true box at frame" in messages[0]
     assert messages[1].startswith("failing.py:Failing stops at frame 12. Its run failed: frame 12")
-    assert chromium.run(legend).endswith("Failing (failed)0.00 · no box")
+    assert chromium.run(legend).endswith("Failing (failed)0.00 no box")
     curve = "[...scene.curve(2).error].map((one) => !Number.isNaN(one))"
     assert chromium.run(curve) == [True] * 12 + [False] * 8
     assert chromium.console == []

@@ -48,7 +48,7 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
             stored = bench.run(experiment, folder, jobs=1)
         if protocol == "real-time:seconds=0.1":
             text = write_experiment_page(stored, folder / "first").read_text()
-            assert "No comparison: nothing was run in one pass." in text
+            assert "There is no comparison: no run is by one pass." in text
     return stored, write_experiment_page(stored, folder, preset_report(stored, ["native"]).tables)
 
 
@@ -144,7 +144,7 @@ def test_player_shows_segments_and_restarts(chromium, by_protocols):
     for _ in range(4):
         chromium.key("f")
         messages.append(chromium.run("byId('said').textContent"))
-    assert any(f"begun again at frame {mark}." in message for message in messages)
+    assert any(f"is restarted at frame {mark}." in message for message in messages)
     assert chromium.run("byId('shown').parentNode.hidden")  # `show` draws one-pass runs only
     open_frame(chromium, sequence=name, tracker=tre, show=labels.index(tre), repetition=1, frame=50)
     before = chromium.run("screen.toDataURL()")

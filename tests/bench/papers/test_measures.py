@@ -62,6 +62,8 @@ def test_windows_are_counted_as_in_the_paper():
     assert value("mean_overlap:first=3:last=3", shifted) == pytest.approx(20 / 180)
     assert value("first_loss", judged(off_at(*range(8, 21)))) == 7
     assert value("frames_on_target", shifted) == N - 1
+    assert value("mean_error", judged(off_at(1), absent=range(10, 20))) == pytest.approx(0.8)
+    assert parse_frames("11+14-16") == [11, 14, 15, 16]
 
 
 @pytest.mark.parametrize(
@@ -93,14 +95,6 @@ def test_failed_run_counts_as_one_without_boxes():
     assert value("kept", failed) == 0.0
     assert value("mean_error:first=2", failed) == 100.0  # diagonal of 60 x 80
     assert value("mean_overlap:first=2", failed) == 0.0
-
-
-def test_absent_frames_have_no_error():
-    assert value("mean_error", judged(off_at(1), absent=range(10, 20))) == pytest.approx(0.8)
-
-
-def test_frames_may_be_listed_and_ranged():
-    assert parse_frames("11+14-16") == [11, 14, 15, 16]
 
 
 @pytest.mark.parametrize(

@@ -125,18 +125,13 @@ def test_claim_requests_both_settings_and_its_scenes(description):
 ROOT = Path(__file__).parents[3]
 
 
-@pytest.fixture(scope="module")
-def recipe():
-    section = (ROOT / "CONTRIBUTING.md").read_text("utf-8").partition("### A claim")[2]
-    (claim,) = re.findall(r"```toml\n(.*?)```", section.partition("\n## ")[0], re.DOTALL)
-    return str(claim)
-
-
 @pytest.fixture
-def claims(recipe, tmp_path):
-    path = tmp_path / "claims.toml"
-    path.write_text(recipe, "utf-8")
-    return read_claims("wang2010", path)
+def claims(tmp_path):
+    """Return the claim of the recipe."""
+    section = (ROOT / "CONTRIBUTING.md").read_text("utf-8").partition("### A claim")[2]
+    (text,) = re.findall(r"```toml\n(.*?)```", section.partition("\n## ")[0], re.DOTALL)
+    (tmp_path / "claims.toml").write_text(text, "utf-8")
+    return read_claims("wang2010", tmp_path / "claims.toml")
 
 
 @pytest.fixture

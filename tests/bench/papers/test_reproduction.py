@@ -320,9 +320,6 @@ def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
     assert '<a href="tiny/report.html">tiny</a>' in front
     assert "2 hold, 1 does not hold" in front
     assert "trackmark reproduce tiny --all (1 min)" in front
-
-
-def test_front_page_names_a_report_that_cannot_be_read(tiny):
     (tiny.results / "tiny" / "report.json").write_text('{"claims": [{}]}')
     with pytest.raises(ResultsError, match=r"report.json: the report cannot be read"):
         write_front_page(tiny.results)

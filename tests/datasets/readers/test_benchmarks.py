@@ -107,6 +107,13 @@ class TestMissingFiles:
         with refused(rf"{first.name}: this image is missing; the first"):
             datasets.load(path)
 
+    @parametrize_layouts()
+    def test_copied_image_is_refused_by_name(self, create, write_images, layout):
+        path, _, frame = create(layout)
+        write_images(frame.parent, [f"{frame.stem} copy.jpg"])
+        with refused(rf"{frame.stem} copy\.jpg"):
+            datasets.load(path)
+
 
 class TestVot:
     def test_tags_and_values_are_read(self, load):

@@ -43,10 +43,7 @@ def students():
 def test_occlusions_exclude_entering_and_leaving():
     assert criteria.occlusions(VISIBILITY, 0.5) == [(21, 28), (40, 43), (48, 50)]
     assert criteria.tree_occlusion(VISIBILITY, 0.3) == (22, 27)
-
-
-def test_frame_after_tree_is_the_first_in_full_view():
-    assert criteria.frame_after_tree(VISIBILITY) == 30
+    assert criteria.frame_after_tree(VISIBILITY) == 30  # the first in full view
 
 
 def test_measures_of_the_occlusions(students):

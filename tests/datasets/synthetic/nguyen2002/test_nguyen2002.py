@@ -22,6 +22,8 @@ from trackmark.datasets.synthetic.nguyen2002.film.scene import (
 )
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
+from trackmark.datasets.synthetic.nguyen2002.lights.objects import HALF_HEIGHT, occluder_objects
+from trackmark.datasets.synthetic.nguyen2002.lights.scene import OCCLUDERS as LIGHTS_OCCLUDERS
 from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
     Lighting,
     LightsScene,
@@ -30,7 +32,8 @@ from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
     _pose,
 )
 from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
-from trackmark.datasets.synthetic.render.finish import SceneObject
+from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
+from trackmark.datasets.synthetic.render.solids import NOTHING
 
 pytestmark = unless_sealed("nguyen2002/clip-01", "nguyen2002/lights")
 
@@ -230,6 +233,14 @@ def test_lights_mask_marks_the_pixels_of_the_print(monkeypatch):
         near = grown(mask, 2)
         assert changed[mask].mean() > 0.93
         assert changed[~near].mean() < 1e-3
+
+
+@pytest.mark.parametrize("kind", LIGHTS_OCCLUDERS)
+def test_occluders_of_lights_have_no_holes(kind):
+    for seed in range(3):
+        objects = occluder_objects(kind, np.random.default_rng(seed))
+        size = (-34, -HALF_HEIGHT), (68, 2 * HALF_HEIGHT)
+        assert (render_surfaces(objects, *size, 1).owners != NOTHING).all()
 
 
 def test_lamp_off_reduces_brightness_at_once_and_unevenly():

@@ -47,11 +47,11 @@ def head():
 
 @pytest.mark.parametrize("seed", [0, pytest.param(11, marks=pytest.mark.slow)])
 def test_ellipse_in_the_head_box_fits_the_head(seed):
-    head = datasets.load(f"{HEAD}:scene={seed}")
+    sequence = datasets.load(f"{HEAD}:scene={seed}")
     shares = []
     for frame in range(0, 450, 25):
-        x, y, width, height = head.boxes[frame]
-        left, top, whole, _ = head.frames.worker.head_seen(frame)
+        x, y, width, height = sequence.boxes[frame]
+        left, top, whole, _ = sequence.frames.worker.head_seen(frame)
         head = whole >= 128
         u = (np.arange(head.shape[1]) + left + 0.5 - x - width / 2) / (width / 2)
         v = (np.arange(head.shape[0]) + top + 0.5 - y - height / 2) / (height / 2)

@@ -1,0 +1,176 @@
+"""Cards of a report page: plain data that the macros of the same names in `cards.html` draw."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from trackmark.reports.page.content import Chart, PageTable, PlayerPosition
+
+GLOSSARY: Mapping[str, str] = {
+    "overlap": "Overlap (IoU): area shared by the estimated and the true box, divided by the area "
+    "that both cover. 1 is perfect, 0 is a miss.",
+    "success": "Share of frames with an overlap of at least 0.5.",
+    "centre error": "Distance between the centres of the estimated and the true box.",
+    "time": "Median processor time of an update. With ~ other processes ran at the same time.",
+    "95 % interval": "Range that contains the mean over new sequences in 95 % of cases. It is "
+    "drawn from six sequences on.",
+    "lost": "The estimated centre is outside the true box for ten visible frames in a row.",
+    "true box": "Box of the target in the ground truth: annotated, or known from rendering.",
+    "seed": "Number that initialises the random generator of a stochastic tracker.",
+}
+"""Definitions of the terms of a page, for tooltips and the glossary."""
+
+Box: TypeAlias = Sequence[float]
+"""`[x, y, width, height]` [px]."""
+
+
+@dataclass(frozen=True)
+class Still:
+    """Frame with the true box and the boxes of trackers."""
+
+    image: bytes  # WebP; empty without frames
+    size: tuple[int, int]  # width and height of the frame [px]
+    truth: Box | None
+    boxes: Sequence[tuple[int, Box]]  # index of the tracker, and its box
+    words: str  # description for screen readers
+
+
+@dataclass(frozen=True)
+class LeaderRow:
+    """Tracker in a leaderboard; texts are ready to print."""
+
+    tracker: int
+    label: str
+    mean: float  # overlap; NaN if runs are missing
+    interval: tuple[float, float] | None
+    success: str
+    error: str
+    time: str
+    place: PlayerPosition | None = None
+    note: str = ""
+    marked: bool = False  # best, or not worse than any other tracker
+
+
+@dataclass(frozen=True)
+class Leaderboard:
+    """Trackers by mean overlap, best first."""
+
+    rows: Sequence[LeaderRow]
+    over: str  # number of sequences: `3 sequences`
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Frames around the hardest moment of a sequence."""
+
+    scene: int
+    name: str
+    frame: int
+    first: int
+    last: int
+    still: Still
+    overlaps: Sequence[tuple[int, str, str]]  # index and name of the tracker, and its overlap
+    place: PlayerPosition
+
+
+@dataclass(frozen=True)
+class Loops:
+    """Hardest moments, hardest first."""
+
+    loops: Sequence[Loop]
+
+
+@dataclass(frozen=True)
+class CurvePlot:
+    """Charts in the same place, with a switch."""
+
+    charts: Mapping[str, Chart]  # by label of the switch
+
+
+@dataclass(frozen=True)
+class HeatRow:
+    """Sequence in a heat map; values are NaN if missing."""
+
+    name: str
+    thumbnail: bytes
+    values: Sequence[float]
+    places: Sequence[PlayerPosition | None]
+
+
+@dataclass(frozen=True)
+class HeatTable:
+    """Mean overlap by sequence and tracker; rows after `max_rows` are folded."""
+
+    trackers: Sequence[tuple[int, str]]
+    rows: Sequence[HeatRow]
+    means: Sequence[float]
+    max_rows: int
+
+
+@dataclass(frozen=True)
+class PairCell:
+    """One tracker compared with another one."""
+
+    answer: str  # `better`, `worse`, `equivalent` or `inconclusive`; empty for too few units
+    difference: float
+    won: int
+    lost: int
+    tip: str
+    place: PlayerPosition | None
+
+
+@dataclass(frozen=True)
+class PairMatrix:
+    """Answers on all pairs; the cell of a tracker with itself is None."""
+
+    trackers: Sequence[tuple[int, str]]
+    rows: Sequence[Sequence[PairCell | None]]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class FailureCard:
+    """Run that lost the target or stopped."""
+
+    tracker: int
+    label: str
+    sequence: str
+    text: str
+    still: Still
+    place: PlayerPosition
+
+
+@dataclass(frozen=True)
+class Failures:
+    """Runs that lost the target or stopped."""
+
+    cards: Sequence[FailureCard]
+
+
+@dataclass(frozen=True)
+class SequenceFold:
+    """Folded scores of a sequence with the overlap by frame."""
+
+    key: str
+    name: str
+    thumbnail: bytes
+    result: str
+    means: Sequence[tuple[int, str, float]]  # index and name of the tracker, mean overlap
+    chart: Chart | None
+    scores: PageTable | None
+    address: str  # of the sequence in the player
+    why: str = ""  # reason why there are no frames
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Folded tables and paragraphs; commands have a button that copies them."""
+
+    key: str
+    title: str
+    result: str = ""
+    words: Sequence[str] = ()
+    sheets: Sequence[PageTable] = ()
+    commands: Sequence[str] = ()
+    terms: Mapping[str, str] | None = None
+    open: bool = False

@@ -1,0 +1,258 @@
+"""Rules of report pages: accessible, complete without scripts, offline, small, and quiet."""
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from tests import browser
+from tests.bench.pages.reading import canonical_name, write_experiment_page
+from trackmark import bench
+from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+
+pytestmark = browser.needs_browser
+
+LONG = "x" * 52
+
+FAILING = '''
+"""Fails in frame 3."""
+from trackmark.trackers.base.interface import Estimate, TrackerPlugin
+
+
+class Failing(TrackerPlugin):
+    """Fails in frame 3."""
+
+    def init(self, image, box, mask=None):
+        self.box, self.frame = box, 0
+
+    def update(self, image):
+        self.frame += 1
+        if self.frame == 3:
+            raise ValueError("no <b>colour</b> is left")
+        return Estimate(self.box)
+
+
+class Still(Failing):
+    """Keeps the first box."""
+
+    def update(self, image):
+        return Estimate(self.box)
+'''
+
+
+@pytest.fixture(scope="module")
+def extremes(tmp_path_factory, without_processes):
+    """Provide pages of extreme experiments by name."""
+    folder = tmp_path_factory.mktemp("extremes")
+    (folder / "failing.py").write_text(FAILING)
+    file, scene = folder / "failing.py", "plain/target:length=12"
+    failing, twins = f"{file}:Failing", (f"{file}:Still:as=one", f"{file}:Still:as=twin")
+    named = [f"{failing}:as={LONG}{n}" for n in range(9)]
+    experiments = {
+        "one": (("static",), (scene,)),
+        "failed": ((failing,), (scene, f"{scene}:scene=1")),
+        "ties": (twins, (scene, f"{scene}:scene=1")),
+        "many": (
+            ("static", "camshift", *named),
+            tuple(f"{scene}:scene={n}" for n in range(14)),
+        ),
+    }
+    pages = {}
+    for name, (trackers, sources) in experiments.items():
+        experiment = Experiment(name, trackers, tuple(map(SequenceSource, sources)))
+        with without_processes():
+            stored = bench.run(experiment, folder / name, jobs=1)
+        pages[name] = write_experiment_page(stored, folder / "pages" / name)
+    return pages
+
+
+@pytest.fixture(scope="session")
+def axe():
+    """Provide the script of axe-core."""
+    return pytest.importorskip("axe_core_python.base").AXE_SCRIPT
+
+
+def violations(opened, axe):
+    """Return the rules that a page violates, with the first element."""
+    opened.run(f"{axe}; 0")
+    entries = opened.run("axe.run(document).then((result) => result.violations)")
+    return [(entry["id"], entry["nodes"][0]["html"][:200]) for entry in entries]
+
+
+@pytest.mark.parametrize(
+    ("width", "dark"),
+    [
+        (1280, False),
+        (390, True),
+        *(pytest.param(*view, marks=pytest.mark.slow) for view in ((1280, True), (390, False))),
+        *(pytest.param(320, dark, marks=pytest.mark.slow) for dark in (False, True)),
+    ],
+)
+def test_page_is_accessible_and_has_no_sideways_scroll(chromium, extremes, page, axe, width, dark):
+    for path in (page, *extremes.values()):
+        chromium.console.clear()
+        chromium.size(width, 900, dark=dark, mobile=width < 400, still=True)
+        chromium.open(path.as_uri())
+        chromium.run(
+            "document.querySelectorAll('details.fold').forEach((one) => { one.open = true; })"
+        )
+        assert chromium.run("document.documentElement.scrollWidth") <= width, path
+        cut = (
+            "[...document.querySelectorAll('main :is(td, th)')].filter((cell) => {"
+            " const { right } = cell.getBoundingClientRect();"
+            " return right > innerWidth && !cell.closest('.wide'); }).length"
+        )
+        assert chromium.run(cut) == 0
+        assert violations(chromium, axe) == []
+        assert chromium.console == []
+
+
+def test_open_player_is_accessible(opened_page, axe):
+    for width, dark in ((1280, False), (1280, True), (390, False)):
+        opened_page.size(width, 844, dark=dark, mobile=width < 400, still=True)
+        opened_page.run(
+            f"choose({{sequence: {canonical_name('plain/target:length=60')!r}, frame: 3}})"
+        )
+        opened_page.wait("dialog.open && paintedFrame === 3")
+        assert violations(opened_page, axe) == []
+        opened_page.key("Escape")
+        opened_page.wait("!dialog.open")
+
+
+def test_first_screen_has_answer_leaderboard_plot_and_a_loop(opened_page):
+    opened_page.wait("document.querySelectorAll('.loop canvas').length >= 1")
+    tops = "['h1', '.lead li', '#success svg', '.loop canvas'].map((one) =>"
+    tops += " document.querySelector(one).getBoundingClientRect().top)"
+    assert all(0 < top < 860 for top in opened_page.run(tops))
+
+
+def test_page_is_complete_without_scripts_and_in_print(chromium, page):
+    chromium.call("Emulation.setScriptExecutionDisabled", value=True)
+    try:
+        chromium.open(page.as_uri())
+        count = "[...document.querySelectorAll('{}')].filter((one) => one.checkVisibility()).length"
+        for media in ("screen", "print"):
+            chromium.call("Emulation.setEmulatedMedia", media=media)
+            assert chromium.run(count.format("#success .curve")) == 3
+            assert chromium.run(count.format("#precision .curve")) == 3
+            assert chromium.run(count.format("#speed-accuracy .mark")) >= 3
+            assert chromium.run(count.format(".loop image")) == 6
+            assert chromium.run(count.format("#heat tbody tr")) == 6
+        assert chromium.run(count.format(".switch button")) == 0
+    finally:
+        chromium.call("Emulation.setEmulatedMedia", media="")
+        chromium.call("Emulation.setScriptExecutionDisabled", value=False)
+
+
+def test_player_opens_and_closes_by_keys(opened_page):
+    cell = "document.querySelector('#heat tbody tr:nth-child(2) a')"
+    opened_page.run(f"{cell}.focus()")
+    opened_page.key("Enter")
+    opened_page.wait("dialog.open && paintedFrame >= 0")
+    assert opened_page.run("document.activeElement.id") == "curve"
+    before = opened_page.run("frame")
+    opened_page.key("ArrowLeft" if before else "ArrowRight")
+    assert abs(opened_page.run("frame") - before) == 1
+    opened_page.key("f")
+    assert opened_page.run("byId('said').textContent")
+    opened_page.key("Escape")
+    opened_page.wait("!dialog.open")
+    assert opened_page.run(f"document.activeElement === {cell}")
+
+
+def test_loops_play_only_while_they_are_seen(opened_page):
+    frames = "loops.map((loop) => loop.frame)"
+    opened_page.wait(f"{frames}.some((frame, n) => frame !== loops[n].first)")
+
+    def rests():
+        opened_page.wait("loops.every((loop) => !loop.busy)")
+        before = opened_page.run(frames)
+        opened_page.run("new Promise((done) => setTimeout(done, 300))")
+        return opened_page.run(frames) == before
+
+    opened_page.click("#loops")
+    assert opened_page.run("byId('loops').textContent") == "Play"
+    assert rests()
+    opened_page.click("#loops")
+    opened_page.run("document.querySelector('footer').scrollIntoView({behavior: 'instant'})")
+    opened_page.wait("loops.every((loop) => !loop.seen)")
+    assert rests()
+    opened_page.run("scrollTo({top: 0, behavior: 'instant'})")
+    opened_page.wait("loops.some((loop) => loop.seen)")
+    opened_page.run("document.querySelector('.loop').click()")
+    opened_page.wait("dialog.open && paintedFrame >= 0")
+    assert rests()
+
+
+def test_loops_do_not_start_if_motion_is_reduced(chromium, page):
+    chromium.size(1280, 900, still=True)
+    chromium.open(page.as_uri())
+    chromium.run("new Promise((done) => setTimeout(done, 300))")
+    assert chromium.run("loops.every((loop) => loop.frame === loop.first && !loop.canvas)")
+    assert chromium.run("byId('loops').textContent") == "Play"
+    chromium.click("#loops")
+    chromium.wait("loops.some((loop) => loop.frame !== loop.first)")
+
+
+class Texts(HTMLParser):
+    """Parser that collects captions, and the texts of sections."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.captions, self.sections, self._in = [], [], None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        classes = dict(attributes).get("class") or ""
+        if tag == "section":
+            self.sections.append("")
+        if tag == "figcaption" or (tag == "p" and classes == "cap"):
+            self.captions.append("")
+            self._in = tag
+
+    def handle_endtag(self, tag):
+        if tag == self._in:
+            self._in = None
+
+    def handle_data(self, text):
+        if self._in:
+            self.captions[-1] += text
+        if self.sections:
+            self.sections[-1] += text
+
+
+def test_captions_are_short_and_nothing_is_empty(extremes, page):
+    for path in (page, *extremes.values()):
+        text = path.read_text()
+        texts = Texts(text.partition("</main>")[0])
+        assert texts.captions
+        assert max(map(len, texts.captions)) <= 160, max(texts.captions, key=len)
+        assert all(len(section.split()) > 4 for section in texts.sections)
+        for table in re.findall(r"<tbody>.*?</tbody>", text, re.S):
+            cells = re.findall(r"<td[^>]*>(.*?)</td>", table, re.S)
+            dashes = [re.sub("<.*?>", "", cell).strip() in ("—", "–") for cell in cells]
+            assert not all(dashes) or "heat" in text.partition(table)[0][-900:]
+
+
+def test_extreme_pages_state_their_answer(extremes):
+    answers = {
+        name: re.search("<h1>(.*?)</h1>", path.read_text(), re.S)[1]
+        for name, path in extremes.items()
+    }
+    assert answers["one"].startswith("static has a mean overlap of ")
+    assert answers["failed"] == "There is no answer: all runs failed."
+    assert answers["ties"].startswith(
+        "one and twin have the highest mean overlap on these 2 scenes"
+    )
+    for name in ("one", "failed", "ties"):
+        text = extremes[name].read_text()
+        main = re.sub("<.*?>", " ", text[text.index("<main") : text.index("</main>")])
+        main = re.sub("Darker is better|to the left is better", "", main)
+        assert not re.search(r"\b(best|better)\b", main)
+
+
+def test_page_without_frames_is_small(page):
+    text = page.read_text()
+    without = re.sub(r'<script type="text/plain".*?</script>', "", text, flags=re.S)
+    without = re.sub(r"data:image/webp;base64,[^\"]*", "", without)
+    assert len(without) < 250_000
