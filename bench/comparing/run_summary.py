@@ -11,7 +11,6 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-import trackmark
 from trackmark.bench.comparing.comparison import compare
 from trackmark.bench.comparing.tables import answer_of, milliseconds_text
 from trackmark.bench.metrics.overlap import overlap as overlap_of
@@ -24,7 +23,7 @@ from trackmark.bench.reporting.tables import (
     TIMES,
     mean_table,
     not_repeatable,
-    with_times,
+    summary_of,
 )
 from trackmark.bench.store.data_frames import load_results
 from trackmark.bench.store.layout import RunKey, run_key
@@ -87,8 +86,7 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
     every = selected if cells is None else load_results(folder)
     timed = every[every["protocol"] == TIMING]
     scored = with_worst_scores(folder, runs)
-    timed_runs, time = with_times(scored, timed)
-    means = mean_table(timed_runs, (*SUMMARY, time), "", PRESET)
+    means = summary_of(scored, timed, "")
     by_tracker: MeansByTracker = {}
     for entry in means.data.to_dict("records"):
         by_tracker.setdefault(entry["tracker"], {})[entry["measure"]] = entry
@@ -214,12 +212,11 @@ def tracker_line(failure: str) -> str:
 
     This is the innermost line outside of the harness and of installed packages.
     """
-    package = Path(str(trackmark.__file__)).parent
-    roots = [str((package / "bench").resolve()), str(Path(re.__file__).parents[1])]
+    harness, library = Path(__file__).resolve().parents[1], Path(re.__file__).parents[1]
     for file, line, function in reversed(_CODE_LINE.findall(failure)):
         path = Path(file)
         outside = "site-packages" in path.parts or file.startswith("<")
-        if not outside and not any(str(path.resolve()).startswith(root) for root in roots):
+        if not outside and not {harness, library} & set(path.resolve().parents):
             folder = Path.cwd()
             path = path.relative_to(folder) if path.is_relative_to(folder) else path
             return f"{path}, line {line}, in {function}"

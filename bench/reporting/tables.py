@@ -175,7 +175,7 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
 
 def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
-    runs, time = with_times(scored, timed)
+    runs, time = _with_times(scored, timed)
     return mean_table(runs, (*SUMMARY, *_mask_columns(scored), time), title, PRESET)
 
 
@@ -242,7 +242,7 @@ def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncert
     return Uncertainty(intervals, marks.tolist())
 
 
-def with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, ScoreMeasure]:
+def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, ScoreMeasure]:
     """Add the time per frame [ms] of timing runs if all exist, else of the scored runs.
 
     A failed run has no time and gets the mean of its tracker.
