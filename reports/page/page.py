@@ -19,6 +19,7 @@ from trackmark.reports.files import write_file
 from trackmark.reports.page.cards import GLOSSARY
 from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
+from trackmark.reports.page.paper_cards import SYMBOLS
 from trackmark.reports.page.svg import TOP, at_reference, chart_svg
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
@@ -134,6 +135,7 @@ def _environment() -> "Environment":
     environment.filters["poster"] = _poster
     environment.globals["dashes"] = DASHES
     environment.globals["glossary"] = GLOSSARY
+    environment.globals["symbols"] = SYMBOLS
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["score"] = lambda value: f"{value:.2f}" if isfinite(value) else MISSING
     environment.filters["at_reference"] = at_reference
