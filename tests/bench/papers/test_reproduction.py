@@ -22,7 +22,7 @@ from trackmark.bench.papers.html_page import write_html_page
 from trackmark.bench.papers.index_page import write_front_page
 from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.terminal_report import screen
+from trackmark.bench.papers.terminal_report import screen_lines
 from trackmark.bench.store.files import ResultsError
 
 
@@ -89,7 +89,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
 
 
 def test_terminal_shows_the_main_table_before_the_verdicts(report, tmp_path):
-    text = screen(report, tmp_path)
+    text = "\n".join(screen_lines(report, tmp_path, verbose=True))
     assert text.index("20 of 20") < text.index("TI-1")
     assert "as-written: " in text
     assert f"{tmp_path / 'report.html'}" in text
@@ -97,7 +97,7 @@ def test_terminal_shows_the_main_table_before_the_verdicts(report, tmp_path):
 
 def test_quick_report_has_no_verdicts(tiny, tmp_path):
     quick = tiny.report(quick=True)
-    text = screen(quick, tmp_path)
+    text = "\n".join(screen_lines(quick, tmp_path))
     assert quick.verdicts == []
     names = [drawing.name for drawing in quick.figures]
     assert names == ["figure-1", "figure-10", "figure-10-later"]
