@@ -21,8 +21,8 @@ def main_table(context: Context) -> Table:
         [*row.labels, row.paper, *(_cell(row, setting, context) for setting in SETTINGS)]
         for row in entry.rows
     ]
-    scenes = "1 scene" if context.scenes == 1 else f"{context.scenes} scenes"
-    caption = f"{entry.caption} {scenes} per sequence."
+    verb, scenes = ("is", "1 scene") if context.scenes == 1 else ("are", f"{context.scenes} scenes")
+    caption = f"{entry.caption} There {verb} {scenes} per sequence."
     return text_table("main", caption, heads, rows, len(entry.heads))
 
 
