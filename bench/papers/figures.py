@@ -72,7 +72,7 @@ def figure_label(name: str) -> str:
 
 
 def _draw(name: str, entry: FigureEntry, context: Context) -> tuple[str, Mapping[str, Drawn]]:
-    """Return the description of our figure, and its plots by file stem."""
+    """Return the text that describes a figure, and its plots by file name without suffix."""
     if entry.kind == "hook":
         plots = context.function(entry.hook)(context)
         plots = plots if isinstance(plots, Mapping) else {name: plots}

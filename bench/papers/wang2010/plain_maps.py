@@ -129,7 +129,10 @@ def make_template(
 ) -> Template:
     """Return the histograms of the pixels of a rectangle within the limits of `Template`.
 
-    Raises ------ ValueError If no pixel is within the limits.
+    Raises
+    ------
+    ValueError
+        If no pixel is within the limits.
     """
     patch = image[box_slices(image.shape, box)]
     counted = _counted(patch, *limits)
