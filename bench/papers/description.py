@@ -35,22 +35,34 @@ class MainRow(Entry):
     """Row of the main table: the paper's entry and our values in both settings.
 
     A cell contains one value per tracker and measure. `hook` names a function in the paper's
-    modules that returns the text of a setting's cell instead.
+    modules that returns the text of a setting's cell instead. `paper`: one text, or one per value.
+    `claims`: claims whose verdicts mark the values on a page, in the order of the values.
     """
 
     labels: Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
-    paper: Text
+    paper: Names
+    claims: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] = ()
     sequences: Names = ()
     trackers: Names = ()
     measures: Names = ()
     hook: str = ""
 
+    @property
+    def separator(self) -> str:
+        """Text between the values of a cell."""
+        return ", " if len(self.measures) > 1 else " / "
+
 
 class MainTable(Entry):
-    """Main table of a paper."""
+    """Main table of a paper.
+
+    `heads`: headings of the label columns. `columns`: headings of the values if a page shows one
+    column per value.
+    """
 
     caption: Text
-    heads: Names  # headings of the label columns
+    heads: Names
+    columns: Names = ()
     rows: tuple[MainRow, ...]
 
 
@@ -69,6 +81,7 @@ class FigureEntry(Entry):
     sequence: Text = ""
     trackers: Names = ()
     frames: tuple[int, ...] = ()
+    paper: dict[Text, tuple[Literal["on", "off"], ...]] = Field(default={})  # by tracker and frame
     shape: Literal["box", "ellipse"] = "box"  # drawn around the target in a strip
     of: Text = "error"  # value per frame of a series
     quantity: str = ""  # axis label of a series with its unit
@@ -124,8 +137,8 @@ class Description(Entry):
 
     Attributes
     ----------
-    title, citation, method : str
-        Title of the page, full citation, and the method in one or two sentences.
+    title, citation, method, finding : str
+        Title of the page, full citation, method, and result of the reproduction in one sentence.
     repetitions : int
         Number of repetitions of stochastic trackers. It is odd: a scene counts as a success if more
         than half of its runs succeed.
@@ -146,7 +159,7 @@ class Description(Entry):
         Sequences by the names that claims, tables and figures use.
     setting_table : list of lists of str
         Rows of the table of settings: parameter, as written, recommended, source.
-    main, figure : MainTable, mapping of str to FigureEntry
+    main_table, figure : MainTable, mapping of str to FigureEntry
         Main table and figures.
     """
 
@@ -155,6 +168,7 @@ class Description(Entry):
     title: Text
     citation: Text
     method: Text
+    finding: Text
     repetitions: Annotated[int, Field(ge=1)] = 1
     frames_from: int = 0
     on_target: Text = "within"
@@ -164,7 +178,7 @@ class Description(Entry):
     settings: dict[Text, Options]
     sequences: dict[Text, Annotated[SequenceEntry, BeforeValidator(_as_sequence)]]
     setting_table: tuple[tuple[str, ...], ...]
-    main: MainTable
+    main_table: MainTable
     figure: dict[Text, FigureEntry] = Field(default={})
 
     @model_validator(mode="after")
@@ -173,7 +187,7 @@ class Description(Entry):
             raise ValueError(f"repetitions is {self.repetitions}; expected: an odd number")
         if {*self.settings} != {*SETTINGS}:
             raise ValueError(f"settings must be {' and '.join(SETTINGS)}")
-        for row in self.main.rows:
+        for row in self.main_table.rows:
             self.check_names(row.trackers, row.sequences, f"main table, {row.labels[0]}")
         for name, figure in self.figure.items():
             sequences = (figure.sequence,) if figure.sequence else ()

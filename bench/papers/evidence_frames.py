@@ -12,7 +12,7 @@ import pandas as pd
 
 from trackmark import datasets
 from trackmark.bench.claims.claim_tests import scene_differences
-from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow
+from trackmark.bench.claims.row_verdicts import VerdictRow
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
@@ -156,17 +156,16 @@ def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneR
     return scene_rows
 
 
-def main_runs(context: Context) -> list[list[ShownRun | None]]:
-    """Return the worst run behind each cell of the main table, by row and setting."""
-    rows = context.description.main.rows
-    return [[_main_run(row, setting, context) for setting in SETTINGS] for row in rows]
-
-
-def _main_run(row: MainRow, setting: str, context: Context) -> ShownRun | None:
+def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | None]:
+    """Return the worst run behind each value of a row of the main table in a setting."""
     texts = [tracker_text(context.description, name, setting) for name in row.trackers]
     names = [scene_names(context.description, name, context.scenes) for name in row.sequences]
     scenes = [member for sequence in names for members in sequence for member in members]
-    return _worst(texts, scenes, row.measures[0], texts, context) if row.measures else None
+    return [
+        _worst([text], scenes, measure, texts, context)
+        for text in texts
+        for measure in row.measures
+    ]
 
 
 def _worst(

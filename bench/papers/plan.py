@@ -108,7 +108,7 @@ def requests(
                 wanted.update(dict.fromkeys((sequence, text) for text in texts))
 
     scenes_shown = description.quick_scenes if effort.quick else MAIN_SCENES
-    for row in description.main.rows:
+    for row in description.main_table.rows:
         want(row.sequences, row.trackers, scenes_shown)
     for figure in description.figure.values():
         if figure.sequence and figure.is_drawn(effort.quick):

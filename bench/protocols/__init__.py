@@ -163,8 +163,8 @@ def parse_protocol(text: str) -> Protocol:
         raise ProtocolError(f"protocol {error}") from None
     name = ONE_PASS if name == STORED_ONE_PASS else name
     if name not in names():
-        hint = close_match(name, names())
-        raise ProtocolError(f"unknown protocol {name!r}.{hint} Known: {', '.join(names())}.")
+        hint = close_match(name, names()) or f" Known: {', '.join(names())}."
+        raise ProtocolError(f"unknown protocol {name!r}.{hint}")
     protocol_class: type[Protocol] = _module(name).PROTOCOL
     try:
         return protocol_class.checked(f"protocol {name}", options)
