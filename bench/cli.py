@@ -1,15 +1,17 @@
-"""The command `trackmark`. A command is a file in `bench/commands`; nothing else is imported."""
+"""The command `trackmark`. Each subcommand is a file of `bench/commands`, imported when called."""
 
 import ast
 import importlib
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import click
 
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from trackmark.bench.commands._progress import command_messages
 from trackmark.bench.commands._terminal import complain, interruptible, outlets
 from trackmark.bench.numba_compilation import log_compilation, prepare_numba
 
@@ -28,6 +30,16 @@ class _Commands(click.Group):
         module = importlib.import_module(f"trackmark.bench.commands.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            matches = get_close_matches(args[0], self.list_commands(ctx), n=1)
+            hint = f" Did you mean {matches[0]!r}?" if matches else ""
+            raise click.UsageError(f"unknown command {args[0]!r}.{hint}", ctx) from error
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -58,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     trackmark.
     """
     prepare_numba(log_compilation)
-    with outlets() as output, interruptible():
+    with outlets() as output, interruptible(), command_messages():
         status = _invoke(arguments)
         if output is not None:
             output.flush()

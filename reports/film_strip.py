@@ -54,7 +54,7 @@ def film_strip(
     `boxes`: boxes (n, 4) by label, one row per frame, or contours by frame; see `overlay`.
     `title`: text above the strip. `columns`: maximum number of frames in a row. `width`:
     approximate width [px]. `shades`: colours `#rrggbb` by label; by order of the labels by default.
-    `words`: text after the number of a frame. `count_from`: printed number of the first frame of
+    `words`: text after the frame number. `count_from`: printed number of the first frame of
     the sequence. `ruler`: mark pixels along the upper and the left edge of each frame. `lines_of`:
     function of the frame number that returns further outlines by label; see `overlay`.
     """

@@ -8,7 +8,7 @@ import re
 import shutil
 import textwrap
 
-MAX_WIDTH = 100
+MAX_WIDTH = 80
 """Maximum number of terminal columns that tables and texts use."""
 
 # Characters that move or hide text: controls, marks of the writing direction, and surrogates, which

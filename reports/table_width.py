@@ -25,6 +25,22 @@ def on_terminal(table: Table, render: Callable[[Table], str], more: str = "") ->
     return f"{wrap(caption)}\n{body}" + "".join(f"{wrap(note)}\n" for note in notes)
 
 
+def terminal_lines(table: Table, render: Callable[[Table], str]) -> list[str]:
+    """Return caption, rows and notes in lines of the terminal's width if possible.
+
+    Columns that do not fit are omitted. There is no rule between heads and rows.
+    """
+
+    def rows(candidate: Table) -> list[str]:
+        lines = render(replace(candidate, notes=[])).splitlines()[1:]
+        return [line for line in lines if line.strip("- ")]
+
+    narrow, _ = fit_to_terminal(table, lambda candidate: max(map(len, rows(candidate)), default=0))
+    texts = [table.caption, *map(one_line, table.notes)]
+    caption, *notes = [wrap(text).splitlines() for text in texts]
+    return [*caption, *rows(narrow), *(line for note in notes for line in note)]
+
+
 def _width_of(text: str) -> int:
     """Return the width of a table as text without its caption."""
     return max(map(len, text.splitlines()[1:]), default=0)

@@ -11,7 +11,7 @@ from trackmark.bench.numba_compilation import prepare_numba
 settings.register_profile("everyday", deadline=None, max_examples=50)
 settings.register_profile("nightly", deadline=None, max_examples=200)
 
-os.environ["COLUMNS"] = "100"  # independent of the terminal
+os.environ["COLUMNS"] = "80"  # independent of the terminal
 
 prepare_numba()  # tests run in parallel
 

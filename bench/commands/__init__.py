@@ -1,5 +1,5 @@
-"""One file a command: `<name>.py` defines the click command `command`."""
+"""Commands of the command line: each `<name>.py` defines the click command `command`."""
 
-EXIT_ANSWER_IS_NO = 1
+EXIT_NEGATIVE = 1
 EXIT_WRONG_INPUT = 2
 EXIT_INTERRUPTED = 130

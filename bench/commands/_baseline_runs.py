@@ -1,4 +1,4 @@
-"""Runs of a baseline's trackers on its sequences, and their repetition in fresh processes."""
+"""Execution of the runs of a baseline, and repetition of seed 0 in fresh processes."""
 
 import os
 import tempfile
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import EngineOptions
-from trackmark.bench.commands._progress import print_message
+from trackmark.bench.commands._progress import RunProgress, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
@@ -22,22 +22,24 @@ _HASH_SEED = "PYTHONHASHSEED"
 
 @dataclass
 class BaselineRunner:
-    """Runner of trackers on the sequences of a baseline; stores the runs in one experiment."""
+    """Executor of the runs of a baseline; it stores them in one results folder."""
 
-    name: str  # of the experiment
+    name: str  # name of the results folder
     texts: Mapping[str, str]  # specifications of the trackers, by label
     sources: Mapping[str, SequenceSource]  # by name of the sequence
     options: EngineOptions
-    digests: Mapping[str, str] = field(default_factory=dict)  # expected, by name of the sequence
+    digests: Mapping[str, str] = field(
+        default_factory=dict
+    )  # expected digests of the sequences, by name
     opened_sequences: "KnownSequences" = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
-        """Folder of the experiment."""
+        """Results folder."""
         return self.options.output / self.name
 
     def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineEntries":
-        """Run seed 0 again in new processes of this machine that hash texts in another order.
+        """Repeat seed 0 in new local processes that hash strings in another order.
 
         `sequences`: see `run`.
         """
@@ -53,15 +55,18 @@ class BaselineRunner:
         """Execute missing and failed runs; return the entries of all requested runs.
 
         `sequences`: names of the sequences, by tracker. `seeds`: number of repetitions of
-        stochastic trackers. `temporary`: the output is removed afterwards. Raises `BaselineError`
-        before any run if a sequence is not the expected one.
+        stochastic trackers. `temporary`: the caller removes the output afterwards. Raises
+        `BaselineError` before any run if a sequence has changed.
         """
         from trackmark.bench.comparing.baseline import stored_entries
 
-        labels_by_names: dict[tuple[str, ...], list[str]] = {}  # these run in lockstep
+        labels_by_names: dict[
+            tuple[str, ...], list[str]
+        ] = {}  # trackers on equal sequences run in lockstep
         for tracker, names in sequences.items():
             labels_by_names.setdefault(tuple(names), []).append(tracker)
         counts: dict[tuple[str, str], int] = {}
+        executions = []
         for names, labels in labels_by_names.items():
             experiment = Experiment(
                 name=self.name,
@@ -73,14 +78,19 @@ class BaselineRunner:
                 experiment, self.options, retry_failed=True, opened_sequences=self.opened_sequences
             )
             self._check_plan(execution.plan, labels, names)
-            execute_runs(execution, temporary=temporary)
+            executions.append(execution)
             for label, count in zip(labels, execution.plan.repetitions.tolist(), strict=True):
                 counts |= {(label, name): count for name in names}
+        title = f"{self.name}: {len(sequences)} trackers{', seed 0 repeated' * temporary}"
+        with RunProgress(title, None if temporary else self.folder) as progress:
+            progress.expect(*executions)
+            for execution in executions:
+                execute_runs(execution, progress=progress, temporary=temporary)
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         return stored_entries(self.folder, {pair: counts[pair] for pair in pairs}, self.sources)
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
-        """Refuse renamed trackers and sequences, and changed sequences."""
+        """Raise `BaselineError` if a tracker or sequence was renamed, or a sequence has changed."""
         from trackmark.bench.comparing.baseline import BaselineError, digest
 
         remedy = "or recreate the baseline with `trackmark baseline --force`."
@@ -103,7 +113,7 @@ class BaselineRunner:
 
 @contextmanager
 def _other_hash_seed() -> Iterator[None]:
-    """Change the hash seed of processes that are started within the context."""
+    """Set another `PYTHONHASHSEED` for processes that are started within the context."""
     before = os.environ.get(_HASH_SEED)
     os.environ[_HASH_SEED] = "2" if before == "1" else "1"
     try:
@@ -115,9 +125,9 @@ def _other_hash_seed() -> Iterator[None]:
 
 
 def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[tuple[str, str]]:
-    """Return the tracker–sequence pairs whose repeated run of seed 0 gave other boxes.
+    """Return the tracker–sequence pairs whose repeated run of seed 0 gave different boxes.
 
-    Failed repetitions are omitted: they have no boxes.
+    Failed repetitions have no boxes and are omitted.
     """
     return [
         (tracker, name)
@@ -128,7 +138,7 @@ def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[t
 
 
 def with_failures(entries: "BaselineEntries", repeated: "BaselineEntries") -> "BaselineEntries":
-    """Return the entries with the failures of repeated runs, which count as failures of seed 0."""
+    """Return the entries with the failures of repeated runs added as failures of seed 0."""
     merged = {tracker: dict(row) for tracker, row in entries.items()}
     for tracker, row in repeated.items():
         for name, entry in row.items():
@@ -139,28 +149,28 @@ def with_failures(entries: "BaselineEntries", repeated: "BaselineEntries") -> "B
 
 
 def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refusal: str) -> bool:
-    """Return whether a baseline may contain the entries; print `refusal` if runs failed.
+    """Return whether all runs finished; otherwise, print the failures and `refusal`.
 
-    Trackers that declare randomness but ignore their seed are printed. Raises `BaselineError` if a
-    tracker without declared randomness is not repeatable.
+    The function also prints which stochastic trackers ignore their seed. Raises `BaselineError` if
+    a tracker without declared randomness is not repeatable.
     """
     from trackmark.bench.comparing.baseline import BaselineError
 
     if lines := _failure_lines(with_failures(entries, repeated)):
         print_message("\n".join([*lines, refusal]))
         return False
-    hidden = []
+    undeclared = []
     for tracker, name in differing(entries, repeated):
         line = f"{tracker} is not repeatable: seed 0 gave different boxes in two runs"
         if len(entries[tracker][name].overlap) == 1:
-            hidden.append(f"{line}.")
+            undeclared.append(f"{line}.")
         else:
             print_message(f"{line} on {name}.")
-    if hidden:
+    if undeclared:
         raise BaselineError(
-            "\n".join(hidden) + " A tracker without declared randomness must give equal boxes. "
-            "Declare `randomness = Randomness.GENERATOR` in its class, and draw from "
-            "`numpy.random.default_rng(self.seed)` alone."
+            "\n".join(undeclared) + " A tracker without declared randomness must give equal boxes. "
+            "Declare `randomness = Randomness.GENERATOR` in its class, and draw random numbers "
+            "only from `numpy.random.default_rng(self.seed)`."
         )
     return True
 

@@ -1,4 +1,4 @@
-"""Boxes drawn by hand on a page that is served to a browser of this machine."""
+"""Web page on which a user draws boxes, and the local server of this page."""
 
 import json
 import os
@@ -24,7 +24,7 @@ PAGE = Path(__file__).with_name("_box_picker.html")
 _Frame = Annotated[int, Field(ge=0, lt=10**9)]
 _Box = Annotated[list[float], Field(min_length=4, max_length=4)]
 _BOXES = TypeAdapter(dict[_Frame, _Box])
-_MAX_BYTES = 10_000_000  # of posted boxes: a hundred thousand frames
+_MAX_BYTES = 10_000_000  # limit of posted boxes; enough for 100,000 frames
 _TEXT = "text/plain; charset=utf-8"
 
 
@@ -46,7 +46,7 @@ def pick_boxes(
 
 
 class _Server(ThreadingHTTPServer):
-    """Server of the page and the frames, on this machine only and at a secret address."""
+    """Server of the page and the frames, for this machine only and at a random address."""
 
     daemon_threads = True  # a browser keeps unused connections open
 
@@ -73,12 +73,12 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page, or a frame."""
-        place = self.path.removeprefix(self.server.root)
-        kind, _, number = place.partition("/")
-        if place == self.path:
+        path = self.path.removeprefix(self.server.root)
+        kind, _, number = path.partition("/")
+        if path == self.path:
             self._answer(404, _TEXT, b"Not found.")
-        elif not place:
-            # The state holds numbers only, which cannot end the script element.
+        elif not path:
+            # The state has only numbers: no text in it can end the script element.
             page = PAGE.read_text("utf-8").replace("STATE", json.dumps(self.server.state))
             self._answer(200, "text/html; charset=utf-8", page.encode())
         elif kind == "frame" and number.isdecimal() and len(number) < 10:
@@ -87,24 +87,26 @@ class _Handler(BaseHTTPRequestHandler):
             self._answer(404, _TEXT, b"Not found.")
 
     def do_POST(self) -> None:
-        """Receive the boxes; accepted ones end the server."""
+        """Receive the boxes; stop the server if they are valid."""
         length = self.headers.get("Content-Length", "")
         if self.path != f"{self.server.root}done" or not length.isdecimal():
             self._answer(404, _TEXT, b"Not found.")
         elif len(length) > 9 or int(length) > _MAX_BYTES:
-            self._answer(413, _TEXT, b"These are too many boxes.")
+            self._answer(413, _TEXT, b"The boxes have more than 10 MB. Draw fewer.")
         else:
             try:
                 boxes = _BOXES.validate_json(self.rfile.read(int(length)))
                 self.server.check(boxes)
             except ValidationError:
-                self._answer(400, _TEXT, b"Expected are boxes [x, y, width, height] by frame.")
+                self._answer(
+                    400, _TEXT, b"Invalid boxes. Expected: [x, y, width, height] by frame."
+                )
                 return
             except ValueError as error:
                 self._answer(400, _TEXT, str(error).encode())
                 return
             self.server.picked = boxes
-            self._answer(200, _TEXT, b"Kept. You may close this page.")
+            self._answer(200, _TEXT, b"Boxes received. You can close this page.")
             self.server.shutdown()
 
     def _send_frame(self, number: int) -> None:
@@ -125,5 +127,5 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(content)
 
-    def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002  # name of the base
+    def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002  # name in the base class
         """Print nothing."""

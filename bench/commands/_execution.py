@@ -1,13 +1,18 @@
 """Execution of the missing runs of an experiment, with progress and messages."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from trackmark.bench.commands._options import EngineOptions
-from trackmark.bench.commands._progress import patience, print_message, progress_bar, refresh_index
+from trackmark.bench.commands._progress import (
+    RunProgress,
+    patience,
+    print_message,
+    refresh_index,
+)
 from trackmark.bench.experiments.experiment import Experiment
 
 if TYPE_CHECKING:
@@ -24,7 +29,7 @@ def plan_experiment(
 ) -> "Execution":
     """Plan an experiment in the results folder of the options.
 
-    `opened_sequences`: sequences that need not be opened again; the plan adds its own.
+    `opened_sequences`: sequences that are already open; newly opened ones are added.
     """
     from trackmark.bench.execution.executor import Execution
 
@@ -44,22 +49,31 @@ def execute_runs(
     execution: "Execution",
     on_row: Callable[[Mapping[str, Any]], None] = lambda _: None,
     *,
+    progress: RunProgress | None = None,
     remark: str = "",
     temporary: bool = False,
     keep_errors: bool = False,
 ) -> None:
     """Execute the missing runs of a plan; Ctrl-C prints how many runs are stored and where.
 
-    `on_row`: called with the index row of each run. `remark`: end of the message on runs that will
-    be replaced. `temporary`: the results folder is removed afterwards. Raises `SequenceError` if a
-    sequence cannot be read, unless `keep_errors`: `execution.errors` then has the message.
+    `on_row`: called with the index row of each run. `progress`: progress of several executions,
+    which expects the runs of this execution. `remark`: end of the message on runs that will
+    be replaced. `temporary`: the caller removes the results folder, so Ctrl-C prints nothing.
+    Raises `SequenceError` if a sequence cannot be read. With `keep_errors`, the message is only
+    added to `execution.errors`.
     """
     from trackmark.datasets import SequenceError
 
     with _replacement_messages(execution, remark):
         try:
-            with progress_bar(execution.work, "frame") as progress:
-                for row in execution.rows(progress):
+            with ExitStack() as stack:
+                if progress is None:
+                    run_progress = RunProgress(run_title(execution), execution.folder)
+                    progress = stack.enter_context(run_progress)
+                    progress.expect(execution)
+                progress.begin()
+                for row in execution.rows(progress.update):
+                    progress.add(row)
                     on_row(row)
         except KeyboardInterrupt:
             if not temporary:
@@ -70,14 +84,26 @@ def execute_runs(
         raise SequenceError("\n".join(execution.errors))
 
 
+def run_title(execution: "Execution") -> str:
+    """Return the numbers of trackers, sequences and runs of an execution."""
+    plan, missing = execution.plan, execution.units.runs
+    stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
+    numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
+    counts = ", ".join(f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
+    return f"{execution.experiment.name}: {counts}{stored}"
+
+
 def run_experiment(
     experiment: Experiment,
     options: EngineOptions,
     opened_sequences: "KnownSequences | None" = None,
+    progress: RunProgress | None = None,
 ) -> "Execution":
     """Plan an experiment and execute its missing runs; see `execute_runs`."""
     execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
-    execute_runs(execution)
+    if progress is not None:
+        progress.expect(execution)
+    execute_runs(execution, progress=progress)
     return execution
 
 

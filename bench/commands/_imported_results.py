@@ -36,7 +36,7 @@ def parse_imported(texts: Sequence[str]) -> "list[ImportedTracker]":
     from trackmark.bench.exchange.importing import parse_imported_tracker
 
     imported = [parse_imported_tracker(text) for text in texts]
-    labels = [guest.tracker for guest in imported]
+    labels = [entry.tracker for entry in imported]
     if repeated := [label for label in labels if labels.count(label) > 1]:
         raise click.UsageError(f"--results-of: the name {repeated[0]} is given twice.")
     return imported
@@ -64,11 +64,11 @@ def with_imported(
     sequences: str | None = None,
     only: Collection[str] | None = None,
 ) -> Iterator[list[Path]]:
-    """Yield results folders of the experiments to which the imported results are added.
+    """Yield a results folder per experiment with its runs and the imported results.
 
-    Within the context, each run is read from disk once. Without experiments, one folder contains
-    the imported results on `sequences`. `only`: names of the sequences of the experiments for which
-    results are imported; all by default.
+    If there are no experiments, yield one folder with the imported results on `sequences`. Within
+    the context, each run is read from disk once. `only`: names of the sequences for which results
+    are imported; all by default.
     """
     from trackmark.bench.store.results import RunCache, run_cache
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from trackmark.bench.commands._progress import patience
+from trackmark.bench.commands._progress import patience, silence_progress
 from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
 from trackmark.datasets.decoding import quote
 
@@ -97,9 +97,9 @@ execution_option = functools.partial(option, group="Execution")
 def with_options(
     kind: type[Options],
 ) -> Callable[[Callable[[Options], Any]], Callable[..., Any]]:
-    """Decorate a function of one dataclass as a function of click's arguments and options.
+    """Return a decorator: click passes the values of the options as one object of `kind`.
 
-    Options of base classes are listed after those of the class.
+    Help texts list options of base classes last.
     """
     own_names = inspect.get_annotations(kind)
     fields = sorted(dataclasses.fields(kind), key=lambda field: field.name not in own_names)
@@ -207,6 +207,20 @@ class JsonOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ScreenOptions(JsonOptions):
+    """Options of commands that print an answer and tables."""
+
+    verbose: bool = output_option("Print all tables.")
+    quiet: bool = output_option("Print the answer only.")
+
+    def __post_init__(self) -> None:
+        if self.verbose and self.quiet:
+            raise click.UsageError("--verbose and --quiet exclude each other. Give one.")
+        if self.quiet:
+            silence_progress()
+
+
+@dataclass(frozen=True, kw_only=True)
 class EngineOptions:
     """Options of commands that execute runs."""
 
@@ -291,6 +305,6 @@ def only_experiment(results: Path) -> Path:
     if len(folders) > 1:
         names = ", ".join(path.name for path in folders)
         raise click.UsageError(
-            f"{results} contains several experiments ({names}). Give one of them."
+            f"{results} contains several experiments ({names}). Give the folder of one."
         )
     return folders[0]

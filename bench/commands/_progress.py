@@ -1,18 +1,68 @@
-"""Progress of long work: a bar in a terminal, a line elsewhere."""
+"""Progress of long work: a bar in a terminal, complete lines that start with the time elsewhere."""
 
+import logging
 import sys
 import threading
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Protocol
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import click
 
 from trackmark.bench.commands._terminal import progress_outlet
 
+if TYPE_CHECKING:
+    from trackmark.bench.execution.executor import Execution
+
 PATIENCE = 2.0
 """Time after which a message names the work that shows no progress [s]."""
+
+INTERVAL = 60.0
+"""Time between two lines of progress outside a terminal [s]."""
+
+_MAX_FAILURES = 3
+"""Maximum number of failed runs that progress names; later ones are only counted."""
+
+_MIN_SHARE = 0.02
+"""Minimum share of the work for an estimate of the time left."""
+
+
+class _Screen:
+    """State of standard error during one command."""
+
+    quiet: ClassVar[bool] = False  # True if progress and hints are not printed
+    announced: ClassVar[set[str]] = set()  # works and messages that are printed once
+
+
+@contextmanager
+def command_messages() -> Iterator[None]:
+    """Print log messages of trackmark and, once each, names of long work within the context."""
+    _Screen.quiet, _Screen.announced = False, set()
+    logger, handler = logging.getLogger("trackmark"), _LogHandler()
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+class _LogHandler(logging.Handler):
+    """Handler that prints each message once."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """See `logging.Handler`."""
+        message = record.getMessage()
+        if message not in _Screen.announced:
+            _Screen.announced.add(message)
+            print_event("note", message)
+
+
+def silence_progress() -> None:
+    """Print no progress and no hints until the command ends."""
+    _Screen.quiet = True
 
 
 def print_message(text: str) -> None:
@@ -20,17 +70,42 @@ def print_message(text: str) -> None:
     click.echo(text, err=True)
 
 
+def print_hint(text: str) -> None:
+    """Write a line to standard error, except with --quiet."""
+    if not _Screen.quiet:
+        print_message(text)
+
+
+def print_event(kind: str, text: str) -> None:
+    """Write a line to standard error; outside a terminal, it starts with the time and `kind`."""
+    print_message(text if _in_terminal() else f"{time.strftime('%H:%M:%S')} {kind:<8} {text}")
+
+
+def _in_terminal() -> bool:
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
+def duration(seconds: float) -> str:
+    """Return a duration as text.
+
+    >>> duration(701), duration(30.2), duration(0.2), duration(7500)
+    ('11 min 41 s', '30 s', '1 s', '2 h 5 min')
+    """
+    whole = max(1, round(seconds))
+    if whole < 60:
+        return f"{whole} s"
+    minutes, rest = divmod(whole, 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
 @contextmanager
-def patience(
-    work: str, print_line: Callable[[str], None] = print_message
-) -> Iterator[Callable[[int, int], None]]:
+def patience(work: str) -> Iterator[Callable[[int, int], None]]:
     """Print a line with the work and its progress if it takes longer than `PATIENCE`.
 
-    In a terminal, the line is repeated at growing intervals.
+    The line is repeated: in a terminal at growing intervals, elsewhere after each `INTERVAL`.
     """
     progress = ""
     done = threading.Event()
-    repeat = sys.stderr is not None and sys.stderr.isatty()
 
     def count(n_done: int, n_total: int) -> None:
         nonlocal progress
@@ -39,8 +114,11 @@ def patience(
     def watch() -> None:
         wait = PATIENCE
         while not done.wait(wait):
-            print_line(f"{work}{progress} …")
-            wait = min(2 * wait, 60.0) if repeat else threading.TIMEOUT_MAX
+            if progress or work not in _Screen.announced:
+                _Screen.announced.add(work)
+                if not _Screen.quiet:
+                    print_event("wait", f"{work}{progress} …")
+            wait = min(2 * wait, INTERVAL) if _in_terminal() else INTERVAL
 
     thread = threading.Thread(target=watch, daemon=True)
     thread.start()
@@ -58,33 +136,141 @@ class Progress(Protocol):
 
 
 @contextmanager
-def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
-    """Show a progress bar with the time left; none if standard error is not a terminal."""
+def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
+    """Show a bar with the time left in a terminal, and lines of `patience` elsewhere."""
     from tqdm import tqdm
 
+    hidden = True if _Screen.quiet else None  # None: unless standard error is a terminal
     with (
         tqdm(
-            total=total, file=progress_outlet(), unit=unit, unit_scale=True, disable=None, delay=1.0
+            total=total,
+            desc=work,
+            file=progress_outlet(),
+            unit=unit,
+            unit_scale=True,
+            disable=hidden,
+            delay=1.0,
         ) as bar,
-        ExitStack() as waiting,
+        ExitStack() as lines,
     ):
-
-        def appear(text: str) -> None:
-            bar.delay = 0.0  # so that tqdm also closes a bar without progress
-            bar.refresh()
-
-        # A printed line would break the bar, and the bar itself shows a lack of progress.
-        print_line = print_message if bar.disable else appear
-        work = f"Waiting for the first {unit}" if total else f"Looking for {unit}s"
-        waiting.enter_context(patience(work, print_line))
+        count = lines.enter_context(patience(work)) if bar.disable else None
 
         def update(done: int, total: int | None = None) -> None:
-            if done:
-                waiting.close()
             bar.total = total or bar.total
             bar.update(done - bar.n)
+            if count is not None and bar.total:
+                count(done, int(bar.total))
 
         yield update
+
+
+class RunProgress:
+    """Progress of the runs of a command, which may need several executions.
+
+    A terminal shows a title and a bar. Elsewhere there is a line at the start, one after each
+    `INTERVAL`, and one at the end. Nothing is printed if no run is missing.
+    """
+
+    def __init__(self, title: str, folder: Path | None = None) -> None:
+        self._title, self._folder = title, folder
+        self._runs = self._work = self._done = self._failed = 0
+        self._work_before = self._work_now = 0  # of earlier executions, and of the present one
+        self._ended, self._stack = threading.Event(), ExitStack()
+        self._failures: list[str] = []  # printed ones
+        self._bar: Any = None
+        self._began = 0.0
+
+    def __enter__(self) -> Self:
+        """Return the progress."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
+        """Print the end, unless the work was aborted."""
+        self._ended.set()
+        self._show()
+        self._stack.close()
+        if kind is None and self._began and self._bar is None and not _Screen.quiet:
+            where = f", {self._folder}" if self._folder else ""
+            print_event("done", f"{self._counts()}, {duration(self._seconds())}{where}")
+
+    def expect(self, *executions: "Execution") -> None:
+        """Add the missing runs of executions to the expected runs."""
+        self._runs += sum(execution.units.runs for execution in executions)
+        self._work += sum(execution.work for execution in executions)
+
+    def begin(self) -> None:
+        """Start an execution; the first one prints the title."""
+        self._work_before += self._work_now
+        self._work_now = 0
+        if self._began or not self._runs:
+            return
+        self._began = time.monotonic()
+        if _Screen.quiet:
+            return
+        print_event("start", self._title)
+        if _in_terminal():
+            from tqdm import tqdm
+
+            form = "[{bar:20}] {desc}"
+            bar = tqdm(total=self._work, file=progress_outlet(), bar_format=form, ascii=".#")
+            self._bar = self._stack.enter_context(bar)
+            self._show()
+        else:
+            thread = threading.Thread(target=self._print_lines, daemon=True)
+            thread.start()
+            self._stack.callback(thread.join)
+
+    def update(self, done: int) -> None:
+        """Receive the work that the present execution has done."""
+        self._work_now = done
+        self._show()
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Receive a run that has ended."""
+        self._done += 1
+        if row["status"] != "failed":
+            return
+        self._failed += 1
+        reason = str(row["failure"]).partition("\n")[0]
+        text = f"{row['tracker']} on {row['sequence']}, {reason}"
+        if len(self._failures) < _MAX_FAILURES and text not in self._failures:
+            self._failures.append(text)
+            if self._bar is not None:
+                self._bar.clear()
+            if not _Screen.quiet:
+                print_event("FAILED", f"FAILED  {text}" if _in_terminal() else text)
+
+    def _show(self) -> None:
+        if self._bar is not None:
+            self._bar.total, self._bar.n = self._work, self._work_before + self._work_now
+            end = f", {duration(self._seconds())}" if self._ended.is_set() else self._time_left()
+            self._bar.set_description_str(f"{self._counts()}{end}")
+
+    def _counts(self) -> str:
+        return f"{self._done}/{self._runs} runs, {self._failed} failed"
+
+    def _print_lines(self) -> None:
+        while not self._ended.wait(INTERVAL):
+            share = self._share()
+            runs = f"{self._done:>4}/{self._runs} {share:4.0%}  {self._failed} failed"
+            print_event("run", runs + self._time_left().replace(",", " ", 1))
+
+    def _share(self) -> float:
+        return min(1.0, (self._work_before + self._work_now) / max(1, self._work))
+
+    def _seconds(self) -> float:
+        return time.monotonic() - self._began
+
+    def _time_left(self) -> str:
+        share = self._share()
+        if share < _MIN_SHARE:
+            return ""
+        seconds = self._seconds() * (1 - share) / share
+        # Whole minutes: seconds would suggest a precision that the estimate does not have.
+        text = f"{round(seconds / 60)} min" if 90 < seconds < 3600 else duration(seconds)
+        return f", about {text} left"
 
 
 def refresh_index(folder: Path) -> None:
@@ -92,5 +278,5 @@ def refresh_index(folder: Path) -> None:
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import list_scored_runs
 
-    with progress_bar(None, "run") as progress:
+    with progress_bar("Scoring stored runs", None, "run") as progress:
         list_scored_runs(Results(folder), progress)

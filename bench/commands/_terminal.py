@@ -1,4 +1,4 @@
-"""Output of the command: escapes control characters; write errors do not end the work."""
+"""Standard output and error of a command: no control characters, no abort by write errors."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ import click
 from trackmark.reports.printable import printable, wrap
 
 MAX_LINE = 1000
-"""Number of characters of a message's line that are shown."""
+"""Maximum length of a printed line of a message [characters]."""
 
 
 class Outlet(TextIOBase):
@@ -43,8 +43,8 @@ class Outlet(TextIOBase):
         return len(text)
 
     def flush(self) -> None:
-        """Write the buffered text. A closed stream has none; Python 3.13 reports its error."""
-        if not self.through.closed:
+        """Write the buffered text."""
+        if not self.through.closed:  # Python 3.13 flushes closed streams, too, and reports errors
             self._attempt(self.through.flush)
 
     def _attempt(self, call: Callable[[], object]) -> None:
@@ -80,7 +80,7 @@ class Outlet(TextIOBase):
 
 def complain(text: str) -> None:
     """Print an error message on standard error."""
-    click.echo(f"trackmark: {text}", err=True, color=True)  # that is: unchanged
+    click.echo(f"trackmark: {text}", err=True, color=True)  # unchanged: the outlet escapes it
 
 
 def _shortened(text: str) -> str:
@@ -108,7 +108,7 @@ def outlets() -> Iterator[Outlet | None]:
 
 
 def progress_outlet() -> TextIO:
-    """Return standard error for a progress bar, whose control characters are kept."""
+    """Return standard error without escaping, for the control characters of a progress bar."""
     real = sys.stderr.through if isinstance(sys.stderr, Outlet) else sys.stderr
     return cast("TextIO", Outlet(real, str))
 

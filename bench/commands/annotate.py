@@ -59,9 +59,9 @@ def command(options: AnnotateOptions) -> None:
     """Write the ground truth of a video from boxes on key frames.
 
     VIDEO is a video file or a folder of images. Boxes between key frames are interpolated linearly;
-    the file marks them as interpolated. Frames before the first and after the last key frame are
-    without target. A check strip is drawn next to the file. Where a box does not fit, add key
-    frames and repeat the command.
+    the file marks them as interpolated. Frames before the first and after the last key frame have
+    no target. A film strip for checking the boxes is drawn next to the file. If a box does not fit,
+    add key frames and repeat the command.
 
     With --pick, draw the boxes in a browser, which opens if there is a display. Otherwise open the
     printed address, from another machine through a tunnel (ssh -L).
@@ -99,9 +99,7 @@ def command(options: AnnotateOptions) -> None:
         *([options.note] if options.note else []),
     ]
     strip = target.with_name(f"{target.stem}-check.png")
-    if (
-        target.resolve().parent == video.resolve()
-    ):  # a picture among the images would become a frame
+    if target.resolve().parent == video.resolve():  # there, a picture would be read as a frame
         strip = video.resolve().with_name(f"{video.resolve().name}-check.png")
     picture = _check_strip(sequence, truth, f"{strip.stem}: check that every box fits")
     write_file(target, lambda file: truth_file.write(file, truth, comments))
@@ -115,12 +113,12 @@ def command(options: AnnotateOptions) -> None:
 
 
 def _marked(texts: tuple[str, ...], keys: Path | None) -> "Boxes":
-    """Return the boxes of --box and, of other frames, those in the file of --keys."""
+    """Return the boxes of key frames; a box of --box replaces that frame's box of --keys."""
     from trackmark.datasets import truth_file
 
     marked = dict(_parse_box(text) for text in texts)
+    # Frames that the file omits have NaN boxes.
     rows = [] if keys is None else truth_file.read(keys).boxes.tolist()
-    # Frames without a row in the file have NaN boxes.
     return {frame: box for frame, box in enumerate(rows) if box[0] == box[0]} | marked
 
 
@@ -144,7 +142,9 @@ def _frame_range(text: str) -> tuple[int, int]:
     try:
         return int(first), int(last if dash else first)
     except ValueError:
-        raise click.BadParameter(f"{text!r} is not FIRST-LAST.", param_hint="--absent") from None
+        raise click.BadParameter(
+            f"{text!r} is not FIRST-LAST. Use, for example, 10-25.", param_hint="--absent"
+        ) from None
 
 
 def _check_target(target: Path, *, force: bool) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import BaselineRunner, check_entries
 from trackmark.bench.commands._options import (
     Command,
@@ -18,6 +18,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.experiments.experiment import Experiment
+from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
     from trackmark.bench.comparing.baseline import Baseline
@@ -89,7 +90,7 @@ def command(options: BaselineOptions) -> int:
     entries = runner.run(names, options.seeds)
     repeated = runner.repeat({label: list(sources)[:1] for label in texts})
     if not check_entries(entries, repeated, f"{path} is not written: runs failed."):
-        return EXIT_ANSWER_IS_NO
+        return EXIT_NEGATIVE
     baseline = Baseline(entries, texts, options.seeds, options.detect, surroundings())
     write_baseline(baseline, path)
     runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
@@ -98,7 +99,7 @@ def command(options: BaselineOptions) -> int:
         f"Commit it; `trackmark check {name}` compares with it."
     )
     for line in _sensitivity(baseline):
-        click.echo(line)
+        click.echo(wrap(line))
     return 0
 
 

@@ -2,7 +2,8 @@
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+import shlex
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import (
     BaselineRunner,
     check_entries,
@@ -21,7 +22,7 @@ from trackmark.bench.commands._baseline_runs import (
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
-    JsonOptions,
+    ScreenOptions,
     argument,
     metrics_option,
     option,
@@ -31,7 +32,8 @@ from trackmark.bench.commands._options import (
     utf8_text,
     with_options,
 )
-from trackmark.bench.commands._progress import print_message
+from trackmark.bench.commands._progress import print_hint, print_message
+from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
     from trackmark.bench.comparing.baseline import Baseline
@@ -55,7 +57,7 @@ def _seconds(text: str) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CheckOptions(JsonOptions, EngineOptions):
+class CheckOptions(ScreenOptions, EngineOptions):
     """Options of the command."""
 
     name: str = argument()
@@ -92,7 +94,7 @@ class CheckOptions(JsonOptions, EngineOptions):
     because: str | None = option(
         "Reason for --accept; stored in the baseline.", group="Baseline", callback=utf8_text
     )
-    whole: bool = output_option("Also list unchanged sequences.")
+    whole: bool = output_option("Also list unchanged sequences; --verbose does, too.")
     markdown: Path | None = output_option(
         "Write the result as Markdown, for a pull request.", type=_FILE
     )
@@ -118,7 +120,7 @@ def command(options: CheckOptions) -> int:
     or input; 3 inconclusive (only with --strict); 130 interrupted.
     """
     from trackmark.bench.comparing.baseline import baseline_path, read_baseline, surroundings
-    from trackmark.bench.comparing.regression_check import changed_facts, check
+    from trackmark.bench.comparing.regression_check import changed_facts, check, headline
     from trackmark.bench.comparing.speed_check import check_speeds
 
     path = baseline_path(options.name)
@@ -127,7 +129,7 @@ def command(options: CheckOptions) -> int:
     before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
     speeds: dict[str, Pace] = {}
     if options.against is not None:
-        # Timed on the whole baseline, so that a part of it gets the same times.
+        # All sequences are timed: a check of some sequences then gives the same times.
         trackers = list(before.entries)
         speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
     entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
@@ -142,12 +144,21 @@ def command(options: CheckOptions) -> int:
     repeated = runner.repeat(changed_facts(before.entries, now))
     not_repeatable = differing(now, repeated)
     result = check(before, with_failures(now, repeated), surroundings(), not_repeatable)
+    slower = sum(pace.state == "slower" for pace in speeds.values())
+    if not options.as_json:
+        click.echo(wrap(headline(result, str(path), slower, strict=options.strict)))
     _show(result, speeds, options)
     if others := [preset for preset in options.metrics if preset != "native"]:
         click.echo(_scores_by(result, runner.folder, others), err=options.as_json)
     if options.accept is not None:
         return _accept(stored, path, options, result, runner)
-    return _status(result, speeds, strict=options.strict)
+    status = _status(result, speeds, strict=options.strict)
+    if status and not options.as_json:
+        worse = next((row for row in result.changes if row.is_regression), result.changes[0])
+        accept = ["trackmark", "check", options.name, "--accept", worse.tracker, "--because", "…"]
+        print_hint(f"Look    trackmark report {runner.folder}")
+        print_hint(f"Accept  {shlex.join(accept)}")
+    return status
 
 
 def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
@@ -188,9 +199,17 @@ def _part(baseline: "Baseline", options: CheckOptions) -> "Baseline":
     if not entries:
         raise click.UsageError(
             f"no entry of the baseline matches --trackers {options.trackers!r} and --sequences "
-            f"{options.sequences!r}."
+            f"{options.sequences!r}. Trackers: {_first_names(baseline.entries)}. Sequences: "
+            f"{_first_names({name for row in baseline.entries.values() for name in row})}."
         )
     return replace(baseline, entries=entries)
+
+
+def _first_names(names: Collection[str]) -> str:
+    """Return the first names in order, and the number of others."""
+    first = sorted(names)[:3]
+    others = len(names) - len(first)
+    return ", ".join(first) + (f" and {others} more" if others else "")
 
 
 def _fits(patterns: Sequence[str], *names: str) -> bool:
@@ -198,7 +217,7 @@ def _fits(patterns: Sequence[str], *names: str) -> bool:
 
 
 def _with_canonical_names(texts: Sequence[str]) -> list[str]:
-    """Return texts of sequences, and the canonical names of those that are built in."""
+    """Return the texts and, of built-in sequences, also the canonical names."""
     from trackmark import datasets
     from trackmark.datasets.catalogue import is_built_in
 
@@ -209,7 +228,7 @@ def _with_canonical_names(texts: Sequence[str]) -> list[str]:
 def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> int:
     states = {result.verdict, *(check.state for check in speeds.values())}
     if states & {"regression", "slower"}:
-        return EXIT_ANSWER_IS_NO
+        return EXIT_NEGATIVE
     return EXIT_INCONCLUSIVE if strict and "inconclusive" in states else 0
 
 
@@ -222,7 +241,7 @@ def _accept(
     tracker, reason = str(options.accept), str(options.because)
     repeated = runner.repeat({tracker: list(result.now[tracker])[:1]})
     if not check_entries(result.now, repeated, f"{path} is not changed: runs failed."):
-        return EXIT_ANSWER_IS_NO
+        return EXIT_NEGATIVE
     today = datetime.now(UTC).date().isoformat()
     write_baseline(stored.moved_on(tracker, result.now, reason, today), path)
     print_message(f"{path}: the scores of {tracker} are replaced.")
@@ -235,7 +254,8 @@ def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) 
     from trackmark.bench.comparing.speed_check import speed_cases, speed_data, speed_table
     from trackmark.reports.renderers import to_markdown
 
-    tables = [table(result, whole=options.whole), *([speed_table(speeds)] if speeds else [])]
+    whole = options.whole or options.verbose
+    tables = [table(result, whole=whole), *([speed_table(speeds)] if speeds else [])]
     if options.as_json:
         data = as_data(result)
         if speeds:
@@ -246,8 +266,8 @@ def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) 
             elif "inconclusive" in states and data["verdict"] == "pass":
                 data["verdict"] = "inconclusive"
         click.echo(json.dumps(data, allow_nan=False))
-    else:
-        click.echo("\n".join(map(_text, tables)), nl=False)
+    elif not options.quiet:
+        click.echo("".join(map(_text, tables)), nl=False)
     if options.markdown is not None:
         _write(
             options.markdown,
@@ -275,13 +295,11 @@ def _scores_by(result: "Check", folder: Path, metrics: list[str]) -> str:
 
 def _text(table: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
-    from trackmark.reports.printable import wrap
     from trackmark.reports.renderers import to_text
-    from trackmark.reports.table_width import on_terminal
+    from trackmark.reports.table_width import terminal_lines
 
-    notes = "\n".join(wrap(note) for note in table.notes)
-    rows = on_terminal(replace(table, notes=[]), to_text) if table.rows else ""
-    return f"{rows}{notes}\n"
+    lines = terminal_lines(table, to_text) if table.rows else map(wrap, table.notes)
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _write(file: Path, text: str) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import math
-import textwrap
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._imported_results import (
     imported_option,
@@ -21,7 +20,7 @@ from trackmark.bench.commands._options import (
     EXISTING_FILE,
     Command,
     EngineOptions,
-    JsonOptions,
+    ScreenOptions,
     argument,
     matching_sequences,
     metrics_option,
@@ -32,7 +31,7 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_message
+from trackmark.bench.commands._progress import patience, print_hint, print_message
 from trackmark.bench.commands.run import default_name
 from trackmark.bench.experiments.experiment import Experiment
 from trackmark.bench.reporting import MARGINS
@@ -44,14 +43,12 @@ if TYPE_CHECKING:
     from trackmark.bench.store.layout import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
-WIDTH = 96
-
 STRIPS = 3
 """Number of sequences drawn as film strips: those on which two trackers differ most."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompareOptions(JsonOptions, EngineOptions):
+class CompareOptions(ScreenOptions, EngineOptions):
     """Options of the command."""
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=False)
@@ -95,8 +92,9 @@ def command(options: CompareOptions) -> int:
 
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
     trackers if none is named). The first tracker of each pair is reported as better, worse,
-    equivalent or inconclusive. Each metrics preset gets its own comparison. Failed runs count as
-    the worst score.
+    equivalent or inconclusive. All pairs of up to four trackers are printed, all pairs of more
+    trackers with --verbose. Each metrics preset gets its own comparison. Failed runs count as the
+    worst score.
 
     For example:
       trackmark compare camshift opencv-mil --sequences 'samples/*' --seeds 5
@@ -115,7 +113,7 @@ def command(options: CompareOptions) -> int:
     filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
     measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
     imported_trackers = parse_imported(options.results_of)
-    imported = [guest.tracker for guest in imported_trackers]
+    imported = [entry.tracker for entry in imported_trackers]
     trackers, against = _trackers(options, imported)
     labels: list[str] | None = [label for label, _ in trackers] or None
     cells: Collection[RunKey] | None = None
@@ -133,18 +131,18 @@ def command(options: CompareOptions) -> int:
         if options.results is not None:
             _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
         try:
-            compared = {  # all before any output, since a preset may refuse the runs
+            compared = {  # before any output: a preset can refuse the runs
                 preset: _compare(runs, against, options, preset, measure)
                 for preset, measure in measures.items()
             }
         except AllFailedError as error:
             print_message(str(error))
-            return EXIT_ANSWER_IS_NO
+            return EXIT_NEGATIVE
         return _report(compared, experiment, options)
 
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:
-    """Return the presets; the preset of the protocol replaces a `native` that cannot judge runs."""
+    """Return the presets; if `native` cannot judge the runs, the protocol's preset replaces it."""
     from trackmark.bench.evaluation.scoring import can_judge
     from trackmark.bench.protocols import parse_protocol
     from trackmark.bench.reporting.tables import PRESET
@@ -171,18 +169,18 @@ def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
 
 
 def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
-    """Return a column of a metrics preset as a measure, with the default margin of shares."""
+    """Return a column of a metrics preset as a measure with the default equivalence margin."""
     from trackmark.bench.metrics import preset as metrics_preset
     from trackmark.bench.metrics.preset import heading, mean_of_sequences
     from trackmark.reports.tables import ScoreMeasure
 
     definitions = metrics_preset(preset)
-    judging = {key: column for key, column in definitions.columns.items() if column.better}
-    columns = {key: column for key, column in judging.items() if not column.whole}
+    scores = {key: column for key, column in definitions.columns.items() if column.better}
+    columns = {key: column for key, column in scores.items() if not column.whole}
     name = options.metric or next(iter(columns))
     if name not in columns:
         problem = f"{preset} has no score {name!r}"
-        if name in judging:
+        if name in scores:
             problem = (
                 f"{name} is a score of all sequences together; trackers are compared by sequence"
             )
@@ -249,7 +247,7 @@ def _run(
         protocol=options.protocol or Experiment.protocol,
     )
     execution = run_experiment(experiment, options)
-    print_message(f"Runs are in {execution.folder}.")
+    print_hint(f"Runs are in {execution.folder}.")
     labels = [spec.label for spec in execution.plan.trackers.values()]
     return execution.folder, labels, execution.plan.manifest().versions
 
@@ -322,7 +320,7 @@ def _compare(
 
 
 def _report_older_versions(runs: "pd.DataFrame") -> None:
-    """Print which trackers have stored runs of another version than the current one."""
+    """Print which trackers have stored runs of an outdated version."""
     from trackmark.bench.experiments.tracker_spec import built_in_digest
 
     stored = runs.dropna(subset="tracker_version").astype({"tracker": str, "tracker_name": str})
@@ -339,10 +337,7 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
 
 def _report(compared: "dict[str, Comparison]", experiment: Path, options: CompareOptions) -> int:
     """Print and write the comparisons by all presets; return the exit status."""
-    from trackmark.bench.comparing.tables import as_data, paragraph, screen
-    from trackmark.reports.printable import width
-    from trackmark.reports.renderers import to_text
-    from trackmark.reports.table_width import on_terminal
+    from trackmark.bench.comparing.tables import as_data, screen_lines
 
     folder = options.folder
     for preset, comparison in compared.items():
@@ -350,16 +345,15 @@ def _report(compared: "dict[str, Comparison]", experiment: Path, options: Compar
             data = {"metrics": preset, **as_data(comparison)}
             click.echo(json.dumps(data, allow_nan=False))
         else:
-            click.echo("\n".join(on_terminal(table, to_text) for table in screen(comparison)))
-            text = textwrap.fill(paragraph(comparison), min(WIDTH, width()), break_on_hyphens=False)
-            click.echo(text)
+            lines = screen_lines(comparison, verbose=options.verbose, quiet=options.quiet)
+            click.echo("\n".join(lines))
         if folder is not None:
             target = folder / preset if len(compared) > 1 else folder
             print_message("\n".join(_write(comparison, experiment, target)))
     first = next(iter(compared.values()))
     for tracker, note in first.failures.items():
         print_message(f"{tracker}: {note}")
-    return EXIT_ANSWER_IS_NO if first.left_out else 0
+    return EXIT_NEGATIVE if first.left_out else 0
 
 
 def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str]:

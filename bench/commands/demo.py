@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from trackmark.bench.commands._execution import plan_experiment
+from trackmark.bench.commands import EXIT_NEGATIVE
+from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
@@ -15,8 +16,12 @@ from trackmark.bench.commands._options import (
     output_option,
     with_options,
 )
-from trackmark.bench.commands._progress import print_message, progress_bar
-from trackmark.bench.commands.run import execute
+from trackmark.bench.commands._progress import (
+    RunProgress,
+    print_hint,
+    print_message,
+    progress_bar,
+)
 from trackmark.bench.experiments.experiment import read_experiment
 
 
@@ -42,37 +47,40 @@ def command(options: DemoOptions) -> int:
 
     Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
+    from trackmark.bench.comparing.run_summary import summarise
     from trackmark.bench.pages.report import Commands, write_report_page
     from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.reporting.tables import tables, title_of
     from trackmark.reports.write import write_tables
 
     experiment = read_experiment("demo")
-    click.echo(
-        f"Running {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
-        "timing them, then\nwriting a page, tables, plots and film strips: about a minute on two "
-        "idle cores, half a\nminute more the first time, when kernels are compiled."
-    )
     results = options.output / "results" / experiment.name
     engine_options = EngineOptions(output=results.parent, jobs=options.jobs)
     # Timing runs come first: the table of scores includes their times.
     timed = replace(experiment, timing=True, repetitions=1)
-    for runs, metrics in ((timed, []), (experiment, ["native"])):
-        if status := execute(plan_experiment(runs, engine_options), metrics):
-            return status
+    executions = [plan_experiment(runs, engine_options) for runs in (timed, experiment)]
+    title = (
+        f"Demo: {len(experiment.trackers)} trackers, {len(experiment.sequences)} sequences, "
+        f"{sum(execution.units.runs for execution in executions)} runs (about 1 minute)"
+    )
+    with RunProgress(title, results) as runs_progress:
+        runs_progress.expect(*executions)
+        for execution in executions:
+            execute_runs(execution, progress=runs_progress)
+    summary = summarise(results)
+    assert summary is not None
+    click.echo("\n".join(summary.lines()))
+    if summary.failures:
+        return EXIT_NEGATIVE
     folder = options.output / "demo"
     report_tables = tables(results)
     write_tables(folder, report_tables)
     figures = FigureFiles(".png", print_message)
     page = folder / "report.html"
-    with progress_bar(None, "frame") as progress:
+    with progress_bar("Drawing the report", None, "frame") as progress:
         title, names = title_of(results), Commands(str(results))
         write_report_page(results, page, report_tables, title, names, progress, figures=figures)
     program = os.path.relpath(sys.argv[0])
-    click.echo(
-        f"\nOpen {page}: every number there leads to the frames behind it.\n"
-        "The folder also holds tables, plots and film strips.\n"
-        f"\nNext: `{program} list`, `{program} describe camshift`,\nor your own video: "
-        f"`{program} annotate --help`."
-    )
+    click.echo(f"\nReport  {page}  (open it in a browser; tables and plots are beside it)")
+    print_hint(f"Next    {program} run --trackers camshift --sequences my-video.mp4 --truth FILE")
     return 0

@@ -56,7 +56,7 @@ def command(options: DescribeOptions) -> None:
 
 
 Description = tuple[dict[str, Any], list[str]]
-"""Data for --json, and lines of text."""
+"""Data for --json, and lines of text for the terminal."""
 
 
 def _tracker(name: str) -> Description | None:
@@ -97,7 +97,11 @@ def _unusable(name: str, error: Exception) -> dict[str, Any]:
         raise error
     classes = [node for node in ast.parse(file.read_bytes()).body if isinstance(node, ast.ClassDef)]
     summary = ast.get_docstring(classes[-1]) or ""
-    return {"name": name, "summary": summary, "unusable": f"{error} Then its parameters are shown."}
+    return {
+        "name": name,
+        "summary": summary,
+        "unusable": f"{error} `describe` then shows its parameters, too.",
+    }
 
 
 def _named(name: str) -> Description | None:
@@ -167,7 +171,7 @@ def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
 
 
 def _attribute(name: str) -> dict[str, Any]:
-    """Return data on an attribute; none for another name."""
+    """Return data on an attribute; an empty dictionary if there is no such attribute."""
     from trackmark.datasets import attributes
 
     if name not in attributes.names():
@@ -184,7 +188,7 @@ def _attribute(name: str) -> dict[str, Any]:
 
 
 def _several(name: str) -> Description | None:
-    """Describe a folder of sequences or a pattern; None for a name that is neither."""
+    """Describe a folder of sequences or a pattern; None for other names."""
     from trackmark import datasets
     from trackmark.datasets.catalogue import is_built_in
 
@@ -252,14 +256,14 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
 
 
 def _measured(name: str, truth: Path | None) -> dict[str, Any]:
-    """Return attributes of a sequence: a value for all frames, and those of each."""
+    """Return attributes of a sequence: one value for the sequence and one per frame."""
     from trackmark import datasets
     from trackmark.datasets import attributes
 
     def finite(value: float) -> float | None:
         return value if isfinite(value) else None
 
-    with progress_bar(None, "frame") as progress:
+    with progress_bar("Measuring attributes", None, "frame") as progress:
         series = attributes.measure(datasets.load(name, truth), progress)
     overall = attributes.overall(series)
     return {

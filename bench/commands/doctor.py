@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._options import Command, JsonOptions, with_options
 from trackmark.reports.printable import wrap
 
@@ -56,7 +56,7 @@ def command(options: JsonOptions) -> int:
                 lines = [f"{key:{width}}  {value}" for key, value in items.items()]
             for line in lines:
                 click.echo(wrap(f"  {line}"))
-    return EXIT_ANSWER_IS_NO if data["problems"] else 0
+    return EXIT_NEGATIVE if data["problems"] else 0
 
 
 def _versions() -> dict[str, str]:
@@ -67,7 +67,7 @@ def _versions() -> dict[str, str]:
 
 
 def _caches() -> dict[str, str]:
-    """Return places and sizes of the caches."""
+    """Return paths and sizes of the caches."""
     from trackmark.datasets.file_digest import cache_folder
 
     folder = cache_folder()
@@ -101,7 +101,7 @@ def _kernel_folders() -> set[Path]:
 
 
 def _trackers() -> dict[str, str]:
-    """Return the state of every tracker: ready, or what it needs."""
+    """Return `ready` or the reason why it cannot be used, by tracker."""
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_files import describe_tracker
 
@@ -110,7 +110,7 @@ def _trackers() -> dict[str, str]:
         try:
             describe_tracker(name)
             states[name] = "ready"
-        except (trackers.TrackerError, RuntimeError) as error:  # the latter is Numba's
+        except (trackers.TrackerError, RuntimeError) as error:  # Numba raises RuntimeError
             states[name] = str(error)
     return states
 
@@ -136,7 +136,7 @@ def _data_problems() -> list[str]:
         datasets.load("samples/face")
     except datasets.SequenceError as error:
         problems.append(str(error))
-    except Exception as error:  # noqa: BLE001  # any defect of a library shows in its first use
+    except Exception as error:  # noqa: BLE001  # a broken library can raise any exception
         problems.append(
             f"samples/face: reading fails ({type(error).__name__}: {error}). "
             "Install the versions of constraints.txt."

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._imported_results import (
     imported_option,
     parse_imported,
@@ -16,14 +16,14 @@ from trackmark.bench.commands._imported_results import (
 )
 from trackmark.bench.commands._options import (
     Command,
-    JsonOptions,
+    ScreenOptions,
     argument,
     metrics_option,
     option,
     output_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_message, progress_bar
+from trackmark.bench.commands._progress import patience, print_event, print_message, progress_bar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,9 +38,12 @@ if TYPE_CHECKING:
 TEXTS = ("text", "markdown", "csv", "latex")
 FIGURES = ("png", "svg", "pdf")
 
+NATIVE_TABLES = ("summary", "sequences", "times", "summary-revised", "sequences-revised")
+"""Tables that the short table replaces, except with --verbose."""
+
 
 @dataclass(frozen=True, kw_only=True)
-class ReportOptions(JsonOptions):
+class ReportOptions(ScreenOptions):
     """Options of the command."""
 
     results: Path | None = argument(required=False)
@@ -62,7 +65,7 @@ class ReportOptions(JsonOptions):
     by_attribute: bool = output_option(
         "Add scores by attribute of the sequences; see docs/attributes.md."
     )
-    wide: bool = output_option("Print all columns of the tables.")
+    wide: bool = output_option("With --verbose: print all columns of the tables.")
     no_pictures: bool = output_option("Write tables only: no page, no plots.")
 
     @property
@@ -77,10 +80,11 @@ def command(options: ReportOptions) -> int:
     """Write tables, plots and a page of stored results.
 
     RESULTS is the results folder of an experiment, or a folder that contains several. The command
-    prints tables and writes report.html, a page with a player of the frames. With --json or a text
-    --format and without --folder, it only prints. No tracker is run: --metrics scores stored runs
-    by other presets, and --results-of adds results of other toolkits on the same sequences. Film
-    strips, the page and --by-attribute read the frames of the sequences.
+    prints an answer and a short table, and writes report.html, a page with all tables and a player
+    of the frames. With --json or a text --format and without --folder, it prints all tables only.
+    No tracker is run: --metrics scores stored runs by other presets, and --results-of adds results
+    of other toolkits on the same sequences. Film strips, the page and --by-attribute read the
+    frames of the sequences.
 
     For example:
       trackmark report results/windows
@@ -128,7 +132,10 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     arguments += [] if options.sequences is None else ["--sequences", options.sequences]
     commands = Commands("" if stored is None else str(stored), arguments)
     further = further_tables(experiment, tables, commands) if options.as_json else []
-    _print(tables + further, options)
+    if options.as_json or options.form in TEXTS:
+        _print(tables + further, options)
+    else:
+        _print_summary(experiment, tables, options, title if several else "")
     target, files = stored or Path("report"), list[Path]()
     figures = None
     if folder is not None:
@@ -151,12 +158,32 @@ def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "lis
     from trackmark.bench.reporting.by_attribute import attribute_report, attributes_of
 
     def measure(runs: "pd.DataFrame", names: Sequence[str]) -> "dict[str, NDArray[np.float64]]":
-        with progress_bar(None, "frame") as progress:
+        with progress_bar("Measuring attributes", None, "frame") as progress:
             return attributes_of(runs, names, progress, print_message)
 
     curves = attribute_report(experiment, metrics, measure)
     tables += [curve.table for curve in curves]
     return curves
+
+
+def _print_summary(
+    experiment: Path, tables: "list[Table]", options: ReportOptions, title: str
+) -> None:
+    """Print answer and short table; then tables of other presets, or all of them."""
+    from trackmark.bench.comparing.run_summary import summarise
+
+    summary = summarise(experiment) if "native" in options.metrics else None
+    if title:
+        click.echo(f"{title}:")
+    if summary is not None:
+        click.echo("\n".join(summary.lines(quiet=options.quiet)))
+        for warning in summary.warnings:
+            print_event("warning", warning)
+    short = summary is not None and not options.verbose
+    further = [table for table in tables if not (short and table.name in NATIVE_TABLES)]
+    if further and not (options.quiet and summary is not None):
+        click.echo("" if summary is not None else None, nl=summary is not None)
+        _print(further, options)
 
 
 def _print(tables: "list[Table]", options: ReportOptions) -> None:
@@ -171,7 +198,8 @@ def _print(tables: "list[Table]", options: ReportOptions) -> None:
         render = to_json
     elif not is_text and not options.wide:
         render = functools.partial(on_terminal, render=render, more=" (--wide)")
-    click.echo("\n".join(map(render, tables)))
+    if tables:
+        click.echo("\n".join(map(render, tables)))
 
 
 def _write_page(
@@ -188,7 +216,7 @@ def _write_page(
     from trackmark.bench.store.files import ResultsError
 
     try:
-        with progress_bar(None, "frame") as progress:
+        with progress_bar("Drawing the report", None, "frame") as progress:
             return write_report_page(
                 experiment, path, tables, title, commands, progress, full=full, figures=figures
             )
@@ -211,4 +239,4 @@ def _print_left_out(experiments: Sequence[Path]) -> int:
             lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
     for line in lines:
         print_message(line)
-    return EXIT_ANSWER_IS_NO if lines else 0
+    return EXIT_NEGATIVE if lines else 0

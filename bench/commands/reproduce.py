@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
-    JsonOptions,
+    ScreenOptions,
     argument,
     option,
     output_option,
     with_options,
 )
-from trackmark.bench.commands._progress import print_message, progress_bar
+from trackmark.bench.commands._progress import RunProgress, print_hint, print_message, progress_bar
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReproduceOptions(JsonOptions, EngineOptions):
+class ReproduceOptions(ScreenOptions, EngineOptions):
     """Options of the command."""
 
     paper: str | None = argument(required=False)
@@ -88,28 +88,39 @@ def command(options: ReproduceOptions) -> int:
             print_message(f"All papers: {write_front_page(options.output)}")
         verdicts = [row.verdicts["recommended"].verdict for row in report.verdicts]
         fails |= "does not hold" in verdicts
-    if quick:
-        print_message("--quick judges no claims. Omit it to get verdicts.")
-    return EXIT_ANSWER_IS_NO if options.strict and fails else 0
+    return EXIT_NEGATIVE if options.strict and fails else 0
 
 
 def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOptions) -> "Report":
     """Run the reproduction of a paper; write and print its report."""
     from trackmark.bench.papers.reproduction import report_data
-    from trackmark.bench.papers.terminal_report import screen
+    from trackmark.bench.papers.terminal_report import screen_lines
 
     started_at, folder = time.monotonic(), options.output / paper.name
     requested: dict[str, Collection[RunKey]] = {}
     opened_sequences: KnownSequences = {}
-    for experiment in paper.experiments(effort):
-        execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
-        print_message(f"{experiment.title}: {len(execution.plan)} runs")
-        execute_runs(execution)
-        requested[experiment.name] = execution.plan.manifest().versions
+    executions = [
+        plan_experiment(experiment, options, opened_sequences=opened_sequences)
+        for experiment in paper.experiments(effort)
+    ]
+    runs = sum(execution.units.runs for execution in executions)
+    quick = ", quick look without verdicts" if effort.quick else ""
+    with RunProgress(f"{paper.name}{quick}: {runs} runs", folder) as progress:
+        progress.expect(*executions)
+        for execution in executions:
+            execute_runs(execution, progress=progress)
+            requested[execution.experiment.name] = execution.plan.manifest().versions
     report = paper.report(options.output, folder, effort, requested)
     content = report_data(report, time.monotonic() - started_at)
     _write(report, content, folder)
-    click.echo(json.dumps(content, allow_nan=False) if options.as_json else screen(report, folder))
+    if options.as_json:
+        click.echo(json.dumps(content, allow_nan=False))
+        return report
+    lines = screen_lines(report, folder, verbose=options.verbose, quiet=options.quiet)
+    click.echo("\n".join(lines))
+    if effort.quick:
+        claims = len(report.context.claims)
+        print_hint(f"Verdicts on its {claims} claims  trackmark reproduce {paper.name}")
     return report
 
 
@@ -124,5 +135,5 @@ def _write(report: "Report", content: Mapping[str, object], folder: Path) -> Non
     write_tables(folder, report.tables)
     write_page(folder / "report.md", report)
     write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
-    with progress_bar(None, "frame") as progress:
+    with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._imported_results import parse_imported, store_imported
 from trackmark.bench.commands._options import (
     Command,
@@ -65,7 +65,7 @@ def list_results(options: FolderOptions) -> None:
     from trackmark.bench.store.run_rows import list_scored_runs, to_json_row
 
     for experiment in experiment_folders(options.folder):
-        with progress_bar(None, "run") as progress:
+        with progress_bar("Scoring stored runs", None, "run") as progress:
             rows = list_scored_runs(Results(experiment), progress)
         if options.as_json:
             for row in rows:
@@ -125,7 +125,7 @@ def failures(options: FolderOptions) -> None:
 @command.command("log")
 @with_options(FolderOptions)
 def log(options: FolderOptions) -> None:
-    """Print time, place and cost of executions.
+    """Print date, machine and cost of executions.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
     one line per event.
@@ -209,7 +209,7 @@ def remove(options: RemoveOptions) -> None:
     selected: dict[Path, list[RunKey]] = {}
     for experiment in experiment_folders(options.folder):
         results = Results(experiment)
-        # Selected by their keys alone, so that damaged runs can be removed, too.
+        # Keys suffice: damaged runs can be removed, too.
         cells = [
             cell
             for cell in results.list_keys()
@@ -261,7 +261,7 @@ def check_results(options: FolderOptions) -> int:
         click.echo(
             f"{experiment}: damaged" if messages else f"{experiment}: {runs} runs, undamaged"
         )
-    return EXIT_ANSWER_IS_NO if total else 0
+    return EXIT_NEGATIVE if total else 0
 
 
 @command.command("convert")
@@ -269,7 +269,7 @@ def check_results(options: FolderOptions) -> int:
 def convert(folders: tuple[Path, ...]) -> None:
     """Convert Parquet files of an older trackmark to runs.db.
 
-    FOLDERS are results folders. The old files stay. Needs the extra `parquet`.
+    FOLDERS are results folders. The old files are kept. The command needs the extra `parquet`.
 
     For example:
       trackmark results convert results/*
@@ -279,7 +279,7 @@ def convert(folders: tuple[Path, ...]) -> None:
     from trackmark.bench.store.parquet_layout import convert_results
 
     for folder in folders:
-        with progress_bar(None, "run") as progress:
+        with progress_bar("Converting runs", None, "run") as progress:
             number = convert_results(folder, progress)
         click.echo(
             f"{folder}: converted {number} runs. The old files are no longer needed: plan.json, "
@@ -293,9 +293,9 @@ def convert(folders: tuple[Path, ...]) -> None:
 def merge(sources: tuple[Path, ...], target: Path) -> int:
     """Copy runs of several results folders into one.
 
-    SOURCES and TARGET are results folders. Runs that TARGET already contains stay. A run that it
-    contains for another version of tracker or sequence is a conflict: conflicts are listed and
-    nothing is copied.
+    SOURCES and TARGET are results folders. Runs that TARGET already contains are kept. If
+    TARGET contains a run with another version of tracker or sequence, the command lists this
+    conflict and copies nothing.
 
     For example:
       trackmark results merge results/laptop results/server results/both
@@ -309,7 +309,7 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
         print_message(f"conflict: {conflict}")
     if conflicts:
         print_message(f"{len(conflicts)} conflicts; nothing was copied.")
-        return EXIT_ANSWER_IS_NO
+        return EXIT_NEGATIVE
     click.echo(f"Copied {copied} runs to {target}.")
     return 0
 

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO, EXIT_WRONG_INPUT
+from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
 from trackmark.bench.commands._execution import execute_runs, plan_experiment, stored_runs
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
-    JsonOptions,
+    ScreenOptions,
     argument,
     execution_option,
     matching_sequences,
@@ -30,7 +30,7 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_message
+from trackmark.bench.commands._progress import patience, print_event, print_hint, print_message
 from trackmark.bench.commands._terminal import complain
 from trackmark.bench.experiments.experiment import (
     Experiment,
@@ -44,11 +44,12 @@ if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences
     from trackmark.bench.store.layout import RunKey
 
+_MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
 _MAX_NAME = 24  # characters of a tracker or a sequence in the name of a folder
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunOptions(JsonOptions, EngineOptions):
+class RunOptions(ScreenOptions, EngineOptions):
     """Options of the command."""
 
     experiment: tuple[str, ...] = argument(nargs=-1, required=False, metavar="[EXPERIMENT]")
@@ -88,8 +89,8 @@ def command(options: RunOptions) -> int:
     """Run trackers on sequences and store the results.
 
     EXPERIMENT is the name of a built-in experiment or a .toml file. Without it, give --trackers and
-    --sequences. Runs that are already stored are not repeated. The command prints tables of scores,
-    or one JSON object per requested run with --json.
+    --sequences. Runs that are already stored are not repeated. The command prints which tracker has
+    the best mean overlap and a short table, or one JSON object per requested run with --json.
 
     For example:
       trackmark run windows.toml
@@ -107,7 +108,7 @@ def command(options: RunOptions) -> int:
     if options.dry_run:
         _print_plan(execution, as_json=options.as_json)
         return 0
-    return execute(execution, options.metrics, as_json=options.as_json)
+    return execute(execution, options.metrics, options)
 
 
 def _experiment(options: RunOptions) -> Experiment:
@@ -129,7 +130,7 @@ def _experiment(options: RunOptions) -> Experiment:
     }
     values = {key: value for key, value in values.items() if value}
     if options.seeds:
-        values["repeated"] = {}  # --seeds also replaces the numbers of single trackers
+        values["repeated"] = {}  # --seeds replaces the numbers of single trackers, too
     if base is not None:
         return replace(base, **values)
     name = default_name(values.get("trackers", ()), split_list(sequences or ""), truth)
@@ -137,9 +138,9 @@ def _experiment(options: RunOptions) -> Experiment:
 
 
 def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment | None:
-    """Return the named experiment, if any.
+    """Return the named experiment; None without a name.
 
-    Raises `ExperimentError` for several names: a shell expands an unquoted pattern to these.
+    Raises `ExperimentError` for several names, which can result from an unquoted pattern.
     """
     built_in = experiment_names()
     paths = [name for name in names if name not in built_in and not name.endswith(".toml")]
@@ -154,7 +155,7 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
 
 def default_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
-    """Return the default name of an experiment: the same for the same texts in any order.
+    """Return the default name of an experiment; it does not depend on the order of the texts.
 
     Raises `ExperimentError` if there are no trackers or no sequences.
     """
@@ -176,7 +177,7 @@ def _short_name(texts: Sequence[str]) -> str:
 def _without_stale_runs(
     experiment: Experiment, output: Path, opened_sequences: "KnownSequences"
 ) -> Experiment:
-    """Return the experiment under the first name for which no stored run is replaced."""
+    """Return the experiment under the first name NAME, NAME-2, … that replaces no stored run."""
     from trackmark.bench.execution.plan import State, make_plan
     from trackmark.bench.store.results import Results
 
@@ -188,21 +189,13 @@ def _without_stale_runs(
     return next(plan.experiment for plan in plans if not plan.count(State.STALE))
 
 
-def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = False) -> int:
-    """Execute a plan, print its scores by metrics presets and return the exit status.
-
-    Without presets, scores are printed only if runs failed.
-    """
+def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
+    """Execute a plan, print its scores by metrics presets and return the exit status."""
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.layout import run_key
 
-    plan = execution.plan
-    for sequence in plan.sequences:
-        if sequence.images_beyond_truth:
-            print_message(
-                f"{sequence.name}: {sequence.images_beyond_truth} images after the last row of "
-                "the ground truth are not read."
-            )
+    as_json = options.as_json
+    warn_of_unread_images(execution)
     printed: set[RunKey] = set()
 
     def print_row(row: Mapping[str, Any]) -> None:
@@ -222,13 +215,16 @@ def execute(execution: "Execution", metrics: Sequence[str], *, as_json: bool = F
             if cell in now.requested and cell not in printed and now.state(cell) >= State.FAILED:
                 _print_row(row, execution.folder, metrics)
         print_message(state)
-    elif metrics or failed:
-        _print_tables(execution, metrics or ("native",))
-        click.echo(state)
-        _print_remarks(execution, failed)
+    else:
+        _print_scores(execution, metrics, options)
+        if not options.quiet:
+            click.echo(f"\n{state}")
+            _print_hints(execution)
+        if options.verbose:
+            _print_details(execution)
     if execution.errors:
         return EXIT_WRONG_INPUT
-    return EXIT_ANSWER_IS_NO if failed else 0
+    return EXIT_NEGATIVE if failed else 0
 
 
 def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
@@ -246,31 +242,75 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     click.echo(json.dumps(data, allow_nan=False))
 
 
-def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
+def warn_of_unread_images(execution: "Execution") -> None:
+    """Print how many images of each sequence have no ground truth and are not read."""
+    for sequence in execution.plan.sequences:
+        if n := sequence.images_beyond_truth:
+            images = "1 image" if n == 1 else f"{n} images"
+            print_event("warning", f"{sequence.name}: {images} after the ground truth ignored.")
+
+
+def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
+    """Print the answer and a short table, and with --verbose all tables."""
+    from trackmark.bench.comparing.run_summary import summarise, summarise_times
     from trackmark.bench.reporting.by_preset import summary_text
 
+    folder, cells = execution.folder, execution.plan.manifest().versions
+    lines: list[str] = []
+    warnings: list[str] = []
     with patience("Scoring runs"):
-        text = summary_text(execution.folder, execution.plan.manifest().versions, metrics)
-    click.echo(text)
+        if execution.plan.protocol == "timing":
+            lines = summarise_times(folder, cells)
+            lines = lines[:1] if options.quiet else lines
+        elif "native" in metrics and (summary := summarise(folder, cells)):
+            lines, warnings = summary.lines(quiet=options.quiet), summary.warnings
+        others = [name for name in metrics if not lines or options.verbose or name != "native"]
+        if others and not (options.quiet and lines):
+            tables = summary_text(folder, cells, others).splitlines()
+            lines += [*([""] if lines and tables else []), *tables]
+    click.echo("\n".join(lines))
+    for warning in warnings:
+        print_event("warning", warning)
 
 
-def _print_remarks(execution: "Execution", failed: int) -> None:
-    """Print how to list failures, the time of the harness, and the formats of the sequences."""
+def _print_hints(execution: "Execution") -> None:
+    """Print how to repeat random trackers, the formats of sequences, and the next command."""
     from trackmark import datasets
-    from trackmark.reports.printable import wrap
+    from trackmark.trackers.base.interface import Randomness
 
-    if failed:
-        command = shlex.join(["trackmark", "results", "failures", str(execution.folder)])
-        click.echo(f"`{command}` lists the reasons of failures.")
-    if math.isfinite(execution.overhead):
-        microseconds = execution.overhead * 1e6
-        click.echo(f"The harness itself took {microseconds:.1f} µs per frame and tracker.")
+    plan = execution.plan
+    once = [
+        spec.label
+        for spec, repetitions in zip(plan.trackers.values(), plan.repetitions.tolist(), strict=True)
+        if repetitions == 1 and spec.randomness != Randomness.NONE
+    ]
+    if once:
+        print_hint(f"Random trackers that ran once: {', '.join(once)}. Repeat them: --seeds 10")
     texts = [source.text for source in execution.experiment.sequences]
     formats = {text: datasets.path_format(text) for text in texts}
     for name in filter(None, dict.fromkeys(formats.values())):
         first, *others = [text for text in texts if formats[text] == name]
         more = f" and {len(others)} more" if others else ""
-        click.echo(wrap(f"{first}{more}: read as {name}."))
+        print_hint(f"{first}{more}: read as {name}.")
+    print_hint(f"Next  {shlex.join(['trackmark', 'report', str(execution.folder)])}")
+
+
+def _print_details(execution: "Execution") -> None:
+    """Print the time of the harness, and the end of what each tracker printed in its first run."""
+    from trackmark.bench.store.results import Results
+
+    if math.isfinite(execution.overhead):
+        click.echo(
+            f"The harness itself took {1e6 * execution.overhead:.1f} µs per frame and tracker."
+        )
+    results, cells = Results(execution.folder), execution.plan.manifest().versions
+    stored, trackers = set(results.list_keys()), set[str]()
+    for cell in cells:
+        if cell in stored and cell[0] not in trackers:
+            trackers.add(cell[0])
+            if lines := results.read(cell).output.splitlines():
+                click.echo(f"Output of {cell[0]} on {cell[1]}:")
+                click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
 
 
 _BASES = {

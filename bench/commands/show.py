@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands import EXIT_ANSWER_IS_NO
+from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._options import (
     Command,
     argument,
@@ -79,7 +79,7 @@ def command(options: ShowOptions) -> int:
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
     if results is None and options.trace != "online":
         raise click.BadParameter(
-            "requires --results: it selects boxes of stored runs.", param_hint="--trace"
+            "requires --results, because it selects boxes of stored runs.", param_hint="--trace"
         )
     with patience(f"Opening {sequence}"):
         opened = datasets.load(sequence, truth=options.truth)
@@ -119,12 +119,12 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
     if not trackers:
         raise click.BadParameter("the list is empty. Name at least one.", param_hint="--live")
     source = SequenceSource(options.sequence, options.truth)
-    with progress_bar(None, "frame") as progress:
+    with progress_bar("Running trackers", None, "frame") as progress:
         paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
     for failure in failures:
         complain(failure.partition("\n")[0])
     click.echo(str(paths[0]))
-    return EXIT_ANSWER_IS_NO if failures else 0
+    return EXIT_NEGATIVE if failures else 0
 
 
 def _stored(
@@ -139,7 +139,9 @@ def _stored(
 
     boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
     if not boxes:
-        raise ResultsError(f"{results}: no runs on {sequence.name} found. Run it first.")
+        raise ResultsError(
+            f"{results}: no runs on {sequence.name} found. Run a tracker on it first."
+        )
     if len(boxes[TRUTH]) != len(sequence) or (
         sequence.present.any() and not np.array_equal(boxes[TRUTH], sequence.boxes, equal_nan=True)
     ):
@@ -158,7 +160,7 @@ def _draw(
     output: Path,
     count: int,
 ) -> None:
-    """Write a film strip of `count` frames, or a video of all of them."""
+    """Write a film strip of `count` frames, or a video of all frames."""
     from trackmark.bench.reporting.outlines import outlines_on
     from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
     from trackmark.reports.video import write_video
@@ -169,7 +171,7 @@ def _draw(
         image = sequence.__getitem__
         write_film_strip(output, film_strip(image, numbers, boxes, sequence.name, lines_of=lines))
         return
-    with progress_bar(len(frames), "frame") as progress:
+    with progress_bar("Drawing frames", len(frames), "frame") as progress:
 
         def images() -> Any:
             for done, number in enumerate(frames):

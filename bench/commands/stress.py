@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
-    JsonOptions,
+    ScreenOptions,
     argument,
     matching_sequences,
     option,
@@ -20,7 +20,7 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import print_message
+from trackmark.bench.commands._progress import RunProgress, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ REPETITIONS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
-class StressOptions(JsonOptions, EngineOptions):
+class StressOptions(ScreenOptions, EngineOptions):
     """Options of the command."""
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=True)
@@ -52,9 +52,7 @@ class StressOptions(JsonOptions, EngineOptions):
     runs: int = option(
         "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
     )
-    against: str = option(
-        "Tracker whose breaking points are the baseline of the factors.", default="camshift"
-    )
+    against: str = option("Tracker that the breaking points are divided by.", default="camshift")
     recorded: str | None = option(
         "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
     )
@@ -67,8 +65,8 @@ class StressOptions(JsonOptions, EngineOptions):
 def command(options: StressOptions) -> int:
     """Find the level of a difficulty at which half of the runs survive.
 
-    Each difficulty of --knob is increased until the trackers lose the target. Runs are placed at
-    the most informative levels; stored runs are not repeated. See docs/stress.md.
+    Each difficulty of --knob is increased until the trackers lose the target. Most runs are made
+    at levels near this point. Stored runs are not repeated. See docs/stress.md.
 
     For example:
       trackmark stress multipart --knob noise,occlusion
@@ -80,6 +78,7 @@ def command(options: StressOptions) -> int:
         BreakingPoints,
         RunSequences,
         Series,
+        answer_lines,
         as_data,
         parse_difficulty,
         tables,
@@ -96,31 +95,58 @@ def command(options: StressOptions) -> int:
         text for texts in (*options.trackers, options.against) for text in split_list(texts)
     )
     texts = {spec.label: text for text, spec in specs.items()}
-    opened_sequences: KnownSequences = {}
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
     knobs = {parse_difficulty(text, sequences.sequences): None for text in knob_texts}
     if len({knob.name for knob in knobs}) < len(knobs):
         raise click.UsageError("--knob: a name is given twice, with different ranges.")
     series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
-    series = _execute_series(options, opened_sequences, texts, series)
-    scores = _recorded_scores(options, opened_sequences, texts)
+    title = f"{options.name}: {len(texts)} trackers, {', '.join(knob.name for knob in knobs)}"
+    with RunProgress(title, options.output / options.name) as progress:
+        runner = _Runner(options, progress, texts)
+        series = _execute_series(runner, series)
+        scores = _recorded_scores(runner)
     result = BreakingPoints(series, specs[options.against].label, scores)
     if options.as_json:
         click.echo(json.dumps(as_data(result), allow_nan=False))
     else:
-        click.echo("\n".join(on_terminal(table, to_text) for table in tables(result)), nl=False)
+        click.echo("\n".join(answer_lines(result)))
+        if not options.quiet:
+            texts_of_tables = (on_terminal(table, to_text) for table in tables(result))
+            click.echo("\n" + "\n".join(texts_of_tables), nl=False)
     if (folder := options.folder) is not None:
         paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
         print_message("\n".join(list_written_files(paths)))
     return 0
 
 
-def _execute_series(
-    options: StressOptions,
-    opened_sequences: "KnownSequences",
-    texts: Mapping[str, str],
-    series: "Sequence[Series]",
-) -> "list[Series]":
+@dataclass
+class _Runner:
+    """Executor of the runs of the command."""
+
+    options: StressOptions
+    progress: RunProgress
+    texts: Mapping[str, str]  # specifications of the trackers, by label
+    opened_sequences: "KnownSequences" = field(default_factory=dict)
+
+    def run(
+        self, labels: Sequence[str], sequences: Sequence[SequenceSource], repetitions: int = 1
+    ) -> "tuple[pd.DataFrame, dict[str, str]]":
+        """Execute missing runs; return all runs, and the texts of the sequences by name."""
+        from trackmark.bench.store.data_frames import load_results
+
+        trackers = tuple(self.texts[label] for label in labels)
+        name = self.options.name
+        experiment = Experiment(
+            name, trackers, tuple(sequences), repetitions, title="Breaking points"
+        )
+        execution = run_experiment(
+            experiment, self.options, self.opened_sequences, progress=self.progress
+        )
+        texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
+        return load_results(execution.folder, execution.plan.manifest().versions), texts
+
+
+def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series]":
     """Return the completed series; in each round, every series gets a batch of runs.
 
     Trackers whose next runs use the same sequences run in lockstep.
@@ -128,34 +154,25 @@ def _execute_series(
     current = list(series)
     while any(entry.next_runs() for entry in current):
         labels_by_runs: dict[tuple[str, ...], list[str]] = {}
-        for label in texts:
+        for label in runner.texts:
             runs = [run for entry in current if entry.tracker == label for run in entry.next_runs()]
             labels_by_runs.setdefault(tuple(text for text, _ in runs), []).append(label)
         outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
         for sequences, labels in labels_by_runs.items():
             if sequences:
-                trackers = [texts[label] for label in labels]
-                outcomes |= _outcomes(options, opened_sequences, trackers, sequences)
+                outcomes |= _outcomes(runner, labels, sequences)
         current = [
             entry.with_outcomes(outcomes[entry.tracker]) if entry.next_runs() else entry
             for entry in current
         ]
-        n_runs = sum(len(entry.trials) for entry in current)
-        n_left = sum(bool(entry.next_runs()) for entry in current)
-        print_message(f"{n_runs} runs; {n_left} of {len(current)} series continue.")
     return current
 
 
 def _outcomes(
-    options: StressOptions,
-    opened_sequences: "KnownSequences",
-    trackers: Sequence[str],
-    sequences: Sequence[str],
+    runner: _Runner, labels: Sequence[str], sequences: Sequence[str]
 ) -> dict[str, dict[str, tuple[bool, str]]]:
     """Return by tracker and sequence whether the run survived, and why it failed."""
-    runs, texts = _runs(
-        options, opened_sequences, trackers, [SequenceSource(text) for text in sequences]
-    )
+    runs, texts = runner.run(labels, [SequenceSource(text) for text in sequences])
     outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
     columns = ["tracker", "sequence", "status", "failure", "first_loss", "frames"]
     for label, name, status, failure, loss, frames in runs[columns].itertuples(index=False):
@@ -165,32 +182,12 @@ def _outcomes(
     return outcomes
 
 
-def _recorded_scores(
-    options: StressOptions, opened_sequences: "KnownSequences", texts: Mapping[str, str]
-) -> dict[str, list[float]]:
+def _recorded_scores(runner: _Runner) -> dict[str, list[float]]:
     """Return the mean overlap by tracker and recorded sequence; a failed run counts as 0."""
-    if not options.recorded:
+    if not runner.options.recorded:
         return {}
-    sequences = matching_sequences(options.recorded)
-    runs, _ = _runs(options, opened_sequences, list(texts.values()), sequences, REPETITIONS)
+    labels, sequences = list(runner.texts), matching_sequences(runner.options.recorded)
+    runs, _ = runner.run(labels, sequences, REPETITIONS)
     runs["mean_overlap"] = runs["mean_overlap"].mask(runs["status"] == "failed", 0.0)
     cells = runs.groupby(["tracker", "sequence"], observed=True, sort=False)["mean_overlap"].mean()
-    return {label: cells[label].tolist() for label in texts}
-
-
-def _runs(
-    options: StressOptions,
-    opened_sequences: "KnownSequences",
-    trackers: Sequence[str],
-    sequences: Sequence[SequenceSource],
-    repetitions: int = 1,
-) -> "tuple[pd.DataFrame, dict[str, str]]":
-    """Execute missing runs; return all of them, and the texts of the sequences by name."""
-    from trackmark.bench.store.data_frames import load_results
-
-    experiment = Experiment(
-        options.name, tuple(trackers), tuple(sequences), repetitions, title="Breaking points"
-    )
-    execution = run_experiment(experiment, options, opened_sequences)
-    texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-    return load_results(execution.folder, execution.plan.manifest().versions), texts
+    return {label: cells[label].tolist() for label in labels}

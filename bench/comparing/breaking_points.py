@@ -225,7 +225,7 @@ class Series:
 
     @property
     def level(self) -> float:
-        """Breaking point."""
+        """Breaking point: the level at which half of the runs survive."""
         return self.axis.level(self.threshold.median)
 
     @property
@@ -377,6 +377,22 @@ def as_data(result: BreakingPoints) -> dict[str, Any]:
             for name, r, interval in result.correlations
         ],
     }
+
+
+def answer_lines(result: BreakingPoints) -> list[str]:
+    """Return a sentence per difficulty: the trackers by their breaking points, the best first."""
+    lines = []
+    for axis in dict.fromkeys(series.axis for series in result.series):
+        pairs = zip(result.series, result.points, strict=True)
+        rows = [(series, row) for series, row in pairs if series.axis == axis]
+        rows.sort(key=lambda pair: -pair[0].threshold.median)
+        words = {"never": f"never breaks up to {axis.hard:g}", "at once": "breaks at once"}
+        parts = [
+            f"{series.tracker} {words.get(row['breaks'], f'breaks at {_level(row)}')}"
+            for series, row in rows
+        ]
+        lines.append(f"{axis.head}: {', '.join(parts)}.")
+    return lines
 
 
 def tables(result: BreakingPoints, *, whole: bool = False) -> list[Table]:

@@ -146,8 +146,8 @@ def _mean(rows: Sequence[ScoreChange], comparisons: int, detect: float) -> Score
     return ScoreChange(rows[0].tracker, words, old, new, same, {}, change)
 
 
-def _counted(sequences: int) -> str:
-    return f"{sequences} sequence{'s' * (sequences != 1)}"
+def _counted(number: int, noun: str = "sequence") -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 _ORDER = ("worse", "inconclusive", "better", "not worse", "identical")
@@ -156,6 +156,28 @@ _ORDER = ("worse", "inconclusive", "better", "not worse", "identical")
 def _in_order(changes: Sequence[ScoreChange]) -> list[ScoreChange]:
     """Sort the changes, the worst first."""
     return sorted(changes, key=lambda row: (_ORDER.index(row.change.label), row.change.mean))
+
+
+def headline(result: Check, where: str, slower: int = 0, *, strict: bool = False) -> str:
+    """Return the line PASS or FAIL with the numbers of changed and unchanged scores.
+
+    `where`: file of the baseline. `slower`: number of slower trackers. `strict`: inconclusive
+    scores fail.
+    """
+    words = {"identical": "unchanged"}
+    labels = Counter(words.get(row.change.label, row.change.label) for row in result.sequences)
+    n = len(result.sequences)
+    in_mean = sum(row.change.label == "worse" for row in result.means)
+    failed = sum(bool(row.failures) for row in result.sequences)
+    kinds = ("worse", "unchanged", "better", "not worse", "inconclusive")
+    first, *others = [f"{labels[kind]} {kind}" for kind in kinds if labels[kind]]
+    number, _, kind = first.partition(" ")
+    scores = ", ".join([f"{number} of {n} scores {kind}", *others])
+    bad = [f"{_counted(in_mean, 'tracker')} worse in the mean"] if in_mean else []
+    bad += [f"failed runs in {_counted(failed, 'score')}"] if failed else []
+    bad += [f"{_counted(slower, 'tracker')} slower"] if slower else []
+    fails = bool(bad or labels["worse"]) or (strict and result.verdict == "inconclusive")
+    return f"{'FAIL' if fails else 'PASS'}  {'; '.join([scores, *bad])} ({where})"
 
 
 def table(result: Check, *, whole: bool = False) -> Table:
@@ -167,6 +189,7 @@ def table(result: Check, *, whole: bool = False) -> Table:
         heads=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
         n_labels=3,
         rows=[_row(row) for row in [*visible, *result.means]],
+        ranks=[1, 2, 0, 3],
         notes=_notes(result, whole=whole),
         data=pd.DataFrame([_data(row) for row in result.changes]),
     )

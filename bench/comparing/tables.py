@@ -18,14 +18,22 @@ from trackmark.bench.statistics.rules import (
     corrected_level,
     interval_or_none,
 )
-from trackmark.reports.printable import width
+from trackmark.reports.printable import width, wrap
+from trackmark.reports.renderers import to_text
+from trackmark.reports.table_width import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
 
-LONGEST_PAIR = 44
-"""Maximum length of a pair's names in a terminal line."""
+LONGEST_PAIR = 40
+"""Maximum length of a pair's names on one line of a screen."""
 
-SHOWN_PAIRS = 10
-"""Maximum number of pairs in a terminal; beyond, only pairs with the main tracker are shown."""
+SHOWN_PAIRS = 6
+"""Maximum number of pairs on a screen; of more, those with the main tracker are shown."""
+
+MAX_LINES = 10
+"""Maximum number of trackers or of pairs on a screen, unless all are requested."""
+
+_SCREEN_LINES = 20
+"""Number of lines up to which reasons of answers are printed."""
 
 SENTENCE_PAIRS = 3
 """Maximum number of pairs with one sentence each; beyond, there is one sentence per answer."""
@@ -41,15 +49,70 @@ Limits = tuple[float, float] | None
 """Interval of scores or differences; None for too few units."""
 
 
-def screen(comparison: Comparison) -> list[Table]:
-    """Return tables for a terminal: standings and pairs.
+def screen_lines(
+    comparison: Comparison, *, verbose: bool = False, quiet: bool = False
+) -> list[str]:
+    """Return lines for a terminal: answer, standings and pairs.
 
-    If there are too few units for intervals, differences by unit replace the answers.
+    With too few units for intervals, differences by unit replace the answers on pairs. `verbose`:
+    all pairs with their reasons, and the paragraph for a paper. `quiet`: the answer only.
     """
-    if not comparison.pairs:
-        return [_standings(comparison)]
-    pairs = _differences if _too_few(comparison) else _screen_pairs
-    return [_standings(comparison), pairs(comparison)]
+    sentence = answer_of(comparison)
+    if quiet:
+        return [sentence.heading]
+    failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
+    details = sentence.details if verbose or _too_few(comparison) else ()  # the pairs tell more
+    lines = [*failures, *([""] if failures else []), sentence.heading, *details]
+    lines = [line for text in lines for line in wrap(text).splitlines()]
+    lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose), to_text)]
+    if _too_few(comparison) and comparison.pairs:
+        lines += ["", *terminal_lines(_differences(comparison), to_text)]
+    elif comparison.pairs:
+        for reasons in ("all", "main", "none"):  # as many as fit
+            pairs = _screen_pairs(comparison, reasons, verbose=verbose)
+            pair_lines = ["", *terminal_lines(pairs, to_text)]
+            if verbose or len(lines) + len(pair_lines) <= _SCREEN_LINES:
+                break
+        lines += pair_lines
+    if verbose:
+        lines += ["", *textwrap.wrap(paragraph(comparison), width(), break_on_hyphens=False)]
+    return lines
+
+
+def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
+    """Return the standings for a terminal: means have one decimal less, the best is first."""
+    measure = comparison.measure
+    short = replace(comparison, measure=replace(measure, decimals=max(0, measure.decimals - 1)))
+    sign = -1 if measure.direction == "higher" else 1
+    ranked = sorted(comparison.standings, key=lambda standing: sign * standing.mean)
+    standings = ranked if verbose else ranked[:MAX_LINES]
+    table = _standings(replace(short, standings=standings, failures={}))
+    for row, standing in zip(table.rows, standings, strict=True):
+        row[4] = Cell(milliseconds_text(standing.milliseconds))
+    star = "* the best mean, and every tracker that no other one is better than"
+    notes = [_too_few(comparison) or star]
+    others = len(ranked) - len(standings)
+    notes += [f"{others} more trackers: --verbose"] if others else []
+    heads = [*table.heads[:2], "95 %", "survival [%]", "time"]
+    table = replace(table, heads=heads, notes=notes)
+    return _without_column(table, 2) if _too_few(comparison) else table
+
+
+def _without_column(table: Table, column: int) -> Table:
+    def without(cells: Sequence[Any]) -> list[Any]:
+        return [*cells[:column], *cells[column + 1 :]]
+
+    heads, ranks = without(table.heads), without([0, *table.ranks])[1:]
+    return replace(table, heads=heads, rows=list(map(without, table.rows)), ranks=ranks)
+
+
+def milliseconds_text(milliseconds: float) -> str:
+    """Return a time per frame with two digits.
+
+    >>> milliseconds_text(23.94), milliseconds_text(0.0128), milliseconds_text(1234.5)
+    ('24 ms', '0.013 ms', '1200 ms')
+    """
+    return f"{float(f'{milliseconds:.2g}'):g} ms" if isfinite(milliseconds) else MISSING
 
 
 def files(comparison: Comparison) -> list[Table]:
@@ -184,22 +247,36 @@ def _caption(comparison: Comparison) -> str:
     return f"{text}, {comparison.units.scope}"
 
 
-def _screen_pairs(comparison: Comparison) -> Table:
-    """Return the answers on pairs; reasons and long names have separate lines."""
-    pairs, rows = shown_pairs(comparison), []
-    for pair in pairs:
+def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Table:
+    """Return answers on pairs; reasons have lines of their own, pairs with long names numbers.
+
+    `reasoned`: pairs with reasons: `all`, `main` (those with the main tracker) or `none`.
+    """
+    pairs = list(comparison.pairs) if verbose else shown_pairs(comparison)[:MAX_LINES]
+    labels, notes = _pair_labels(pairs)
+    rows = []
+    for label, pair in zip(labels, pairs, strict=True):
         texts = [*_pair_texts(comparison, pair), pair.answer.label]
-        empty = [""] * len(texts)
-        long = len(pair.label) > LONGEST_PAIR
-        names = textwrap.wrap(pair.label, width(), break_on_hyphens=False)
+        rows.append([label, *texts])
         reasons = "; ".join(filter(None, [pair.answer.reason, _same_boxes(comparison, pair)]))
-        rows += [[line, *empty] for line in names if long]
-        rows.append(["" if long else pair.label, *texts])
-        rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
+        is_main = reasoned == "main" and comparison.main in (pair.first, pair.second)
+        if verbose or is_main or reasoned == "all":
+            empty = [""] * len(texts)
+            rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
     others = len(comparison.pairs) - len(pairs)
-    notes = [f"{others} other pairs are in --json and --folder."] if others else []
-    caption = f"; better on so many {comparison.units.plural}."
-    return replace(_pair_table(comparison, pairs, caption, rows), notes=notes)
+    notes += [f"{others} more pairs: --verbose"] if others else []
+    table = _pair_table(comparison, pairs, "", rows)
+    table.heads[1] = table.heads[1].replace("difference", "diff.")
+    return replace(table, caption="", notes=notes)
+
+
+def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:
+    """Return the labels of pairs; if one is too long, numbers and notes with the names."""
+    labels = [pair.label for pair in pairs]
+    if max(map(len, labels)) <= LONGEST_PAIR:
+        return labels, []
+    numbers = [f"pair {number}" for number in range(1, len(pairs) + 1)]
+    return numbers, [f"{n}: {label}" for n, label in zip(numbers, labels, strict=True)]
 
 
 def _file_pairs(comparison: Comparison) -> Table:
@@ -253,10 +330,7 @@ def _pair_data(pair: Pair) -> dict[str, Any]:
 def _differences(comparison: Comparison) -> Table:
     """Return the differences of pairs by unit; pairs with long names are numbered."""
     pairs, kind = shown_pairs(comparison), comparison.units.kind
-    labels, notes = [pair.label for pair in pairs], []
-    if max(map(len, labels)) > LONGEST_PAIR:
-        notes = [f"pair {n}: {label}" for n, label in enumerate(labels, 1)]
-        labels = [f"pair {n}" for n in range(1, len(pairs) + 1)]
+    labels, notes = _pair_labels(pairs)
     remarks = [_same_boxes(comparison, pair) for pair in pairs]
     notes += [f"{label}: {same}" for label, same in zip(labels, remarks, strict=True) if same]
     columns = [[*pair.by_unit.tolist(), pair.difference] for pair in pairs]

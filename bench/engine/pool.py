@@ -397,8 +397,8 @@ def _reason(run: Run) -> str:
 def _restore_types(run: Run, output: str) -> Run:
     """Return a run from a message with the types that JSON cannot hold, and with its output."""
     arrays = {int(frame): named for frame, named in run.arrays.items()}
-    output = (run.output or output) if run.failure else ""
-    return replace(run, arrays=arrays, segments=tuple(run.segments), output=output)
+    segments = tuple(run.segments)
+    return replace(run, arrays=arrays, segments=segments, output=run.output or output)
 
 
 def _signal_name(number: int) -> str:

@@ -19,10 +19,13 @@ class MalformedEstimateError(ValueError):
 
 def validate_box(box: Any) -> list[float]:
     """Return `[x, y, width, height]`: finite numbers, with positive width and height."""
-    plain = np.asarray(box) if isinstance(box, np.ndarray) else None
+    is_array = isinstance(box, np.ndarray)
+    is_sequence = isinstance(box, list | tuple) and all(map(np.isscalar, box))
+    plain = np.asarray(box) if is_array or is_sequence else None
     if plain is None or plain.shape != (4,) or plain.dtype.kind not in _NUMBER_KINDS:
         raise MalformedEstimateError(
-            f"the box is {box!r}. Expected: an array [x, y, width, height]"
+            f"the box is {box!r}. Expected: four numbers [x, y, width, height] as an array, list "
+            "or tuple"
         )
     # Checks the converted values: a finite number of another type can overflow float64.
     numbers = list(map(float, plain.tolist()))

@@ -187,10 +187,9 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
     if path.suffix != ".toml":
         files = _files()
         if str(name_or_path) not in files:
-            names = sorted(files)
+            hint = close_match(str(name_or_path), files) or f" Known: {', '.join(sorted(files))}."
             raise ExperimentError(
-                f"unknown experiment {str(name_or_path)!r}.{close_match(str(name_or_path), names)} "
-                f"Known: {', '.join(names)}. A .toml file is also possible."
+                f"unknown experiment {str(name_or_path)!r}.{hint} A .toml file is also valid."
             )
         path = files[str(name_or_path)]
     return _experiment(path, read_toml(path, ExperimentError))

@@ -146,15 +146,14 @@ def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
         median = f": the median over up to {most} repetitions" if most > 1 else ""
         which = f" of the first {TOP} trackers" * (len(by_tracker) > CROWDED)
         caption = f"Overlap by frame{which}{median}. A point opens its frame."
-        words = f"Overlap and centre error over the frames of {stage.name}, by tracker{median}."
+        words = f"Overlap over the frames of {stage.name}, by tracker{median}."
         if lines:
             named: dict[str, Any] = {
                 "figure": f"frames-{names[stage.name]}",
                 "caption": caption,
                 "named": False,
             }
-            aria = f"Overlap over the frames of {stage.name}, by tracker"
-            chart = Chart("", "frame", "overlap", lines, words, top=1.0, aria=aria, **named)
+            chart = Chart(stage.name, "frame", "overlap", lines, words, top=1.0, **named)
             charts[stage.name] = chart
     return charts
 
@@ -197,8 +196,7 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
         }
         lines.append(survival_line(name, position, ends, lost, lost_at))
     words = (
-        "Share of runs that have not lost the target (ten visible frames on end with the centre "
-        "outside the box), over frames, with 95 % bands (Kaplan and Meier's, "
+        "Share of runs that have not lost the target by frame, with 95 % bands (Kaplan-Meier, "
         f"n = {len(finished)} runs); higher is better."
     )
     return [survival_chart(lines, words)] if lines else []

@@ -60,11 +60,11 @@ def _page(runs: PageRuns, watch: Watch, repetition: int, is_stochastic: bool) ->
     (scene,) = scenes(runs, "", watch, height=_MAX_HEIGHT)
     named = ", ".join(runs.trackers)
     words = [
-        f"{named} on {scene.name}, frame by frame: boxes, masks, contours, particles, maps and "
-        "numbers, as far as the trackers tell them. Open it to step through; ? lists the keys.",
-        f"It is repetition {repetition} of trackers that draw random numbers."
+        f"The player shows the boxes, masks, contours, particles, maps and numbers that {named} "
+        f"returned on {scene.name}. Select the sequence to open the player; ? lists the keys.",
+        f"The page shows repetition {repetition} of the stochastic trackers."
         if is_stochastic
-        else "No tracker here draws random numbers: every repetition is the same.",
+        else "All trackers are deterministic: every repetition gives the same estimates.",
     ]
     title = f"{named} on {scene.name}"
     title += f", repetition {repetition}" if is_stochastic and repetition else ""

@@ -22,7 +22,7 @@ Keep = Callable[[str, Sequence[bytes]], object]
 THUMBNAIL = 160
 """Height of the frames inside a page [px]."""
 
-_FULL_QUALITY = 85  # of WebP
+_FULL_QUALITY = 85  # quality of WebP, 0 to 100
 
 # Minimum number of frames for which worker processes, which take seconds to start, save time.
 _MIN_FRAMES_FOR_WORKERS = 1500

@@ -28,8 +28,8 @@ from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.page.content import PlayerPosition, PlayerRun, PlayerScene
 
 _SUPERVISION = {
-    FrameState.SKIPPED: "not asked",
-    FrameState.INITIALISED: "begun with the truth",
+    FrameState.SKIPPED: "skipped",
+    FrameState.INITIALISED: "initialised with the true box",
     FrameState.FAILED: "failed",
 }
 """Labels of the states of frames in supervised runs, except tracking."""
@@ -154,7 +154,7 @@ def collect_runs(
         truth = np.asarray(select_ground_truth(stored, run.identity.init, row["sequence"]).boxes)
         stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:
-            continue  # the run is stale, as the sequence has another version; tables report it
+            continue  # the run is stale: the sequence has changed since; tables report it
         if row["protocol"] == STORED_ONE_PASS:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
@@ -219,7 +219,7 @@ def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
     numbers_by_name: dict[str, list[float | str | None]] = {}
     if run.source_frames is not None:
         answered = [None if frame < 0 else frame for frame in run.source_frames.tolist()]
-        numbers_by_name["answer to frame"] = answered
+        numbers_by_name["estimate for frame"] = answered
     if run.states is not None:
         judged &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
         marks = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]

@@ -109,9 +109,7 @@ def write_report_page(
         from trackmark.bench.pages.paper_export import write_paper  # imports Matplotlib
         from trackmark.bench.pages.report_figures import write_figures
 
-        incomplete = set(content.runs.trackers) - set(content.whole)
-        drawn = page, content.runs, content.timed, incomplete
-        paths += write_figures(experiment, path.parent, figures, *drawn)
+        paths += write_figures(experiment, path.parent, figures, page, content.runs)
         paths += write_paper(path.parent, page, figures.suffix, {table.name for table in tables})
     return paths
 

@@ -5,22 +5,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import heading
-from trackmark.bench.pages.charts import finished_clips
-from trackmark.bench.pages.player_runs import PageRuns, SequenceRuns
+from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.reporting.by_attribute import AttributeReport, write_plot
 from trackmark.bench.reporting.by_preset import PresetScores
 from trackmark.bench.reporting.film_strips import TRACE_WORDS, write_strips
 from trackmark.reports.figures import heat_plot, write_for_papers
 from trackmark.reports.page.content import Chart, Line, Page
-from trackmark.reports.plots import FrameScores, chart_plot, frame_plot, speed_plot
-from trackmark.reports.tables import timed_by
-from trackmark.reports.write import file_names
+from trackmark.reports.plots import chart_plot
 
 
 @dataclass(frozen=True)
@@ -44,22 +40,9 @@ def write_figures(
     requested: FigureFiles,
     page: Page,
     runs: PageRuns,
-    timing: pd.DataFrame,
-    incomplete: set[str],
 ) -> list[Path]:
-    """Draw all figures that the data allow into a folder; return the files.
-
-    `timing`: timing runs. `incomplete`: trackers with unfinished one-pass runs.
-    """
-    trackers = list(dict.fromkeys([*runs.trackers, *timing["tracker"].astype(str)]))
+    """Draw all figures that the data allow into a folder; return the files."""
     figures = dict(_charts(page, runs))
-    figures |= {
-        f"frames-{name}": _frame_plot(stage, runs.trackers, incomplete)
-        for stage, name in _named(runs.stages)
-    }
-    if clock := timed_by(timing):
-        how = "warm" if clock == "warm_seconds" else "as decoded"
-        figures["speed"] = speed_plot(_times(timing, clock), how, page.title, trackers)
     for scored in requested.scored:
         figures |= preset_curves(scored, runs.trackers, requested.on_message)
     paths = [
@@ -73,23 +56,15 @@ def write_figures(
     return paths + write_strips(experiment, folder, requested.on_message, runs.trackers)
 
 
-def _named(stages: Sequence[SequenceRuns]) -> Iterator[tuple[SequenceRuns, str]]:
-    """Yield each sequence that has a judged frame of a finished run, with its name in files."""
-    names = file_names([stage.name for stage in stages])
-    for stage in stages:
-        clips = [clip for _, clips in finished_clips(stage) for clip in clips]
-        if any(np.isfinite(clip.errors).any() for clip in clips):
-            yield stage, names[stage.name]
-
-
 def _charts(page: Page, runs: PageRuns) -> Iterator[tuple[str, Figure]]:
-    """Yield the charts of a page, except centre errors, and its heat map, by file name."""
+    """Yield the charts of a page and its heat map by file name."""
     clips = [clip for stage in runs.stages for clip in stage.clips]
     revised = any(clip.take.revised is not None for clip in clips)
     online = f"{page.title}, {TRACE_WORDS['online']}" if revised else page.title
     for section in page.sections:
-        for chart in section.charts if section.key != "timelines" else ():
+        for chart in section.charts:
             title = online if section.key == "curves" else page.title
+            title = f"{chart.title}: {title}" if section.key == "timelines" else title
             yield chart.figure, chart_plot(chart, title, runs.trackers)
         for sheet in section.sheets:
             if sheet.heat:
@@ -97,32 +72,6 @@ def _charts(page: Page, runs: PageRuns) -> Iterator[tuple[str, Figure]]:
                 rows = [row[0].text for row in sheet.table.rows]
                 figure = heat_plot(sheet.values, rows, sheet.table.heads[1:], title)
                 yield sheet.table.name, figure
-
-
-def _frame_plot(stage: SequenceRuns, trackers: Sequence[str], incomplete: set[str]) -> Figure:
-    """Draw the scores of the runs on a sequence by frame."""
-    by_tracker, n = dict(finished_clips(stage)), len(stage.truth)
-    scores = {}
-    for position, name in enumerate(trackers):
-        clips = by_tracker.get(position, [])
-        if clips or name in incomplete:
-            values = [(clip.overlaps, clip.errors) for clip in clips]
-            scores[position] = FrameScores(*np.reshape(values, (-1, 2, n)).swapaxes(0, 1))
-    revised = any(clip.take.revised is not None for clips in by_tracker.values() for clip in clips)
-    title = f"{stage.name}, {TRACE_WORDS['online']}" if revised else stage.name
-    return frame_plot(title, scores, trackers, incomplete)
-
-
-def _times(timing: pd.DataFrame, clock: str) -> dict[str, tuple[float, float]]:
-    """Return median and 95th percentile of the time per frame by tracker [s].
-
-    They are NaN if a pass was disturbed or failed: a mean over the other passes would be biased.
-    """
-    columns = [f"{clock}_median", f"{clock}_p95"]
-    return {
-        str(tracker): tuple(times[columns].mean(skipna=False))
-        for tracker, times in timing.groupby("tracker", observed=True)
-    }
 
 
 def preset_curves(

@@ -42,5 +42,5 @@ def check_paper_name(name: str) -> None:
     """Raise `ExperimentError` with the valid names if the name of a paper is unknown."""
     valid_names = paper_names()
     if name not in valid_names:
-        hint = close_match(name, valid_names)
-        raise ExperimentError(f"unknown paper {name!r}.{hint} Known: {', '.join(valid_names)}.")
+        hint = close_match(name, valid_names) or f" Known: {', '.join(valid_names)}."
+        raise ExperimentError(f"unknown paper {name!r}.{hint}")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -25,13 +26,23 @@ from trackmark.reports.overlay import TRUTH
 from trackmark.reports.palette import colours
 from trackmark.reports.series import series_plot
 
-Strip = NDArray[np.uint8]
-Drawn = Figure | Strip
+Image = NDArray[np.uint8]
+Drawn = Figure | Image
 Series = NDArray[np.float64]
 
 TILE_WIDTH = 320  # maximum width of a frame in a strip [px]
 ROW_HEIGHT = 1.9  # height of a panel [inches]
 QUANTITIES = {"error": "centre error [px]"}
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Frames of a scene with the run of each tracker and setting."""
+
+    sequence: datasets.Sequence
+    frames: list[int]  # from 0
+    rows: list[tuple[str, str, JudgedRun]]  # tracker, setting and run
+    alike: list[str]  # by row: scenes whose frames are tracked and lost in the same way
 
 
 @dataclass(frozen=True)
@@ -43,6 +54,8 @@ class Drawing:
     caption: str  # content of the paper's figure
     words: str  # content of our figure
     path: Path  # PNG file
+    entry: FigureEntry
+    strip: Strip | None = None
 
 
 def draw_figures(context: Context) -> list[Drawing]:
@@ -54,12 +67,10 @@ def draw_figures(context: Context) -> list[Drawing]:
     drawings = []
     for name, entry in context.description.figure.items():
         if entry.is_drawn(context.effort.quick):
-            words, plots = _draw(name, entry, context)
-            drawings += [
-                Drawing(stem, figure_label(stem), caption, words, _write(stem, plot, context))
-                for stem, plot in plots.items()
-                for caption in (entry.caption_of(stem),)
-            ]
+            words, plots, strip = _draw(name, entry, context)
+            for stem, plot in plots.items():
+                about = stem, figure_label(stem), entry.caption_of(stem), words
+                drawings.append(Drawing(*about, _write(stem, plot, context), entry, strip))
     return drawings
 
 
@@ -71,14 +82,19 @@ def figure_label(name: str) -> str:
     return ", ".join(filter(None, [f"Fig. {number}", rest.replace("-", " ")]))
 
 
-def _draw(name: str, entry: FigureEntry, context: Context) -> tuple[str, Mapping[str, Drawn]]:
-    """Return the description of our figure, and its plots by file stem."""
+def _draw(
+    name: str, entry: FigureEntry, context: Context
+) -> tuple[str, Mapping[str, Drawn], Strip | None]:
+    """Return the text about a figure, its plots by file stem, and the content if it is a strip."""
     if entry.kind == "hook":
         plots = context.function(entry.hook)(context)
         plots = plots if isinstance(plots, Mapping) else {name: plots}
-        return entry.words, {stem: plot for stem, plot in plots.items() if plot is not None}
-    words, plot = _strip(entry, context) if entry.kind == "strip" else _series(entry, context)
-    return words, {} if plot is None else {name: plot}
+        return entry.words, {stem: plot for stem, plot in plots.items() if plot is not None}, None
+    strip = read_strip(entry, context) if entry.kind == "strip" else None
+    words, plot = _draw_strip(strip, entry, context) if strip else ("", None)
+    if entry.kind == "series":
+        words, plot = _series(entry, context)
+    return words, {} if plot is None else {name: plot}, strip
 
 
 def _write(name: str, plot: Drawn, context: Context) -> Path:
@@ -89,43 +105,46 @@ def _write(name: str, plot: Drawn, context: Context) -> Path:
     return write_film_strip(path, plot)
 
 
-def _strip(entry: FigureEntry, context: Context) -> tuple[str, Strip | None]:
-    """Draw frames of the scene with the median error, one row per tracker and setting."""
-    scenes = [members[0] for members in _scenes(entry, context)]
+def read_strip(entry: FigureEntry, context: Context) -> Strip | None:
+    """Return the content of a strip: the scene with the median error; None without runs."""
     scene = median_scene(entry, context)
     if scene is None:
-        return "", None
-    sequence, shades = datasets.load(scene), colours(list(entry.trackers))
-    first = context.description.frames_from
-    frames = [number - first for number in entry.frames]
-    rows: list[Strip] = []
+        return None
+    frames = [number - context.description.frames_from for number in entry.frames]
+    rows, alike = [], []
     for tracker, setting, text in _rows(entry, context):
-        runs = [
-            judged_runs[0]
-            for run_scene in scenes
-            if (judged_runs := context.runs.judged_runs(text, run_scene))
-        ]
         (judged, *_) = context.runs.judged_runs(text, scene)
+        stored = [context.runs.judged_runs(text, names[0]) for names in _scenes(entry, context)]
+        runs = [judged_runs[0] for judged_runs in stored if judged_runs]
         same = sum(_pattern(run, frames) == _pattern(judged, frames) for run in runs)
-        rows.append(
-            film_strip(
-                sequence.__getitem__,
-                frames,
-                {TRUTH: judged.truth.boxes, tracker: judged.boxes},
-                f"{tracker}, {setting}: the same frames tracked in {same} of {len(runs)} scenes",
-                min(len(frames), MAX_COLUMNS),
-                min(DEFAULT_WIDTH, TILE_WIDTH * len(frames)),
-                shape=entry.shape,
-                shades=shades,
-                words={i: f"({judged.error[i]:.1f} px)" for i in frames if judged.present[i]},
-                count_from=first,
-            )
+        rows.append((tracker, setting, judged))
+        alike.append(f"{same} of {len(runs)} scenes")
+    return Strip(datasets.load(scene), frames, rows, alike)
+
+
+def _draw_strip(strip: Strip, entry: FigureEntry, context: Context) -> tuple[str, Drawn]:
+    """Draw frames of a scene, one row per tracker and setting."""
+    frames = strip.frames
+    rows = [
+        film_strip(
+            strip.sequence.__getitem__,
+            frames,
+            {TRUTH: judged.truth.boxes, tracker: judged.boxes},
+            f"{tracker}, {setting}: the same frames tracked in {alike}",
+            min(len(frames), MAX_COLUMNS),
+            min(DEFAULT_WIDTH, TILE_WIDTH * len(frames)),
+            shape=entry.shape,
+            shades=colours(list(entry.trackers)),
+            words={i: f"({judged.error[i]:.1f} px)" for i in frames if judged.present[i]},
+            count_from=context.description.frames_from,
         )
+        for (tracker, setting, judged), alike in zip(strip.rows, strip.alike, strict=True)
+    ]
     frame_numbers = ", ".join(map(str, entry.frames))
     words = (
-        f"Frames {frame_numbers} of {scene}, with the centre error in brackets. This scene has the "
-        f"median error of {entry.trackers[0]} as recommended. Each row states in how many scenes "
-        "the target is tracked and lost in the same frames as here."
+        f"Frames {frame_numbers} of {strip.sequence.name}, with the centre error in brackets. This "
+        f"scene has the median error of {entry.trackers[0]} as recommended. Each row states in how "
+        "many scenes the target is tracked and lost in the same frames as here."
     )
     return words, np.vstack(rows)
 
@@ -163,16 +182,11 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     for setting in SETTINGS:
         for tracker in entry.trackers:
             text = tracker_text(context.description, tracker, setting)
-            judged_runs = [
-                context.runs.judged_runs(text, name) for names in scenes for name in names
-            ]
-            means = [
-                np.mean([by_frame(judged) for judged in runs], axis=0)
-                for runs in judged_runs
-                if runs
-            ]
-            if means:
-                panels.setdefault(setting.replace("-", " "), {})[tracker] = _stacked(means)
+            stored = (context.runs.judged_runs(text, name) for names in scenes for name in names)
+            means = [np.mean([*map(by_frame, runs)], axis=0) for runs in stored if runs]
+            if means:  # shorter scenes are padded with NaN
+                rows = pd.DataFrame(means).to_numpy(float)
+                panels.setdefault(setting.replace("-", " "), {})[tracker] = rows
     if not panels:
         return "", None
     trackers = list(entry.trackers)
@@ -180,14 +194,6 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     plot = series_plot(panels, title, quantity, trackers, "scenes", start, ROW_HEIGHT)
     words = f"Curves of the {quantity} of {'; '.join(trackers)}: median and quartiles over "
     return f"{words}{len(scenes)} scenes of {entry.sequence}, one panel per setting.", plot
-
-
-def _stacked(series: list[Series]) -> Series:
-    """Return the series of scenes as rows, padded with NaN to the longest one."""
-    rows = np.full((len(series), max(map(len, series))), np.nan)
-    for row, values in zip(rows, series, strict=True):
-        row[: len(values)] = values
-    return rows
 
 
 def _scenes(entry: FigureEntry, context: Context) -> list[list[str]]:

@@ -1,11 +1,14 @@
-"""The page of a paper in HTML: as the Markdown page, with the frames behind its numbers."""
+"""Page of a paper in HTML: its table and figures next to ours, verdicts, and folded details."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 
-from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
+import cv2
+import numpy as np
+
+from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, effect_text
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.papers.evidence_frames import (
     Footage,
@@ -15,133 +18,267 @@ from trackmark.bench.papers.evidence_frames import (
     film_runs,
     main_runs,
 )
+from trackmark.bench.papers.figures import Drawing, Image
+from trackmark.bench.papers.main_table import main_values
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
+from trackmark.bench.papers.measures import JudgedRun
 from trackmark.bench.papers.reproduction import Report
-from trackmark.reports.page.content import Card, Page, PageSection, PageTable, Picture
+from trackmark.reports.page import paper_cards as cards
+from trackmark.reports.page.cards import Fold
+from trackmark.reports.page.content import Card, Page, PageSection, PageTable
 from trackmark.reports.page.film import compress_picture
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING, text_table
 
 Scenes = Mapping[tuple[str, str], list[SceneRow]]
 """Worst scenes by claim and setting."""
-FACTS = ("statement", "paper", "measure", "falsified", "reason", "note")
+
+MainRuns = list[list[list[ShownRun | None]]]
+"""Worst runs by row of the main table, setting and value."""
+
+FACTS = ("statement", "measure", "falsified", "reason", "note")
+NAMES = [setting.replace("-", " ") for setting in SETTINGS]
+TONES = {"holds": "good", "does not hold": "bad", "inconclusive": "undecided"}
+WIDTH = 320  # of a frame in a strip [px]
+MAX_COLUMNS, MAX_FRAMES = 6, 4  # of a main table and of strips next to each other
+MIN_DECIDED = 0.3  # share of the verdicts below which the page says that most are missing
 
 
 def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) -> list[Path]:
-    """Write the page of a paper and return its files.
+    """Write the page of a paper into the report's folder and return its files.
 
-    Parameters
-    ----------
-    path : Path
-        File in the report's folder; the folders of its experiments lie next to that folder.
-    report : Report
-        The report.
-    watch : callable
-        Called with the number of frames read, and of all frames.
-
-    Raises
-    ------
-    OSError, ResultsError
-        If a file cannot be written, or a run cannot be read.
+    The folders of the paper's experiments lie next to that folder. `watch`: called with the number
+    of frames read, and of all frames. Raises `OSError` or `ResultsError`.
     """
+    context = report.context
     scenes = {
-        (row.claim.name, setting): claim_scenes(row, setting, report.context)
+        (row.claim.name, setting): claim_scenes(row, setting, context)
         for row in report.verdicts
         for setting in SETTINGS
     }
-    cells = main_runs(report.context)
-    linked_runs = [run for rows in scenes.values() for row in rows for run in row.runs]
-    linked_runs += [run for row in cells for run in row]
-    footage = film_runs(linked_runs, report.context, path.parent.parent, watch)
-    sections = [
-        section for section in _sections(report, scenes, cells, footage) if _has_content(section)
-    ]
-    page = Page(report.description.title, sections, footage.reading.labels, footage.scenes)
+    rows = context.description.main_table.rows
+    runs: MainRuns = [[main_runs(row, setting, context) for setting in SETTINGS] for row in rows]
+    linked = [run for scene_rows in scenes.values() for row in scene_rows for run in row.runs]
+    linked += [run for row in runs for values in row for run in values]
+    footage = film_runs(linked, context, path.parent.parent, watch)
+    n = context.scenes
+    page = Page(
+        report.description.title,
+        [*_sections(report, scenes, runs, footage)],
+        footage.reading.labels,
+        footage.scenes,
+        meta=f"{plain(report.description.citation)} · {n} scene{'s' * (n != 1)} per sequence",
+        answer=report.description.finding if report.verdicts else "",
+        details=_details(report),
+    )
     return write_page(path, page)
 
 
-def _has_content(section: PageSection) -> bool:
-    return bool(section.words or section.sheets or section.pictures or section.cards)
+def _details(report: Report) -> list[str]:
+    """Return the sentences below the heading."""
+    if not report.verdicts:
+        command = f"trackmark reproduce {report.description.name}"
+        return [f"Quick report on few scenes, without verdicts. For verdicts run: {command}"]
+    counts = [
+        f"{name}: {count_verdicts(report.verdicts, setting)}"
+        for name, setting in zip(NAMES, SETTINGS, strict=True)
+    ]
+    verdicts = [v.verdict for row in report.verdicts for v in row.verdicts.values()]
+    decided = sum(verdict in ("holds", "does not hold") for verdict in verdicts)
+    few = decided < MIN_DECIDED * (len(verdicts) - verdicts.count("not testable"))
+    start = ["Most claims could not be decided."] if few else []
+    return [*start, f"{len(report.verdicts)} claims. {'; '.join(counts).capitalize()}."]
 
 
 def _sections(
-    report: Report,
-    scenes: Scenes,
-    cells: Sequence[Sequence[ShownRun | None]],
-    footage: Footage,
-) -> list[PageSection]:
-    """Return the parts of the page in their order."""
-    entry, notes = report.description, report.notes
-    result = _paragraphs(notes.get("Result", ""))
-    quick = ["Quick report: few scenes, and no verdicts."] if report.context.effort.quick else []
-    main, *others = report.main
-    places = [[None, *map(footage.place, row)] for row in cells]
-    counts = [f"{setting}: {count_verdicts(report.verdicts, setting)}." for setting in SETTINGS]
-    sensitivity = [PageTable(report.sensitivity)] if report.sensitivity else []
-    command = report.context.effort.command(entry.name)
-    about = [*quick, *_paragraphs(entry.citation), entry.method, *result, VIDEOS]
+    report: Report, scenes: Scenes, runs: MainRuns, footage: Footage
+) -> Iterator[PageSection]:
+    """Yield the parts of the page in their order."""
+    groups = _groups(report.verdicts, scenes, footage)
+    if groups:
+        counts = [cards.VerdictCount(g.title, g.tone, len(g.items), g.key) for g in groups]
+        bar = cards.VerdictBar(counts)
+        yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[bar])
+    table, figures = _main_table(report, runs, footage), cards.FigureSwitch(_panels(report.figures))
+    width = len(table.columns) * (len(SETTINGS) + table.paired)
+    frames = max((len(panel.frames) for panel in figures.panels), default=MAX_FRAMES + 1)
+    narrow = width <= MAX_COLUMNS and frames <= MAX_FRAMES
+    caption = report.description.main_table.caption
+    yield PageSection(
+        "numbers",
+        "The paper's numbers and ours",
+        blocks=[table],
+        caption=f"{caption} A number of ours opens the worst run behind it.",
+        span=7 if narrow else 12,
+        nav="Table",
+    )
+    if figures.panels:
+        span = 5 if narrow else 12
+        yield PageSection("figures", "Figures", blocks=[figures], span=span, nav="Figures")
+    for times in report.main[1:]:
+        yield PageSection(times.name, "Times", blocks=[PageTable(times)])
+    if groups:
+        blocks = [cards.VerdictList(NAMES, groups)]
+        rules = plain(RULES)
+        yield PageSection("verdicts", "Verdicts", blocks=blocks, caption=rules, nav="Verdicts")
+    yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
+
+
+def _main_table(report: Report, runs: MainRuns, footage: Footage) -> cards.SideTable:
+    """Return the main table; a value opens its worst run and shows the verdict on its claim."""
+    main, verdicts = report.description.main_table, {row.claim.name: row for row in report.verdicts}
+    rows = []
+    for row, row_runs in zip(main.rows, runs, strict=True):
+        texts = [main_values(row, setting, report.context) for setting in SETTINGS]
+        places = [[footage.place(run) for run in setting_runs] for setting_runs in row_runs]
+        if not main.columns:
+            texts = [[row.separator.join(values)] for values in texts]
+        ours = [
+            [
+                cards.SideCell(
+                    texts[k][i],
+                    _share(texts[k][i]),
+                    *_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
+                    place=places[k][i] if i < len(places[k]) else None,
+                )
+                for k, setting in enumerate(SETTINGS)
+            ]
+            for i in range(len(texts[0]))
+        ]
+        rows.append(cards.SideRow(row.labels, row.paper, ours))
+    notes = [
+        "Green: a claim on this value holds on our scenes; red: it does not hold; yellow: "
+        "inconclusive. Our videos are not those of the paper: compare orders, not numbers."
+    ]
+    return cards.SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
+
+
+def _mark(row: VerdictRow | None, setting: str) -> tuple[str, str]:
+    """Return tone and tip of a value that a claim is about."""
+    if row is None:
+        return "", ""
+    verdict = row.verdicts[setting].verdict
+    return TONES.get(verdict, ""), f"{row.claim.name}, {row.claim.short}: {verdict}"
+
+
+def _share(text: str) -> float | None:
+    number = re.fullmatch(r"(\d+) %", text)
+    return int(number[1]) / 100 if number else None
+
+
+def _panels(figures: Sequence[Drawing]) -> list[cards.FigurePanel]:
+    """Return the figures of the paper; all files of a figure share a panel."""
+    panels: dict[str, list[Drawing]] = {}
+    for figure in figures:
+        panels.setdefault(figure.label.partition(",")[0], []).append(figure)
+    return [_panel(label, drawings) for label, drawings in panels.items()]
+
+
+def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
+    """Return a figure: a strip as frames with one row per tracker, other figures as pictures."""
+    figure, strip = figures[0], figures[0].strip
+    caption = f"{figure.caption.rstrip('.')}."
+    if strip is None:
+        pictures = [compress_picture(drawing.path.read_bytes()) for drawing in figures]
+        return cards.FigurePanel(label, caption, figure.words, pictures=pictures)
+    words = (
+        f"`{strip.sequence.name}`, the scene with the median error of {figure.entry.trackers[0]} "
+        f"as recommended. White: true {figure.entry.shape}; solid: as written; dashed: "
+        "recommended; px: centre error."
+    )
+    rows = []
+    for number, tracker in enumerate(figure.entry.trackers):
+        runs = [(setting, judged) for name, setting, judged in strip.rows if name == tracker]
+        paper = figure.entry.paper.get(tracker, [""] * len(strip.frames))
+        tiles = [
+            _tile(strip.sequence[frame], frame, runs, state, figure.entry.shape)
+            for frame, state in zip(strip.frames, paper, strict=True)
+        ]
+        rows.append(cards.StripRow(tracker, number, tiles))
+    frames = [f"frame {number}" for number in figure.entry.frames]
+    return cards.FigurePanel(label, caption, words, frames, rows)
+
+
+def _tile(
+    image: Image, frame: int, runs: Sequence[tuple[str, JudgedRun]], paper: str, shape: str
+) -> cards.StripTile:
+    """Return a frame with the boxes of both settings; `paper`: its `on` or `off`, or empty."""
+    notes = [("paper", paper, "")] if paper else []
+    for setting, judged in runs:
+        state = "on" if judged.on_target[frame] else "off"
+        text = f"{state} ({judged.error[frame]:.0f} px)" if judged.present[frame] else MISSING
+        notes.append((setting, text, paper and ("good" if state == paper else "bad")))
+    truth, *boxes = (
+        rows[frame].tolist()
+        for rows in (runs[0][1].truth.boxes, *(judged.boxes for _, judged in runs))
+    )
+    return cards.StripTile(
+        _webp(image),
+        (image.shape[1], image.shape[0]),
+        truth if np.isfinite(truth).all() else None,
+        [box for box in boxes if np.isfinite(box).all()],
+        notes,
+        ", ".join(f"{name}: {text}" for name, text, _ in notes),
+        shape == "ellipse",
+    )
+
+
+def _webp(image: Image) -> bytes:
+    height, width = image.shape[:2]
+    if width > WIDTH:
+        size = WIDTH, round(height * WIDTH / width)
+        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+    return cv2.imencode(".webp", image, [cv2.IMWRITE_WEBP_QUALITY, 75])[1].tobytes()
+
+
+def _groups(
+    rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage
+) -> list[cards.VerdictGroup]:
+    """Return the claims by their verdicts in both settings; groups without claims are left out."""
+    groups = {
+        "both": ("Holds in both settings", "good"),
+        "one": ("Holds in one setting", "undecided"),
+        "neither": ("Holds in neither setting", "bad"),
+        "inconclusive": ("Inconclusive in both settings", "undecided"),
+        "numbers": ("Not testable", "none"),
+    }
+    items: dict[str, list[cards.VerdictItem]] = {key: [] for key in groups}
+    for row in rows:
+        verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
+        if "not testable" in verdicts:
+            key = "numbers"
+        elif set(verdicts) == {"inconclusive"}:
+            key = "inconclusive"
+        else:
+            key = ("neither", "one", "both")[verdicts.count("holds")]
+        items[key].append(_item(row, scenes, footage))
     return [
-        PageSection("paper", "The paper", about),
-        PageSection(
-            "numbers",
-            "The paper's numbers and ours",
-            ["A number of ours opens the worst run behind it."],
-            sheets=[PageTable(main, places=places), *map(PageTable, others)],
-        ),
-        PageSection("figures", "Figures", pictures=_pictures(report)),
-        PageSection(
-            "verdicts",
-            "Verdicts",
-            [_plain(RULES), *counts] if report.verdicts else [],
-            sheets=[_verdicts(report.verdicts, scenes, footage)] if report.verdicts else [],
-        ),
-        PageSection(
-            "scenes",
-            "Scenes behind the verdicts",
-            cards=[_card(row, scenes, footage) for row in report.verdicts],
-            folded="Quotes and reasons of all claims, and the scenes that speak most against them",
-        ),
-        PageSection(
-            "differences",
-            "What differs and why",
-            _paragraphs(notes.get("What differs and why", "")),
-        ),
-        PageSection("criteria", "The scenes", sheets=[PageTable(report.criteria)]),
-        PageSection("settings", "Settings", sheets=[PageTable(report.settings)]),
-        PageSection(
-            "sensitivity", "Sensitivity (no verdicts)", sheets=sensitivity, folded="The table"
-        ),
-        PageSection(
-            "command",
-            "How to run it",
-            _paragraphs(notes.get("How long it takes", "")) or ["The command of this report:"],
-            command=command,
-        ),
-        PageSection(
-            "history",
-            "History",
-            _paragraphs(notes.get("History", "")),
-            folded="Earlier scenes, claims and rules",
-        ),
+        cards.VerdictGroup(f"group-{key}", *groups[key], items=claims)
+        for key, claims in items.items()
+        if claims
     ]
 
 
-def _verdicts(rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage) -> PageTable:
-    """Return the verdicts: a row leads to the claim's scenes, an estimate opens the worst one."""
-    places = []
-    for row in rows:
-        worst = [scenes[row.claim.name, setting][:1] for setting in SETTINGS]
-        written, recommended = (
-            footage.place(scene_rows[0].runs[0]) if scene_rows else None for scene_rows in worst
-        )
-        places.append([None, written, None, recommended, None])
-    links = [f"#claim-{row.claim.name}" for row in rows]
-    return PageTable(verdict_table(rows), places=places, links=links)
-
-
-def _card(row: VerdictRow, scenes: Scenes, footage: Footage) -> Card:
-    """Return a claim with its reasons and its worst scenes in both settings."""
+def _item(row: VerdictRow, scenes: Scenes, footage: Footage) -> cards.VerdictItem:
+    """Return a claim: its verdicts open the worst scenes, and it unfolds quote and reasons."""
     claim = row.claim
+    cells = []
+    for setting in SETTINGS:
+        verdict, worst = row.verdicts[setting], scenes[claim.name, setting][:1]
+        compared = claim.test.startswith(("order", "no-worse"))
+        effect = effect_text(claim, verdict)
+        remarks = [*row.notes[setting], *([claim.note] if claim.note else [])]
+        if verdict.verdict == "inconclusive" or "too small" in verdict.reason:
+            remarks.insert(0, verdict.reason)
+        cells.append(
+            cards.VerdictCell(
+                verdict.verdict,
+                TONES.get(verdict.verdict, "none"),
+                f"difference {effect}" if compared and effect != MISSING else effect,
+                "; ".join(dict.fromkeys(remarks)),
+                footage.place(worst[0].runs[0]) if worst else None,
+            )
+        )
     facts = {name: text for name in FACTS if (text := str(getattr(claim, name)))}
     facts |= {name: f"{v.verdict}: {v.effect}. {v.reason}." for name, v in row.verdicts.items()}
     sheets = [
@@ -150,7 +287,9 @@ def _card(row: VerdictRow, scenes: Scenes, footage: Footage) -> Card:
         if (scene_rows := scenes[claim.name, setting])
     ]
     quote = f"“{claim.quote}” ({claim.source})"
-    return Card(f"claim-{claim.name}", f"{claim.name}: {claim.short}", quote, facts, sheets)
+    title = f"{claim.short[:1].upper()}{claim.short[1:]}"
+    card = Card(f"claim-{claim.name}", title, quote, {"claim": claim.name, **facts}, sheets)
+    return cards.VerdictItem(card, claim.paper, cells)
 
 
 def _scenes(
@@ -166,33 +305,42 @@ def _scenes(
         [scene_row.scene, *(f"{v:.4g}" if isfinite(v) else MISSING for v in numbers)]
         for scene_row, numbers in zip(scene_rows, values, strict=True)
     ]
-    caption = f"{setting.replace('-', ' ')}: {len(scene_rows)} scenes, worst first"
-    unit = row.evidence[setting].unit
-    caption += f" [{unit}]" if unit else ""
+    unit = f" [{row.evidence[setting].unit}]" if row.evidence[setting].unit else ""
+    caption = f"{NAMES[SETTINGS.index(setting)]}: {len(scene_rows)} scenes, worst first{unit}"
     name, shown_heads = f"scenes-{claim.name}-{setting}", [heads[0], *heads[1 + first :]]
     places = [[*map(footage.place, scene_row.runs[first:])] for scene_row in scene_rows]
-    return PageTable(
-        text_table(name, caption[:1].upper() + caption[1:], shown_heads, rows, 1), values, places
+    return PageTable(text_table(name, caption, shown_heads, rows, 1), values, places)
+
+
+def _folds(report: Report) -> Iterator[Fold]:
+    """Yield the details of the page."""
+    notes, effort = report.notes, report.context.effort
+    result, differs, times, history = (
+        _paragraphs(notes.get(heading, ""))
+        for heading in ("Result", "What differs and why", "How long it takes", "History")
     )
-
-
-def _pictures(report: Report) -> list[Picture]:
-    return [
-        Picture(
-            compress_picture(figure.path.read_bytes()),
-            f"{figure.label}. Paper: {figure.caption.rstrip('.')}. Ours: {figure.words}",
-        )
-        for figure in report.figures
-    ]
+    about = [VIDEOS, report.description.method, *result]
+    yield Fold("differences", "What differs and why", words=[*about, *differs])
+    yield Fold(
+        "criteria", "The scenes", "criteria, and values", sheets=[PageTable(report.criteria)]
+    )
+    yield Fold("settings", "Settings", "parameters", sheets=[PageTable(report.settings)])
+    if report.sensitivity:
+        tables = [PageTable(report.sensitivity)]
+        yield Fold("sensitivity", "Sensitivity", "open choices, without verdicts", sheets=tables)
+    command = effort.command(report.description.name)
+    yield Fold("command", "How to run it", command, times, commands=[command])
+    if history:
+        yield Fold("history", "History", "earlier scenes, claims and rules", history)
 
 
 def _paragraphs(markdown: str) -> list[str]:
     """Return the paragraphs and the items of a text in Markdown, without its marks."""
     parts = re.split(r"\n\s*\n|\n(?=[-*] )", markdown.strip())
-    return [_plain(part) for part in parts if part]
+    return [plain(part) for part in parts if part]
 
 
-def _plain(markdown: str) -> str:
+def plain(markdown: str) -> str:
     """Return a paragraph without bullets, emphasis and the addresses of links."""
     text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", re.sub(r"^[-*] ", "", markdown))
     return " ".join(re.sub(r"(\*\*|\*)(?=\S)(.*?)(?<=\S)\1", r"\2", text, flags=re.S).split())

@@ -15,10 +15,14 @@ from trackmark.reports.tables import MISSING, Table, text_table
 
 def main_table(context: Context) -> Table:
     """Return the paper's numbers and ours in both settings, row by row."""
-    entry = context.description.main
+    entry = context.description.main_table
     heads = [*entry.heads, "paper", *(setting.replace("-", " ") for setting in SETTINGS)]
     rows = [
-        [*row.labels, row.paper, *(_cell(row, setting, context) for setting in SETTINGS)]
+        [
+            *row.labels,
+            row.separator.join(row.paper),
+            *(row.separator.join(main_values(row, setting, context)) for setting in SETTINGS),
+        ]
         for row in entry.rows
     ]
     verb, scenes = ("is", "1 scene") if context.scenes == 1 else ("are", f"{context.scenes} scenes")
@@ -57,23 +61,22 @@ def format_mean(values: pd.DataFrame, measure: Measure, members: int) -> str:
     return forms.get(measure.unit, f"{mean:.2f}")
 
 
-def _cell(row: MainRow, setting: str, context: Context) -> str:
+def main_values(row: MainRow, setting: str, context: Context) -> list[str]:
+    """Return the values of a row in a setting as texts, by tracker, then by measure."""
     if row.hook:
-        return str(context.function(row.hook)(context, setting))
-    measures = [find_measure(text, context.description.name) for text in row.measures]
-    by_tracker = []
+        return [str(context.function(row.hook)(context, setting))]
+    cells = []
     for tracker in row.trackers:
         text = tracker_text(context.description, tracker, setting)
-        cells = []
-        for measure in measures:
+        for specification in row.measures:
+            measure = find_measure(specification, context.description.name)
             pieces = [
                 context.runs.values(text, sequence, measure, context.scenes)
                 for sequence in row.sequences
             ]
             members = len(context.description.sequences[row.sequences[0]].members)
             cells.append(format_mean(pd.concat(pieces), measure, members))
-        by_tracker.append(", ".join(cells))
-    return " / ".join(by_tracker)
+    return cells
 
 
 def setting_table(description: Description) -> Table:

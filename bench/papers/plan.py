@@ -59,12 +59,8 @@ def scene_names(
 ) -> list[list[str]]:
     """Return the first scenes of a sequence as lists of specifications, one per member.
 
-    Each member has its own list of passing scenes, unless `scenes_of` names a common one.
-
-    Raises
-    ------
-    ExperimentError
-        If fewer scenes meet the criteria than are requested.
+    Each member has its own list of passing scenes, unless `scenes_of` names a common one. Raises
+    `ExperimentError` if fewer scenes meet the criteria than are requested.
     """
     entry = description.sequences[sequence]
     further = parse_options(on)
@@ -108,7 +104,7 @@ def requests(
                 wanted.update(dict.fromkeys((sequence, text) for text in texts))
 
     scenes_shown = description.quick_scenes if effort.quick else MAIN_SCENES
-    for row in description.main.rows:
+    for row in description.main_table.rows:
         want(row.sequences, row.trackers, scenes_shown)
     for figure in description.figure.values():
         if figure.sequence and figure.is_drawn(effort.quick):

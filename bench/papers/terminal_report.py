@@ -1,40 +1,63 @@
-"""Terminal output of a reproduction: main table, one line per claim, path of the report."""
+"""Terminal output of a reproduction: counts of verdicts, main table, failed claims and files."""
 
 import textwrap
 from pathlib import Path
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts
 from trackmark.bench.papers.reproduction import Report
+from trackmark.reports.printable import width
 from trackmark.reports.renderers import to_text
+from trackmark.reports.table_width import terminal_lines
 
-WIDTH = 100
-"""Maximum length of lines; tables may be wider."""
+_MAX_CLAIMS = 3
+"""Maximum number of claims that are listed, unless all are requested."""
 
-SHORT = 60
+_SHORT = 44
+"""Columns for the short text of a claim."""
 
 
-def screen(report: Report, folder: Path) -> str:
-    """Return the text that `trackmark reproduce` prints; `folder` contains the full report."""
-    lines = textwrap.wrap(report.description.title, WIDTH)
+def screen_lines(
+    report: Report, folder: Path, *, verbose: bool = False, quiet: bool = False
+) -> list[str]:
+    """Return the answer of `trackmark reproduce` in lines for a terminal.
+
+    `folder`: folder of the report. `verbose`: with the verdicts on all claims. `quiet`: only the
+    counts of verdicts, or the title if there are no verdicts.
+    """
+    title = report.description.title
+    heads = textwrap.wrap(title, width())
+    heads += [f"{name}: {count_verdicts(report.verdicts, name)}" for name in SETTINGS][
+        : 2 * bool(report.verdicts)
+    ]
+    if quiet:
+        return heads
+    finding = textwrap.wrap(report.description.finding, width())
+    lines = [*heads, *finding] if report.verdicts else heads
     for table in report.main:
-        caption, _, body = to_text(table).partition("\n")
-        lines += ["", *textwrap.wrap(caption, WIDTH), body.rstrip("\n")]
-    if report.verdicts:
-        lines += ["", _row("claim", "", *(setting.replace("-", " ") for setting in SETTINGS))]
-        lines += [_verdicts(row) for row in report.verdicts]
-        lines += [""]
-        lines += [f"{name}: {count_verdicts(report.verdicts, name)}" for name in SETTINGS]
-    lines += ["", f"Figures, intervals and reasons: {folder / 'report.html'}"]
-    if report.context.effort.quick:
-        lines.append(f"Verdicts from all scenes: trackmark reproduce {report.description.name}")
-    return "\n".join(lines)
+        lines += ["", *terminal_lines(table, to_text)]
+    failing = [row for row in report.verdicts if _fails(row)]
+    listed = report.verdicts if verbose else failing[:_MAX_CLAIMS]
+    if listed:
+        heading = "claim" if verbose else f"Does not hold ({len(failing)})"
+        lines += ["", _row(heading, "", *(name.replace("-", " ") for name in SETTINGS))]
+        lines += [_row(f"  {row.claim.name}", row.claim.short, *_verdicts(row)) for row in listed]
+        others = 0 if verbose else len(failing) - len(listed)
+        lines += [f"  {others} more: --verbose"] if others else []
+    return [*lines, "", f"Report  {folder / 'report.html'}"]
 
 
-def _verdicts(row: VerdictRow) -> str:
-    words = [row.verdicts[name].verdict if name in row.verdicts else "" for name in SETTINGS]
-    return _row(row.claim.name, row.claim.short, *words)
+def _fails(row: VerdictRow) -> bool:
+    return any(verdict.verdict == "does not hold" for verdict in row.verdicts.values())
+
+
+def _verdicts(row: VerdictRow) -> list[str]:
+    return [row.verdicts[name].verdict if name in row.verdicts else "" for name in SETTINGS]
 
 
 def _row(name: str, words: str, *verdicts: str) -> str:
-    columns = "".join(f" {verdict:<14}" for verdict in verdicts)
-    return f"{name:<6} {words:<{SHORT}}{columns}".rstrip()
+    """Return a line with a claim; a long text is shortened."""
+    columns = "".join(f" {verdict:<13}" for verdict in verdicts)
+    if not words:
+        return f"{name:<{_SHORT + 8}}{columns}".rstrip()
+    short = textwrap.shorten(words, _SHORT, placeholder=" …")
+    return f"{name:<7} {short:<{_SHORT}}{columns}".rstrip()

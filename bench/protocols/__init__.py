@@ -26,7 +26,7 @@ ONE_PASS = "one-pass"  # noqa: S105  # not a password
 """Name of the default protocol."""
 
 STORED_ONE_PASS = "accuracy"  # noqa: S105  # not a password
-"""Stored name of one-pass runs, which is older than the other protocols."""
+"""Name under which one-pass runs are stored; the first results had it, before other protocols."""
 
 TIMING = "timing"
 """Stored name of timing runs, which are one-pass runs with measured times."""
@@ -163,8 +163,8 @@ def parse_protocol(text: str) -> Protocol:
         raise ProtocolError(f"protocol {error}") from None
     name = ONE_PASS if name == STORED_ONE_PASS else name
     if name not in names():
-        hint = close_match(name, names())
-        raise ProtocolError(f"unknown protocol {name!r}.{hint} Known: {', '.join(names())}.")
+        hint = close_match(name, names()) or f" Known: {', '.join(names())}."
+        raise ProtocolError(f"unknown protocol {name!r}.{hint}")
     protocol_class: type[Protocol] = _module(name).PROTOCOL
     try:
         return protocol_class.checked(f"protocol {name}", options)

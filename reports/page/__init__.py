@@ -1,1 +1,1 @@
-"""Pages that hold all they show: tables, charts and a player of frames, in one file."""
+"""HTML pages in one file: tables, charts and a player of frames."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.reports.tables import Table
 
 Film: TypeAlias = Sequence[Sequence[bytes]]
-"""Encoded frames in chunks; see `reports.page.film.film`."""
+"""Encoded frames in chunks; see `reports.page.film.encode_film`."""
 
 Shapes: TypeAlias = Mapping[int, Mapping[str, Any]]
 """Outlines and particles by frame and kind."""

@@ -1,10 +1,10 @@
 "use strict";
-// Frames and boxes of a sequence, unpacked as the player needs them.
-const KEPT = 80;  // frames that are kept ready
+// Frames and boxes of a sequence, which are decoded when the player needs them.
+const KEPT = 80;  // maximum number of decoded frames in memory
 
-// ---- What lies in the page, or beside it, is unpacked when it is needed.
+// ---- Encoded data of the page, or of the files next to it.
 const awaited = new Map();
-function trackmark(name, text) { awaited.get(name)?.(text); }  // files beside the page call it
+function trackmark(name, text) { awaited.get(name)?.(text); }  // the files next to the page call this function
 
 function block(name) {
   const inside = byId(name);
@@ -12,7 +12,7 @@ function block(name) {
   return new Promise((resolve, reject) => {
     awaited.set(name, resolve);
     const script = make("script", { src: `${data.beside}/${name}.js` });
-    script.onerror = () => reject(new Error(`Frames lie in ${data.beside}, which is not beside this page.`));
+    script.onerror = () => reject(new Error(`The folder ${data.beside} with the frames is not next to this page.`));
     document.head.append(script);
   });
 }
@@ -35,7 +35,7 @@ class Reel {
     this.chunks = new Map();
     this.images = new Map();
   }
-  /** A frame as an image that can be drawn at once; the promise of one otherwise; null for none. */
+  /** Return a decoded frame, a promise of the frame while it is decoded, or null if it does not exist. */
   get(frame) {
     if (this.numbers && !this.numbers.has(frame)) return null;
     if (!this.images.has(frame)) {
@@ -79,20 +79,20 @@ class Scene {
     this.layers = new Set(["boxes", ...(this.takes.some((take) => take.round) ? ["contours"] : []), ...kinds]);
     return this;
   }
-  /** A box in pixels; null where there is none. Row 0 is the truth. */
+  /** Return a box [px], or null if it is missing. Row 0 is the ground truth. */
   box(row, frame) {
     const at = (row * this.frames + frame) * 4;
     const { boxes } = this;
     return boxes[at] === data.absent ? null : [boxes[at] / 10, boxes[at + 1] / 10, boxes[at + 2] / 10, boxes[at + 3] / 10];
   }
-  /** The tracker's run of a repetition, from one of its starts; the first where there is no such one. */
+  /** Return the run of a tracker, repetition and start; if it does not exist, the tracker's first run. */
   take(tracker, repetition, start) {
     const its = this.takes.filter((take) => take.tracker === tracker);
-    const repeated = its.filter((take) => take.repetition === repetition);  // none of one that never draws
+    const repeated = its.filter((take) => take.repetition === repetition);  // a deterministic tracker has only repetition 0
     const found = repeated.length ? repeated : its;
     return found.find((take) => take.start === start) || found[0];
   }
-  /** Centre error and overlap of a row of boxes, by frame; NaN where there is no truth. */
+  /** Return centre error, overlap and "outside the true box" by frame; NaN in frames without ground truth. */
   curve(row) {
     if (!this.curves.has(row)) {
       const found = { error: new Float32Array(this.frames).fill(NaN), overlap: new Float32Array(this.frames).fill(NaN), out: new Uint8Array(this.frames) };

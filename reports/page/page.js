@@ -1,5 +1,5 @@
 "use strict";
-// Tables that sort, charts that open the player, and the address that holds what is seen.
+// Sorting of tables, readouts of charts, and the page address, which stores the selection.
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
@@ -12,7 +12,7 @@ function make(name, attributes = {}, ...children) {
 }
 const draw = (name, attributes, ...children) => make(name, { svg: true, ...attributes }, ...children);
 
-// ---- The address: all that was chosen, so that a link shows the same.
+// ---- The page address stores the selection, so that a link opens the same view.
 let state = new URLSearchParams();
 const listeners = [];
 let later = 0;
@@ -20,18 +20,18 @@ let later = 0;
 function readAddress() {
   const text = location.hash.slice(1) || data.start;
   data.start = "";
-  if (text && !text.includes("=")) {  // a part of the page
+  if (text && !text.includes("=")) {  // a link to a section
     ["sequence", "tracker", "repetition", "start", "frame"].forEach((key) => state.delete(key));
     const part = byId(text);
     for (let node = part; node; node = node.parentElement) if (node.matches("details")) node.open = true;
     part?.scrollIntoView();
-    if (state.size) writeAddress();  // sorting and filter stay
+    if (state.size) writeAddress();  // sorting and filter are kept
   }
   else state = new URLSearchParams(text);
   listeners.forEach((listener) => listener());
 }
 
-/** Change what is chosen; `null` takes a choice back. A `step` can be gone back from. */
+/** Change the selection; null removes a key. With `step` the back button restores the previous selection. */
 function choose(changes, step = false) {
   for (const [key, value] of Object.entries(changes)) {
     if (value === null || value === "") state.delete(key);
@@ -39,7 +39,7 @@ function choose(changes, step = false) {
   }
   clearTimeout(later);
   if (step) writeHistory("pushState", address());
-  else later = setTimeout(writeAddress, 200);  // not each frame of what is played
+  else later = setTimeout(writeAddress, 200);  // not for each frame during playback
   listeners.forEach((listener) => listener());
 }
 const address = () => `#${state}`;
@@ -60,7 +60,7 @@ addEventListener("click", (event) => {
   choose({ tracker: null, repetition: null, start: null, trace: null, show: null, ...Object.fromEntries(new URLSearchParams(link.getAttribute("href").slice(1))) }, true);
 });
 
-// A click anywhere on a row that leads to a part of the page follows its link.
+// A click on a table row follows the row's link to a section.
 addEventListener("click", (event) => {
   const link = event.target.closest?.("tbody tr")?.querySelector("th a[href^='#']");
   if (link && !event.target.closest("a") && getSelection().isCollapsed) link.click();
@@ -78,7 +78,7 @@ const shownTables = [...document.querySelectorAll("table:not(.matrix)")].map((ta
   return { table, rows, heads, sorted: "" };
 });
 
-/** A number that a text begins with: `~3.1`, `< .001`, `[-0.2, 0.1]`, `54 of 99`; but no date. */
+/** Number at the start of a text: `~3.1`, `< .001`, `[-0.2, 0.1]`, `54 of 99`; dates do not match. */
 const NUMBER = /^[[(~<>≤≥]*\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?=$|[\s,;%\])±–*])/i;
 
 function valueOf(cell) {
@@ -115,7 +115,7 @@ function arrangeTables() {
       shown.sorted = sort;
     }
     const has = (node) => node.textContent.toLowerCase().includes(wanted);
-    // Trackers may be columns: where no row has the word, the columns that have it stay.
+    // Trackers can be columns: if no row contains the word, only columns that contain it are shown.
     const columns = shown.heads.map((head) => head.classList.contains("label") || has(head));
     const named = shown.heads.some((head) => !head.classList.contains("label") && has(head));
     const across = wanted && named && !shown.rows.some(has);
@@ -152,7 +152,7 @@ function sampleOf(position) {
 
 function ticksOf(low, high) {
   const rough = (high - low) / 8 || 1, power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 2.5, 5, 10].find((digit) => digit * power >= rough) * power;  // four to eight of them
+  const step = [1, 2, 2.5, 5, 10].find((digit) => digit * power >= rough) * power;  // four to eight ticks
   const found = [];
   for (let tick = Math.ceil(low / step - 1e-9) * step; tick <= high + 1e-9 * step; tick += step) found.push(Number(tick.toPrecision(10)));
   return found;
@@ -186,7 +186,7 @@ class Plot {
     this.index = 0;
     svg.addEventListener("pointermove", (event) => this.aim(event));
     svg.addEventListener("pointerleave", () => this.leave());
-    svg.addEventListener("click", (event) => { this.aim(event); this.open(); });  // a finger does not move before it taps
+    svg.addEventListener("click", (event) => { this.aim(event); this.open(); });  // a tap has no preceding move event
     svg.addEventListener("focus", () => { if (svg.matches(":focus-visible")) this.show(); });
     svg.addEventListener("blur", () => this.leave());
     svg.addEventListener("keydown", (event) => this.press(event));
@@ -196,7 +196,7 @@ class Plot {
     const [px, py] = [(event.clientX - box.left) * scale, (event.clientY - box.top) * scale];
     let least = Infinity;
     for (const line of this.lines) line.points.forEach(([x, y], index) => {
-      const far = Math.hypot(4 * (x - px), y - py);  // the column of the pointer, then the nearest line
+      const far = Math.hypot(4 * (x - px), y - py);  // the abscissa counts more than the distance from a line
       if (far < least) [least, this.line, this.index] = [far, line, index];
     });
     this.show(event.clientX, event.clientY);
@@ -257,7 +257,7 @@ for (const kind of ["pointerover", "focusin"]) addEventListener(kind, ({ target 
 for (const kind of ["pointerout", "focusout"]) addEventListener(kind, ({ target }) => { if (target.closest?.("[data-tip]")) tip.hidden = true; });
 addEventListener("keydown", (event) => { if (event.key === "Escape") tip.hidden = true; });
 
-// ---- On paper nothing is folded, and tables are no wider than the page.
+// ---- In print all sections are open, and tables fit the paper width.
 addEventListener("beforeprint", () => {
   for (const fold of document.querySelectorAll("main details:not([open])")) {
     fold.open = true;
@@ -279,7 +279,7 @@ addEventListener("afterprint", () => {
   }
 });
 
-// ---- Pictures are enlarged.
+// ---- A click enlarges a picture.
 addEventListener("click", (event) => {
   const button = event.target.closest?.(".picture button");
   if (!button) return;
@@ -288,11 +288,11 @@ addEventListener("click", (event) => {
   button.parentElement.classList.toggle("large", large);
 });
 
-// ---- Commands and links are copied.
+// ---- Copy buttons of commands and links.
 async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
-  } catch {  // pages from disk may not, in some browsers
+  } catch {  // some browsers refuse the clipboard to pages from disk
     const area = make("textarea", { style: "position:fixed;opacity:0" });
     (document.querySelector("dialog[open]") || document.body).append(area);
     area.value = text;

@@ -19,6 +19,7 @@ from trackmark.reports.files import write_file
 from trackmark.reports.page.cards import GLOSSARY
 from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
+from trackmark.reports.page.paper_cards import SYMBOLS
 from trackmark.reports.page.svg import TOP, at_reference, chart_svg
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
@@ -87,7 +88,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     cards = environment.get_template("cards.html").make_module({"page": page})
     template = environment.get_template("page.html")
     text = template.render(page=page, data=data, blocks=blocks, cards=cards)
-    text = re.sub(r"\n[ \n]+", "\n", text)  # indentation is a tenth of a page without frames
+    text = re.sub(r"\n[ \n]+", "\n", text)  # without indentation a page is a tenth smaller
     write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
     return [path, *written]
 
@@ -103,7 +104,7 @@ def card_html(card: object, page: Page) -> "Markup":
 
 
 def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
-    """Yield name and film of everything that is played: frames, and maps of the runs."""
+    """Yield name and film of the frames and of the weight maps of all runs."""
     yield "thumbnails", scene.thumbnails
     for number, take in enumerate(scene.takes):
         for place, film in enumerate(take.maps.values()):
@@ -134,6 +135,7 @@ def _environment() -> "Environment":
     environment.filters["poster"] = _poster
     environment.globals["dashes"] = DASHES
     environment.globals["glossary"] = GLOSSARY
+    environment.globals["symbols"] = SYMBOLS
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["score"] = lambda value: f"{value:.2f}" if isfinite(value) else MISSING
     environment.filters["at_reference"] = at_reference
@@ -180,7 +182,7 @@ def _em(texts: Collection[str]) -> float:
 
 
 def _beneath(text: str, em: float) -> "Markup":
-    """Return the text of a cell; `em`: width after the units digit, which aligns numbers."""
+    """Return a cell's text with `em` of room after the units digit, so that numbers align."""
     from markupsafe import Markup, escape
 
     number = number_in(text) if em else None
@@ -191,7 +193,7 @@ def _beneath(text: str, em: float) -> "Markup":
 
 
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
-    """Write frames as a script next to a page, as a page on disk can load no other files.
+    """Write frames as a script next to a page: a page on disk can load only scripts.
 
     `name`: `full-SCENE-CHUNK`, both numbers. Raises `OSError` if the file cannot be written.
     """

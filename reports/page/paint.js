@@ -1,7 +1,7 @@
 "use strict";
-// A frame with what truth and trackers say on top, and the curve of all frames beneath.
-const LENS = 4;  // how much the magnifier enlarges
-const LAYERS = ["boxes", "masks", "contours", "particles"];  // a map is chosen by its name
+// Drawing of a frame with boxes and layers, of the timeline, and of the thumbnails.
+const LENS = 4;  // factor of the magnifier
+const LAYERS = ["boxes", "masks", "contours", "particles"];  // maps are selected by name
 const screen = byId("screen"), pen = screen.getContext("2d", { alpha: false });
 const curvePen = byId("curve").firstChild.getContext("2d");
 
@@ -11,7 +11,7 @@ function paint(image, map) {
   const drawn = (enlarged) => drawFrame(pen, scene, frame, image, map, drawnTakes(), Math.max(1.6, screen.width / 480) / enlarged, { layers: shownLayers(), focus: focus(), rowOf });
   drawn(1);
   if (!image && scene.kept) {
-    const em = 16 * screen.width / screen.clientWidth;  // of what is seen, also where the frame is small
+    const em = 16 * screen.width / screen.clientWidth;  // 16 CSS pixels, also on a small screen
     pen.fillStyle = "#d8dade";
     pen.font = `${em}px system-ui`;
     pen.fillText("This page has only the worst frames:", 0.7 * em, 1.5 * em);
@@ -36,14 +36,14 @@ function paint(image, map) {
   }
 }
 
-/** The middle of the target, of the tracker that is looked at where nobody knows; null for none. */
+/** Return the centre of the true box, else that of the selected tracker; null if both boxes are missing. */
 function middleOf(scale) {
   const take = drawnTakes().find((one) => one.tracker === focus());
   const box = scene.box(0, frame) || (take && scene.box(rowOf(take), frame));
   return box && centreOf(box).map((value) => value * scale);
 }
 
-/** Layers that are drawn; all that are not hidden. */
+/** Return the layers that are not hidden. */
 function shownLayers() {
   const hidden = (state.get("hide") || "").split(".");
   return new Set(LAYERS.filter((layer) => !hidden.includes(layer)));
@@ -56,7 +56,7 @@ function addLines(path, lines, scale) {
   }
 }
 
-/** All lines of a row of boxes in the frame, as one path; `take` is whose they are, if anybody's. */
+/** Return box, ellipse and contours of a row as one path; `take`: its run, undefined for the ground truth. */
 function linesOf(scene, frame, row, shapes, layers, scale, take) {
   const path = new Path2D(), box = scene.box(row, frame);
   if (box && layers.has("boxes")) path.rect(...box.map((value) => value * scale));
@@ -66,7 +66,7 @@ function linesOf(scene, frame, row, shapes, layers, scale, take) {
     path.ellipse(2 * x + width, 2 * y + height, width, height, 0, 0, 2 * Math.PI);
   }
   if (shapes.contours && layers.has("contours")) addLines(path, shapes.contours, scale);
-  if (shapes.masks && layers.has("masks") && !take) addLines(path, shapes.masks, scale);  // those of takes are filled
+  if (shapes.masks && layers.has("masks") && !take) addLines(path, shapes.masks, scale);  // masks of runs are filled
   return path;
 }
 
@@ -105,25 +105,25 @@ function drawFrame(pen, scene, frame, image, map, takes, unit, { layers = new Se
       stroke(inside, colour, 0.8);
     }
     const path = linesOf(scene, frame, rowOf(take), shapes, layers, scale, take);
-    stroke(path, "#000", width + 1.2);  // a rim: readable on any ground
+    stroke(path, "#000", width + 1.2);  // a dark rim keeps the line visible on any frame
     stroke(path, colour, width, dashOf(take.tracker));
     if (shapes.particles && layers.has("particles")) for (const [x, y, weight] of shapes.particles) {
-      const half = unit * (0.5 + 0.9 * Math.sqrt(weight));  // heavier ones are larger
+      const half = unit * (0.5 + 0.9 * Math.sqrt(weight));  // particles with larger weights are larger
       pen.fillRect(x * scale - half, y * scale - half, 2 * half, 2 * half);
     }
   }
   stroke(truth, "#fff", 1, [4, 4]);
 }
 
-// Where the curve lies in its canvas [CSS pixels]; below are a lane per tracker and the frame numbers.
+// Layout of the timeline [CSS pixels]: the curve, then a lane per tracker, then the frame numbers.
 const PLOT = { left: 30, right: 8, top: 8, height: 66, lane: 7, bottom: 16 };
-const SUCCESS = 0.5;  // the least overlap that counts as success
-const LOST = 10;  // frames outside the true box from which a target is lost
+const SUCCESS = 0.5;  // smallest overlap that counts as success
+const LOST = 10;  // consecutive frames outside the true box after which the target counts as lost
 const MAX_LANES = 9;
-/** How far along the curve a frame is, in [0, 1]. */
+/** Return the position of a frame along the timeline, from 0 to 1. */
 const alongCurve = (number) => number / Math.max(1, scene.frames - 1);
 
-/** First frame of a run from which the target is lost, or in which a failed run ends; -1 for none. */
+/** Return the frame from which the target is lost, or in which a failed run ends; -1 if there is none. */
 function lostFrame(take) {
   const { out } = scene.curve(rowOf(take));
   if (take.failure && !take.begun) return endOf(take);
@@ -134,7 +134,7 @@ function lostFrame(take) {
   return -1;
 }
 
-/** The curve of all frames with a lane per tracker; drawn when what is shown changes. */
+/** Draw the curve of all frames and a lane per tracker. */
 function drawCurve() {
   const lanes = drawnTakes().slice(0, MAX_LANES);
   byId("curve").style.height = `${PLOT.top + PLOT.height + 6 + PLOT.lane * shownTakes().slice(0, MAX_LANES).length + PLOT.bottom}px`;
@@ -145,7 +145,7 @@ function drawCurve() {
   const kind = state.get("curve") === "error" ? "error" : "overlap";
   byId("measured").textContent = `Curve: ${kind}`;
   const curveOf = (take) => scene.curve(rowOf(take))[kind], foot = PLOT.top + PLOT.height;
-  let top = 1;  // the same while another run is held, so that both compare
+  let top = 1;  // the scale includes the other run: it does not change while Hold to see is pressed
   if (kind === "error") for (const take of [...shownTakes(), otherTake()].filter(Boolean)) for (const value of curveOf(take)) if (value > top) top = value;
   const x = (number) => PLOT.left + alongCurve(number) * (width - PLOT.left - PLOT.right);
   const y = (value) => foot - value / top * PLOT.height;
@@ -178,7 +178,7 @@ function drawCurve() {
     });
     curvePen.stroke();
     curvePen.setLineDash([]);
-    for (const mark of take.marks) {  // restarted with the true box: a triangle on its foot, and a line up
+    for (const mark of take.marks) {  // a triangle and a line mark a restart with the true box
       curvePen.fill(new Path2D(`M${x(mark) - 5},${foot}H${x(mark) + 5}L${x(mark)},${foot - 9}Z`));
       curvePen.fillRect(x(mark) - 0.5, PLOT.top, 1, foot - PLOT.top);
     }
@@ -186,7 +186,7 @@ function drawCurve() {
   lanes.forEach((take, number) => drawLane(take, x, foot + 6 + number * PLOT.lane, ink));
 }
 
-/** A lane: solid for success, pale below, a thin line outside the true box, a cross where it is lost. */
+/** Draw a lane: solid for success, pale below, thin outside the true box, a cross where the target is lost. */
 function drawLane(take, x, top, ink) {
   const { overlap, out } = scene.curve(rowOf(take)), colour = colourOf(take.tracker), wide = Math.max(1, x(1) - x(0));
   overlap.forEach((value, i) => {
@@ -223,5 +223,6 @@ async function drawStrip() {
 }
 function markStrip() {
   const all = [...byId("strip").children], far = (one) => Math.abs(one.frame - frame);
-  for (const one of all) one.classList.toggle("on", far(one) === Math.min(...all.map(far)));
+  const nearest = all.reduce((best, one) => (best && far(best) <= far(one) ? best : one), null);
+  for (const one of all) one.classList.toggle("on", one === nearest);
 }

@@ -1,16 +1,16 @@
 "use strict";
-// The player: what is chosen, as the address says it, and the keys that choose.
-const AHEAD = 10;  // frames that are made ready while one is shown
-const TOLD_EVERY = 150;  // milliseconds between texts on frames that are played
-const APART = 10;  // frames between two disagreements that are told apart
+// The player: it shows what the page address selects; controls and keys change the address.
+const AHEAD = 10;  // frames that are decoded in advance
+const TOLD_EVERY = 150;  // shortest time between updates of texts during playback [ms]
+const APART = 10;  // smallest distance of two reported disagreements [frames]
 
 const dialog = byId("player");
 const scenes = new Map();
 let scene = null, frame = 0, playing = 0, held = false, pointer = null;
 let toldAt = 0;
-let pointed = false;  // whether a pointer was used last, and no key
-let cameFrom = null;  // what had the focus before `g`
-let painted = null, paintedMap = null, paintedFrame = -1;  // what is seen of the frame, and which it is
+let pointed = false;  // true if the last input was by pointer, false if by key
+let cameFrom = null;  // element that had the focus before the key `g`
+let painted = null, paintedMap = null, paintedFrame = -1;  // image, map and number of the frame on the screen
 
 const repetition = () => Number(state.get("repetition") || 0);
 const start = () => Number(state.get("start") || 0);
@@ -28,11 +28,11 @@ function otherTake() {
 }
 const nameOf = (take) => [take.tracker, take.repetition, ...(take.start ? [take.start] : [])].join(".");
 const shownTakes = () => shownTrackers().map((tracker) => scene.take(tracker, repetition(), start()));
-/** Runs that are drawn: while `c` is held the other one alone. */
+/** Return the runs to draw; only the other run while `c` is pressed. */
 const drawnTakes = () => (held && otherTake() ? [otherTake()] : shownTakes());
 
-// ---- From what is chosen to what is seen.
-/** The map that is chosen: of the tracker that is looked at, or of the first that has it. */
+// ---- Display of a frame.
+/** Return the run whose map is shown: of the selected tracker, else of the first one with this map. */
 function mapTake() {
   const takes = drawnTakes().filter((take) => take.maps.includes(state.get("map")));
   return takes.find((one) => one.tracker === focus()) || takes[0];
@@ -43,7 +43,7 @@ function mapFilm() {
 }
 const mapNames = () => [...new Set(scene.takes.flatMap((take) => take.maps))];
 
-/** Show a frame; done when it is painted. */
+/** Show a frame; the promise resolves when the frame is drawn. */
 async function seek(number) {
   const before = frame;
   frame = Math.max(0, Math.min(scene.frames - 1, Math.round(number) || 0));
@@ -65,7 +65,7 @@ async function seek(number) {
     for (const film of [thumbnails, full, weighed]) if (film) prepare(film, wanted, wanted < before ? -1 : 1, seen).catch(() => {});
   });
 }
-/** Decode what may be seen next, a frame at a time: many at once would be in the way of the one that is wanted. */
+/** Decode the next frames one by one: parallel decoding would delay the frame that is shown. */
 async function prepare(film, from, step, needed) {
   for (let next = from + step; Math.abs(next - from) <= AHEAD && next >= 0 && next < scene.frames && needed(); next += step) await film.get(next);
 }
@@ -82,7 +82,7 @@ function tellFrame() {
   byId("where").textContent = `frame ${frame} of ${scene.frames - 1}`;
   for (const [name, value] of [["valuenow", frame], ["valuetext", byId("where").textContent]]) byId("curve").setAttribute(`aria-${name}`, value);
   byId("cursor").style.left = `calc(${PLOT.left}px + ${alongCurve(frame)} * (100% - ${PLOT.left + PLOT.right}px))`;
-  if (playing && performance.now() - toldAt < TOLD_EVERY) return;  // text costs a layout, and nobody reads it 30 times a second
+  if (playing && performance.now() - toldAt < TOLD_EVERY) return;  // each update of a text costs a layout
   toldAt = performance.now();
   markStrip();
   tellNumbers();
@@ -92,7 +92,7 @@ function nameIn(take) {
   const other = take.repetition === repetition() ? "" : ` (repetition ${take.repetition})`;
   return data.trackers[take.tracker] + other + (take.failure ? " (failed)" : "");
 }
-/** Overlap, centre error and, outside the true box, a warning of a run in the frame. */
+/** Return overlap, centre error and a warning if the centre is outside the true box. */
 function scoresIn(take) {
   const { error, overlap, out } = scene.curve(rowOf(take));
   if (Number.isNaN(overlap[frame])) return [];
@@ -105,7 +105,7 @@ function numbersIn(take) {
   return Object.entries(take.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${values[frame]}`).join(" · ");
 }
 
-/** What trackers scored and said in the frame, and the command that draws it. */
+/** Update scores and numbers of the trackers in the frame, and the command that draws the frame. */
 function tellNumbers() {
   const drawn = drawnTakes();
   for (const button of trackerButtons()) {
@@ -117,8 +117,8 @@ function tellNumbers() {
   byId("whose").textContent = weighing ? `of ${data.trackers[weighing.tracker]}` : "";
   const telling = drawn.filter((take) => take.numbers);
   byId("told").textContent = telling.map((take) => [data.trackers[take.tracker], numbersIn(take)]).filter(([, told]) => told).map((both) => both.join(": ")).join("\n");
-  byId("told").style.minHeight = `${byId("told").offsetHeight}px`;  // it grows alone: the frame above keeps its size
-  byId("shown").parentNode.hidden = !scene.show || drawnTakes().some((take) => take.judged.length);  // it draws runs in one pass
+  byId("told").style.minHeight = `${byId("told").offsetHeight}px`;  // the height never shrinks, so that the frame keeps its size
+  byId("shown").parentNode.hidden = !scene.show || drawnTakes().some((take) => take.judged.length);  // the command `show` draws one-pass runs only
   if (scene.show) byId("shown").textContent =
     `${scene.show} --repetition ${repetition()} --first ${frame} --last ${frame}${state.get("trace") === "revised" ? " --trace revised" : ""} --output frame.png`;
 }
@@ -126,10 +126,10 @@ function tellNumbers() {
 function options(select, entries, chosen) {
   select.replaceChildren(...entries.map(([value, text]) => { const one = make("option", { value }); one.textContent = text; return one; }));
   select.value = chosen;
-  if (select.selectedIndex < 0) select.value = "";  // what is asked for is not there: none, where that can be chosen
+  if (select.selectedIndex < 0) select.value = "";  // an unknown value selects the empty option
 }
 
-/** A button a tracker of the sequence, which shows or hides it. */
+/** Make a button per tracker, which shows or hides the tracker. */
 function makeLegend() {
   const truth = make("button", { type: "button", disabled: "" }, "- - true box");
   byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
@@ -142,7 +142,7 @@ function makeLegend() {
 }
 const trackerButtons = () => [...byId("legend").children].slice(1);
 
-/** Everything around the frame, as the address says. */
+/** Update all controls from the page address. */
 function arrange() {
   options(byId("scene"), data.scenes.map((one) => [one.name, one.title]), scene.name);
   const repetitions = [...new Set(scene.takes.map((take) => take.repetition))].sort((a, b) => a - b);
@@ -174,7 +174,7 @@ function arrange() {
   drawStrip().catch(tellError);
 }
 
-/** What is to be known of what is chosen: what of it is not there, and what went wrong. */
+/** Return messages on selected items that do not exist, and on failed runs. */
 function standing() {
   const label = state.get("tracker"), its = scene.takes.filter((take) => take.tracker === focus()), told = [];
   const none = (key, there, text) => { if (state.has(key) && !there) told.push(text); };
@@ -192,7 +192,7 @@ function standing() {
   return told.join(" ");
 }
 
-/** What can be laid over the frame, where there is more than boxes. */
+/** Update the menu of layers, maps and other runs. */
 function arrangeLayers() {
   const layers = shownLayers(), names = mapNames();
   for (const button of byId("layers").querySelectorAll("button")) {
@@ -221,7 +221,7 @@ function toggle(tracker) {
   choose({ show: (shown.includes(tracker) ? shown.filter((one) => one !== tracker) : [...shown, tracker]).sort((a, b) => a - b).join(".") || "none" });
 }
 
-// ---- From the address to what is seen.
+// ---- Reaction to a changed page address.
 let drawnFor = "";
 const leave = () => choose({ sequence: null, tracker: null, repetition: null, start: null, frame: null }, true);
 const forget = make("button", { type: "button", title: "Close", "aria-label": "Close" }, "✕");
@@ -265,7 +265,7 @@ async function follow() {
 }
 listeners.push(() => { follow().catch(tellError); });
 
-// ---- Moving.
+// ---- Playback and jumps.
 const move = (number) => choose({ frame: Math.max(0, Math.min(scene.frames - 1, Math.round(number) || 0)) });
 const say = (text) => { byId("said").textContent = text; };
 
@@ -278,7 +278,7 @@ function play() {
     if (!playing) return;
     playing = requestAnimationFrame(tick);
     if (now < due || busy) return;
-    due = Math.max(due + each, now - each);  // who is late goes on from there: no frame is left out
+    due = Math.max(due + each, now - each);  // slow decoding delays playback but skips no frame
     if (frame >= scene.frames - 1) { stop(); return; }
     busy = true;
     state.set("frame", frame + 1);
@@ -304,7 +304,7 @@ function endOf(take) {
   while (end && !scene.box(rowOf(take), end - 1)) end -= 1;
   return end;
 }
-/** Where shown trackers fail: frame, run, and what happens there. */
+/** Return frame, run and description of each failure of the visible trackers. */
 function failures() {
   const found = [];
   for (const take of drawnTakes()) {
@@ -322,12 +322,12 @@ function nextFailure() {
   if (next === undefined) { say("No shown tracker leaves the true box."); return; }
   const here = found.filter(([i]) => i === next);
   const why = here.filter(([, , what]) => what === "stops").map(([, take]) => ` Its run failed: ${take.failure}`).join("");
-  const again = here.length === found.length ? " It is the only one." : next <= frame ? " It is the first again." : "";
+  const again = here.length === found.length ? " It is the only one." : next <= frame ? " The search continued from the start." : "";
   move(next);
   say(`${here.map(([, take, what]) => `${data.trackers[take.tracker]} ${what}`).join("; ")} at frame ${next}.${again}${why}`);
 }
 
-/** Frames in which two shown trackers are furthest apart, the furthest first. */
+/** Return frames in which two visible trackers are far apart, largest distance first. */
 function disagreements() {
   const rows = drawnTakes().map((take) => [take, rowOf(take)]);
   const at = Array.from({ length: scene.frames }, (_, i) => {
@@ -347,9 +347,9 @@ function disagreements() {
 let rank = 0, rankedAt = -1;
 function nextDisagreement() {
   const takes = drawnTakes(), found = disagreements();
-  if (takes.length < 2) { say(takes.length ? `${data.trackers[takes[0].tracker]} alone is shown: a disagreement needs two.` : "No tracker is shown."); return; }
+  if (takes.length < 2) { say(takes.length ? `${data.trackers[takes[0].tracker]} is the only visible tracker. A disagreement needs two.` : "No tracker is shown."); return; }
   if (!found.length) { say("No two shown trackers disagree."); return; }
-  rank = rankedAt === frame ? (rank + 1) % found.length : 0;  // the largest, unless one is looked at
+  rank = rankedAt === frame ? (rank + 1) % found.length : 0;  // start with the largest, unless the screen shows a reported one
   const next = found[rank];
   rankedAt = next.i;
   move(next.i);
@@ -358,7 +358,7 @@ function nextDisagreement() {
 
 function hold(on) {
   if (held === on) return;
-  if (on && !otherTake()) { say("Choose a run to hold against first."); return; }
+  if (on && !otherTake()) { say("Select another run next to this button first."); return; }
   held = on;
   if (on) say(`${data.trackers[otherTake().tracker]}, repetition ${otherTake().repetition}`);
   else say(standing());
@@ -366,7 +366,7 @@ function hold(on) {
   drawCurve();
   tellNumbers();
   repaint();
-  if (state.has("map")) seek(frame);  // to its map
+  if (state.has("map")) seek(frame);  // the other run has its own map
 }
 
 function save() {
@@ -388,7 +388,7 @@ function help() {
 const flip = (key, value, without = null) => choose({ [key]: state.get(key) === value ? without : value });
 
 function flipTrace() {
-  if (scene.takes.every((take) => take.revised === null)) say("No run here was revised: what was said at once is all there is.");
+  if (scene.takes.every((take) => take.revised === null)) say("No run on this sequence has revised boxes.");
   else flip("trace", "revised");
 }
 
@@ -403,11 +403,11 @@ const KEYS = {
   o: flipTrace, e: () => flip("curve", "error"), m: () => flip("lens", "1"),
   s: save, l: copyLink, "?": help,
 };
-// Keys are heard wherever the focus is: after a click on what can't have it, nothing has.
+// Keys work wherever the focus is: after a click on an element without focus no element has the focus.
 addEventListener("pointerdown", () => { pointed = true; }, true);
 addEventListener("keydown", (event) => {
   pointed = false;
-  const letter = event.key.length === 1 ? event.key.toLowerCase() : event.key;  // Caps Lock or not
+  const letter = event.key.length === 1 ? event.key.toLowerCase() : event.key;  // also with Caps Lock
   if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
   const { target } = event;
   if (event.key === "Escape" && !byId("help").hidden) {
@@ -419,7 +419,7 @@ addEventListener("keydown", (event) => {
     if (!/^(Enter|Escape)$/.test(event.key)) return;
     if (event.key === "Enter") move(target.value || frame);
     else {
-      event.preventDefault();  // leaves the field, and not the player
+      event.preventDefault();  // Escape leaves the field and keeps the player open
       target.value = frame;
     }
     target.blur();
@@ -447,12 +447,12 @@ addEventListener("keyup", (event) => {
 });
 byId("hold").addEventListener("pointerdown", (event) => { byId("hold").setPointerCapture(event.pointerId); hold(true); });
 for (const kind of ["pointerup", "pointercancel"]) byId("hold").addEventListener(kind, () => hold(false));
-byId("hold").addEventListener("contextmenu", (event) => event.preventDefault());  // a long press is no question
+byId("hold").addEventListener("contextmenu", (event) => event.preventDefault());  // a long press opens no menu
 addEventListener("blur", () => { if (held) hold(false); });
 dialog.addEventListener("click", (event) => {
   const button = event.target.closest("button");
   if (button?.dataset.key) KEYS[button.dataset.key]();
-  if (button && event.detail) button.blur();  // after a click space plays, and Tab goes on from there
+  if (button && event.detail) button.blur();  // after a click the space key plays
 });
 dialog.addEventListener("close", () => {
   stop();
@@ -471,7 +471,7 @@ byId("other").addEventListener("change", (event) => choose({ other: event.target
 byId("map").addEventListener("change", (event) => choose({ map: event.target.value }));
 byId("frame").addEventListener("change", (event) => move(event.target.value || frame));
 for (const select of dialog.querySelectorAll("select")) select.addEventListener("change", () => {
-  if (pointed) select.blur();  // who chooses by keys goes on choosing
+  if (pointed) select.blur();  // after a selection by keys the menu keeps the focus
 });
 
 byId("curve").addEventListener("pointerdown", (event) => byId("curve").setPointerCapture(event.pointerId));
@@ -487,7 +487,7 @@ for (const kind of ["pointerdown", "pointermove"]) screen.addEventListener(kind,
   if (scene && state.has("lens")) repaint();
 });
 screen.addEventListener("pointerleave", (event) => {
-  if (event.pointerType !== "mouse") return;  // a finger that is lifted leaves the magnifier there
+  if (event.pointerType !== "mouse") return;  // a lifted finger leaves the magnifier in its place
   pointer = null;
   if (scene) repaint();
 });

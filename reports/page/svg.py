@@ -125,7 +125,7 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
         anchor = "end" if position > right - 12 else "middle"
         yield text.format(position, bottom + 17, anchor, label)
     name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
-    yield text.format((left + right) / 2, height - 4, "middle", name)
+    yield text.format((left + right) / 2, height - 4, "middle", one_line(name))
     if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
         position = float(x(chart.reference))
         yield Markup('<path class="reference" d="M{:.1f},{}V{}"/>').format(position, top, bottom)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -18,7 +19,6 @@ from trackmark.bench.cli import main
 from trackmark.bench.engine import worker
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_files import answer_lines
-from trackmark.bench.numba_compilation import SENTENCE
 from trackmark.trackers.base import catalogue
 
 
@@ -222,14 +222,19 @@ def trackmark_process(workspace):
     return call
 
 
+def messages(done):
+    """Return the lines that a command printed to standard error, except progress and hints."""
+    hint = r"\d\d:\d\d:\d\d |Next  |Random trackers|Runs are in|.*: read as |$"
+    return [line for line in done.stderr.splitlines() if not re.match(hint, line)]
+
+
 @pytest.fixture
 def one_line():
-    """Return a function that returns the only line on stderr, except the notice of compilation."""
+    """Give the only line of a command's error output, apart from progress."""
 
     def line_of(done):
-        lines = [line for line in done.stderr.strip().splitlines() if line != SENTENCE]
-        assert len(lines) == 1, done.stderr
-        return lines[0]
+        (line,) = messages(done)
+        return line
 
     return line_of
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from trackmark.reports.figures import Panel, fold, map_plot, write_figure
 from trackmark.reports.page.content import Chart, Line
 from trackmark.reports.palette import colour
-from trackmark.reports.plots import FrameScores, chart_plot, frame_plot, speed_plot
+from trackmark.reports.plots import chart_plot
 from trackmark.reports.printable import printable
 from trackmark.reports.series import quantile_by_frame, series_plot
 from trackmark.reports.write import file_names
@@ -21,12 +21,6 @@ DOT = {"x": [0.5], "y": [0.5]}
 def chart(labels, x=(0.0, 1.0), y=(1.0, 0.5), **options):
     lines = [Line(label, number, x, y) for number, label in enumerate(labels)]
     return Chart("C", "x", "y", lines, "words", top=1.0, **options)
-
-
-def scores(*overlaps):
-    """Return runs with these overlaps by frame, and an error of 30 px without overlap."""
-    values = np.array(overlaps, float)
-    return FrameScores(values, 30 * (1 - values))
 
 
 def legend(figure):
@@ -65,52 +59,10 @@ def test_chart_of_dots_has_intervals():
 
 @pytest.mark.parametrize("name", ["a$\\frac{$", "$a$ and $b$", "_mine.py:Mine", "\x1b[2J"])
 def test_legend_shows_names_with_dollar_signs(name, tmp_path):
-    for figure in (
-        chart_plot(chart([name]), name),
-        frame_plot(name, {0: scores([0.5])}, [name], set()),
-    ):
-        assert write_figure(tmp_path / "plot.png", figure).stat().st_size
-        (label,) = legend(figure)
-        assert label.replace("\\$", "$").strip().startswith(printable(name))
-
-
-def test_frame_plot_has_medians_quartiles_and_counts_of_runs():
-    runs = {0: scores([np.nan, 0.1, 0.5], [np.nan, 0.2, 0.5], [np.nan, 0.9, 0.5])}
-    runs |= {2: scores([np.nan, 0.5, 0.5]), 3: FrameScores(*np.empty((2, 0, 3)))}
-    figure = frame_plot("s", runs, ["a", "x", "b", "c"], {"c"})
-    upper, lower = figure.axes
-    assert upper.lines[0].get_xdata().tolist() == [1, 2]  # the first frame is not judged
-    np.testing.assert_allclose(upper.lines[0].get_ydata(), [0.2, 0.5])
-    np.testing.assert_allclose(lower.lines[0].get_ydata(), [24.0, 15.0])
-    assert len(upper.collections) == 1
-    assert [line.get_color() for line in upper.lines] == [colour(0), colour(2), colour(3)]
-    assert legend(figure) == ["a (3 runs)", "b", "c (0 runs)"]
-
-
-def test_frames_of_more_than_seven_trackers_have_rows():
-    labels = [f"t{number}" for number in range(8)]
-    runs = {n: scores([n / 8, 1.0], [n / 8, 1.0]) for n in range(8)}
-    figure = frame_plot("s", runs, labels, set())
-    assert len(figure.axes) == 16
-    for number, left in enumerate(figure.axes[::2]):
-        *others, line = left.get_lines()
-        assert left.get_title(loc="left") == f"t{number} (2 runs)"
-        assert (line.get_color(), line.get_ydata()[0]) == (colour(number), number / 8)
-        assert len(others) == 8
-        assert len(left.collections) == 1  # its quartiles alone
-    del runs[7]
-    assert len(frame_plot("s", runs, labels, set()).axes) == 2
-
-
-def test_speed_plot_has_no_dot_for_disturbed_tracker():
-    times = {"a": (0.002, 0.003), "b": (np.nan, np.nan)}
-    (axes,) = speed_plot(times, "warm", "T", ["x", "a", "b"]).axes
-    assert [label.get_text() for label in axes.get_yticklabels()] == ["a", "b"]
-    np.testing.assert_allclose([line.get_xdata() for line in axes.lines[:1]], [[2.0, 3.0]])
-    assert axes.lines[0].get_color() == colour(1)
-    (word,) = [text for text in axes.texts if text.get_text() == "disturbed or failed"]
-    assert word.get_position()[1] == 1
-    assert "warm [ms]" in axes.get_xlabel()
+    figure = chart_plot(chart([name]), name)
+    assert write_figure(tmp_path / "plot.png", figure).stat().st_size
+    (label,) = legend(figure)
+    assert label.replace("\\$", "$").strip().startswith(printable(name))
 
 
 def test_series_plot_stacks_panels():
@@ -149,23 +101,18 @@ def test_maps_have_images_boxes_and_contours():
 @pytest.mark.parametrize("labels", [["a", LONG], [f"{LONG}:seed={i}" for i in range(12)]])
 def test_long_labels_lie_inside_and_leave_room(labels):
     title = "a headline of some length over a sequence: " + LONG
-    runs = {number: scores([0.2, 0.7]) for number in range(len(labels))}
-    figures = [chart_plot(chart(labels), title), frame_plot(title, runs, labels, set())]
-    times = dict.fromkeys(labels, (0.001, 0.003))
-    for figure in [*figures, speed_plot(times, "warm", title, labels)]:
-        figure.draw_without_rendering()
-        width, height = figure.bbox.size
-        for axes in figure.axes:
-            assert axes.bbox.width > (0.5 if len(figure.axes) <= 2 else 0.25) * width
-            assert axes.bbox.height > 100
-            assert not any(
-                artist.get_window_extent().overlaps(axes.bbox) for artist in figure.legends
-            )
-        for artist in (*figure.axes, *figure.legends, *figure.texts):
-            drawn = artist.get_tightbbox()
-            assert min(drawn.x0, drawn.y0) >= -1
-            assert drawn.x1 <= width + 1
-            assert drawn.y1 <= height + 1
+    figure = chart_plot(chart(labels), title)
+    figure.draw_without_rendering()
+    width, height = figure.bbox.size
+    for axes in figure.axes:
+        assert axes.bbox.width > (0.5 if len(figure.axes) <= 2 else 0.25) * width
+        assert axes.bbox.height > 100
+        assert not any(artist.get_window_extent().overlaps(axes.bbox) for artist in figure.legends)
+    for artist in (*figure.axes, *figure.legends, *figure.texts):
+        drawn = artist.get_tightbbox()
+        assert min(drawn.x0, drawn.y0) >= -1
+        assert drawn.x1 <= width + 1
+        assert drawn.y1 <= height + 1
 
 
 def test_legend_uses_columns_that_fit():

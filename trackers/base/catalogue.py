@@ -21,7 +21,12 @@ import numpy as np
 
 from trackmark.trackers.base.former_imports import allow_former_imports, warn_of_former_imports
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
-from trackmark.trackers.base.parameters import Parameters, TrackerError, unknown_name_error
+from trackmark.trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    closest_match,
+    unknown_name_error,
+)
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
@@ -265,7 +270,9 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
             f"tracker {name!r} cannot be used: Numba found no writable folder for compiled "
             "kernels. Set NUMBA_CACHE_DIR to a writable folder."
         ) from error
-    raise unknown_name_error("tracker", name, names())
+    close = closest_match(name, names())
+    hint = f"Did you mean {close!r}?" if close else "See `trackmark list trackers`."
+    raise TrackerError(f"unknown tracker {name!r}. {hint}")
 
 
 class _SourceLoader(SourceFileLoader):

@@ -1,6 +1,7 @@
-"""Readers of printed output, and figures without drawing, for the tests of commands."""
+"""Helpers for the tests of commands: parsers of printed output, and figures that stay blank."""
 
 import json
+import re
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -19,6 +20,12 @@ def json_lines(done):
         raise AssertionError(f"{constant} is not JSON")
 
     return [json.loads(line, parse_constant=refuse) for line in done.stdout.splitlines()]
+
+
+def masked(text):
+    """Return a text with single gaps, and letters in place of measured times."""
+    text = re.sub(r"[\d.]+ (ms|s)\b", r"N \1", re.sub(r"\d\d:\d\d:\d\d", "HH:MM:SS", text))
+    return re.sub(r" +$", "", re.sub("  +", "  ", text), flags=re.MULTILINE)
 
 
 def unwrapped(text):

@@ -85,7 +85,8 @@ def scores(trackmark, workspace):
 
     def run(path, metrics, preset, remove=None):
         where = ("--name", "copy", "--sequences", path, "--metrics", metrics)
-        text = trackmark("run", "--trackers", "static", *where).stdout
+        done = trackmark("run", "--trackers", "static", *where)
+        text = done.stdout + done.stderr
         if remove is not None:
             shutil.rmtree(remove)
         report = ("report", "results/copy", "--metrics", metrics, "--folder", "report")

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from tests.bench.conftest import messages
 from trackmark import bench
 
 SMALL = ("--sequences", "data/Small")
@@ -29,8 +30,8 @@ def test_closed_pipe_ends_the_output_and_not_the_work(trackmark, workspace, monk
     os.close(reader)
     with os.fdopen(writer, "w", buffering=1) as pipe:
         monkeypatch.setattr(sys, "stdout", pipe)
-        errors = trackmark(*KNOB, "--json").stderr
-    assert errors == "4 of 4 runs are in results/mine.\n"
+        errors = messages(trackmark(*KNOB, "--json"))
+    assert errors == ["4 of 4 runs are in results/mine."]
     assert len(bench.load_results(workspace / "results")) == 4
 
 
@@ -41,7 +42,7 @@ def test_full_disk_is_one_message_and_the_work_continues(
 ):
     with FULL.open("w") as full:
         monkeypatch.setattr(sys, "stdout", full)
-        lines = trackmark(*KNOB, *options, status=2).stderr.splitlines()
+        lines = messages(trackmark(*KNOB, *options, status=2))
     message = "trackmark: the output cannot be written: No space left on device."
     assert lines[0] == message
     assert len(lines) == 1 + bool(options)  # --json prints the folder on standard error

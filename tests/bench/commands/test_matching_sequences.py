@@ -57,7 +57,7 @@ def test_sequences_of_a_folder_are_run(trackmark, places):
     lines = trackmark(*run, "--json").stdout.splitlines()
     assert {json.loads(line)["sequence"] for line in lines} == {"Small", "walk2", "walk10"}
     formats = "data/Small and 2 more: read as a folder with img/ and groundtruth_rect.txt (OTB)."
-    assert formats in trackmark(*run).stdout.splitlines()
+    assert formats in trackmark(*run).stderr.splitlines()
 
 
 def test_pattern_without_match_names_the_nearest_few(trackmark, one_line, places):

@@ -108,11 +108,11 @@ def test_report_on_several_experiments_names_each(trackmark, workspace):
     )
     for name in "ab":
         trackmark("run", "trial.toml", "--name", name)
-    text = trackmark("report", "results", "--no-pictures").stdout
-    assert "a: Mine: every sequence" in text
-    assert "b: Mine: every sequence" in text
-    text = trackmark("report", "results/a", "--no-pictures").stdout
-    assert text.startswith("Mine: every sequence")
+    lines = trackmark("report", "results", "--no-pictures").stdout.splitlines()
+    assert [line for line in lines if line.endswith(":")] == ["a: Mine:", "b: Mine:"]
+    text = trackmark("report", "results/a", "--no-pictures", "--verbose").stdout
+    assert "Mine: every sequence" in text
+    assert "a: Mine" not in text
 
 
 def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, workspace):
@@ -150,7 +150,7 @@ def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, break_t
     trackmark(*knob, status=1)
     done = trackmark("report", "results/mine", "--no-pictures", status=1)
     line = "knob.py:Knob: 1 of 1 runs failed (left out): sequence Small, ValueError: no idea"
-    assert line in done.stdout
+    assert "1 of 1 runs failed (left out)" in done.stdout
     assert line in done.stderr
     trackmark(*knob, "--timing", "--name", "timed", status=1)
     report = ("report", "results/timed", "--folder", "report")
@@ -161,7 +161,7 @@ def test_report_names_trackers_that_are_not_repeatable(trackmark, break_tracker)
     break_tracker("return Estimate(self.box + __import__('os').urandom(4)[0] / 99)")
     trackmark(*KNOB)
     trackmark(*KNOB, "--timing")
-    text = " ".join(trackmark("report", "results/mine", "--no-pictures").stdout.split())
+    text = " ".join(trackmark("report", "results/mine", "--no-pictures").stderr.split())
     assert "knob.py:Knob is not repeatable: seed 0 gave other boxes on Small" in text
     assert "static is not" not in text
 

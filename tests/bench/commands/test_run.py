@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.bench.commands.conftest import SMALL, json_lines
+from tests.bench.commands.conftest import SMALL, json_lines, masked, unwrapped
+from tests.bench.conftest import messages
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
 from trackmark.bench.engine.work_unit import Limits
@@ -21,11 +22,53 @@ RUN = (*MINE, "static", "--sequences")
 KNOB = (*MINE, "static,knob.py:Knob", *SMALL)
 
 
-def test_run_prints_a_table_and_the_results_folder(trackmark, workspace):
-    text = trackmark(*MINE, "static,camshift", *SMALL).stdout
-    for part in ("camshift", "native", "2 of 2 runs are in results/mine", "µs per frame and"):
-        assert part in text
+RUN_OUTPUT = """\
+static has the highest mean overlap on this sequence: 1.00.
+camshift follows with 0.97 and is several times slower.
+One sequence is too few to generalise (6 needed).
+
+tracker  overlap  0  1  success  error  time
+static  1.00  ##########  100 %  0.0 px  N ms
+camshift  0.97  ##########  100 %  0.2 px  N ms
+
+2 of 2 runs are in results/mine.
+"""
+RUN_PROGRESS = """\
+HH:MM:SS start  mine: 2 trackers, 1 sequence, 2 runs
+HH:MM:SS done  2/2 runs, 0 failed, N s, results/mine
+data/Small: read as a folder with img/ and groundtruth_rect.txt (OTB).
+Next  trackmark report results/mine
+"""
+
+
+def test_run_prints_answer_table_and_results_folder(trackmark, workspace):
+    run = (*MINE, "static,camshift", *SMALL)
+    done = trackmark(*run)
+    speed = re.compile("is [a-z]+ (?:of )?times slower")
+    assert speed.sub("is several times slower", masked(done.stdout)) == RUN_OUTPUT
+    assert masked(done.stderr) == RUN_PROGRESS
     assert len(bench.load_results(workspace / "results")) == 2
+    quiet = trackmark(*run, "--quiet")
+    assert (quiet.stdout, quiet.stderr) == (RUN_OUTPUT.partition("\n")[0] + "\n", "")
+    verbose = unwrapped(trackmark(*run, "--verbose").stdout)
+    assert "mine: every sequence; metrics preset native." in verbose
+
+
+def test_many_trackers_need_at_most_20_lines(trackmark):
+    trackers = ",".join(f"knob.py:as=mine{number}" for number in range(12))
+    lines = trackmark(*MINE, trackers, *SMALL).stdout.splitlines()
+    assert len(lines) <= 20
+    assert "2 more trackers: --verbose" in lines
+
+
+def test_boxes_in_corner_format_are_warned_about(trackmark, workspace):
+    file = workspace / "knob.py"
+    old = "Estimate(self.box + [self.random.random(), 0, 0, 0])"
+    source = file.read_text()
+    for box, warned in (("5, 6, 15, 18", True), ("5, 6, 15, 17.5", True), ("5, 6, 10, 12", False)):
+        file.write_text(source.replace(old, f"Estimate(({box}))"))  # a tuple is a valid box
+        stderr = trackmark(*MINE, "knob.py:Knob", *SMALL).stderr
+        assert ("knob.py:Knob: the boxes look like [x1, y1, x2, y2]." in stderr) == warned
 
 
 def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspace, otb):
@@ -74,7 +117,7 @@ def test_experiment_file_sets_trackers_and_repetitions(trackmark, workspace):
         '  { name = "knob.py:Knob", repetitions = 2 }]\n',
         encoding="utf-8-sig",  # as editors on Windows write it
     )
-    assert "Mine" in trackmark("run", "trial.toml").stdout
+    assert "Mine" in trackmark("run", "trial.toml", "--verbose").stdout
     assert len(bench.load_results(workspace / "results" / "trial")) == 4
     (plan,) = json_lines(trackmark("run", "trial.toml", "--seeds", 4, "--dry-run", "--json"))
     assert (plan["runs"], plan["to_run"]) == (6, 2)
@@ -98,9 +141,16 @@ def test_failed_runs_are_listed_by_the_printed_command(
     break_tracker("print('last words'); raise ValueError('no idea')")
     name = '=evil"<b>'
     done = trackmark_process(*KNOB, "--name", name, status=1)
-    assert "1 of 1 runs failed (left out): sequence Small, ValueError: no idea" in done.stdout
+    assert done.stdout.splitlines()[:4] == [
+        "1 of 2 runs FAILED.",
+        "FAILED  knob.py:Knob on Small, 0002.png: ValueError: no idea",
+        "        knob.py, line 24, in update",
+        "        1 of 1 runs failed (left out)",
+    ]
     assert "last words" not in done.stdout + done.stderr
-    command = shlex.split(re.search("`trackmark (.*)` lists", done.stdout)[1])
+    verbose = trackmark_process(*KNOB, "--name", name, "--verbose", status=1).stdout
+    assert "Output of knob.py:Knob on Small:\n  | last words\n" in verbose
+    command = shlex.split(re.search("Log     trackmark (.*)", done.stdout)[1])
     assert command == ["results", "failures", f"results/{name}"]
     text = trackmark(*command).stdout
     assert "knob.py:Knob on Small, repetition 0: boxes of 1 of 5 frames" in text
@@ -185,6 +235,7 @@ def test_table_shows_requested_runs_and_report_all_of_them(trackmark, workspace)
     assert "static" not in text
     assert "1 of 1 runs" in text
     text = trackmark("report", "results/mine", "--no-pictures").stdout
+    assert text.startswith("There is no answer: no tracker has runs on all sequences.")
     assert "not run: static" in text
     assert "not run: camshift" in text
 
@@ -198,7 +249,7 @@ def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, workspa
     announced, _, change = done.stderr.partition("What became of the scores of 2 runs")
     assert "2 stored runs were made with another version" in announced
     (first,), (before,), (after,) = (
-        [line.partition(stage)[2] for line in text.splitlines() if f"Knob  {stage} " in line]
+        [line.partition(stage)[2] for line in text.splitlines() if re.match(f"  {stage} ", line)]
         for text, stage in ((announced, "before"), (change, "before"), (change, "after"))
     )
     assert first.split() == before.replace("*", "").split()
@@ -217,9 +268,10 @@ def test_failures_of_replaced_runs_are_printed_once_each(trackmark, break_tracke
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("no idea", "still none"))
     done = trackmark(*knob, status=1)
-    assert [text in done.stderr for text in ("no idea", "still none")] == [True, False]
-    assert done.stderr.count("runs failed (") == done.stdout.count("runs failed (") == 1
-    assert "of the scores of 1 run that was replaced" in done.stderr
+    stderr = "\n".join(messages(done))
+    assert [text in stderr for text in ("no idea", "still none")] == [True, False]
+    assert stderr.count("runs failed (") == done.stdout.count("runs failed (") == 1
+    assert "of the scores of 1 run that was replaced" in stderr
 
 
 def test_keep_stores_runs_of_each_version(trackmark, workspace):
@@ -273,7 +325,7 @@ def test_limits_apply_and_their_defaults_are_documented(trackmark, break_tracker
     break_tracker("__import__('time').sleep(0.1); return Estimate(self.box)")
     slow = ("run", "--trackers", "knob.py:Knob", *SMALL)
     done = trackmark(*slow, "--run-limit", "0.25", status=1)
-    assert "the run took longer than its limit of 0.25 s" in " ".join(done.stdout.split())
+    assert "the run took longer than its limit of 0.25 s" in done.stdout
     sizes = {"500MB": 500e6, "4GiB": 2**32, "1.5 g": 1.5e9, "1000": 1000}
     assert {text: memory_size(text) for text in sizes} == sizes
 

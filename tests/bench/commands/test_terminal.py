@@ -1,13 +1,17 @@
 """Output and progress of commands in terminals and elsewhere."""
 
 import io
+import re
 import sys
 import threading
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from tests.bench.commands.conftest import masked
 from trackmark.bench.commands import _progress
-from trackmark.bench.commands._progress import patience, progress_bar
+from trackmark.bench.commands._progress import RunProgress, patience, progress_bar
 from trackmark.bench.commands._terminal import Outlet, complain, outlets
 from trackmark.reports.printable import MAX_WIDTH, wrap
 
@@ -44,7 +48,8 @@ def test_long_message_is_wrapped_in_a_terminal_only(terminal, monkeypatch):
 
 @pytest.mark.parametrize("command", [("list",), ("describe", "camshift"), ("doctor",)])
 def test_listed_texts_fit_a_terminal(trackmark, command):
-    assert max(map(len, trackmark(*command).stdout.splitlines())) <= MAX_WIDTH
+    lines = trackmark(*command).stdout.splitlines()
+    assert max(len(line) for line in lines if "/" not in line) <= MAX_WIDTH  # apart from paths
 
 
 def test_wrapped_text_is_indented_like_its_first_line():
@@ -62,46 +67,81 @@ def test_outlet_of_a_closed_stream_closes_without_error():
     assert outlet.closed
 
 
-class Lines(list):
-    """Printed lines; `complete` is set when there are so many."""
+@pytest.fixture
+def screen(monkeypatch):
+    """Return a function that replaces standard error; progress is shown without delay."""
 
-    def __init__(self, number):
-        super().__init__()
-        self.number, self.complete = number, threading.Event()
+    def replaced(**options):
+        new = Screen(**options)
+        monkeypatch.setattr(sys, "stderr", new)
+        monkeypatch.setattr(_progress, "progress_outlet", lambda: new)
+        return new
 
-    def print(self, line):
-        self.append(line)
-        if len(self) >= self.number:
-            self.complete.set()
-
-
-def test_long_work_is_named_once_and_repeatedly_in_a_terminal(monkeypatch):
-    pipe, terminal = Lines(1), Lines(4)
     monkeypatch.setattr(_progress, "PATIENCE", 0.01)
-    with patience("Opening", pipe.print):
-        monkeypatch.setattr(sys, "stderr", Screen(terminal=True))
-        with patience("Opening", terminal.print) as count:
-            assert pipe.complete.wait(300)
-            count(1, 3)
-            assert terminal.complete.wait(300)
-    assert pipe == ["Opening …"]
-    assert terminal[-1] == "Opening: 1 of 3 …"
+    monkeypatch.setattr(_progress, "INTERVAL", 0.01)
+    monkeypatch.setattr(_progress._Screen, "announced", set())
+    return replaced
 
 
-def test_wait_for_the_first_frame_is_named(monkeypatch):
-    screen = Screen(terminal=False, text="Waiting for the first frame …")
-    monkeypatch.setattr(_progress, "PATIENCE", 0.01)
-    monkeypatch.setattr(sys, "stderr", screen)
-    with progress_bar(2, "frame") as show:
+@pytest.mark.parametrize("terminal", [True, False])
+def test_long_work_is_named_with_its_progress(screen, terminal):
+    screen = screen(terminal=terminal, text="Opening: 1 of 3 …")
+    with patience("Opening") as count:
+        count(1, 3)
         assert screen.shown.wait(300)
-        show(1)
+    start = "" if terminal else r"\d\d:\d\d:\d\d wait     "
+    assert re.match(f"{start}Opening(: 1 of 3)? …\n", screen.getvalue())
 
 
-def test_terminal_shows_the_bar_instead_and_its_line_ends(monkeypatch):
-    terminal = Screen(terminal=True, text="0/2")
-    monkeypatch.setattr(_progress, "PATIENCE", 0.01)
-    monkeypatch.setattr(_progress, "progress_outlet", lambda: terminal)
-    with progress_bar(2, "frame"):
-        assert terminal.shown.wait(300)
-    assert terminal.getvalue().endswith("\n")
-    assert "Waiting" not in terminal.getvalue()
+def test_bar_replaces_lines_in_a_terminal_and_its_line_ends(screen):
+    screen = screen(terminal=True, text="Drawing")
+    with progress_bar("Drawing", 2, "frame") as show:
+        show(2)
+    assert screen.getvalue() == "" or screen.getvalue().endswith("\n")
+
+
+ROWS = [
+    {"tracker": "a", "sequence": "cup", "status": status, "failure": failure}
+    for status, failure in (
+        ("finished", ""),
+        ("failed", "0004.png: ValueError: empty\ntraceback"),
+        ("failed", "0004.png: ValueError: empty\ntraceback"),
+    )
+]
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
+    screen = screen(terminal=terminal, text="left")
+    execution = SimpleNamespace(units=SimpleNamespace(runs=3), work=30)
+    with RunProgress("two: 1 tracker, 1 sequence, 3 runs", Path("results/two")) as progress:
+        progress.expect(execution)
+        progress.begin()
+        for row in ROWS[:2]:
+            progress.add(row)
+        progress.update(15)
+        assert screen.shown.wait(300)
+        progress.add(ROWS[2])
+        progress.update(30)
+    text = screen.getvalue()
+    assert text.count("ValueError: empty") == 1  # an equal failure is only counted
+    assert text.endswith("\n")
+    if terminal:
+        assert text.startswith("two: 1 tracker, 1 sequence, 3 runs\n")
+        assert "[##########..........] 2/3 runs, 1 failed, about " in text
+        assert "[####################] 3/3 runs, 2 failed, " in text
+        return
+    assert "\r" not in text
+    first, failed, *others, last = masked(text).splitlines()
+    assert first == "HH:MM:SS start  two: 1 tracker, 1 sequence, 3 runs"
+    assert failed == "HH:MM:SS FAILED  a on cup, 0004.png: ValueError: empty"
+    assert "HH:MM:SS run  2/3  50%  1 failed  about N s left" in others
+    assert last == "HH:MM:SS done  3/3 runs, 2 failed, N s, results/two"
+
+
+def test_command_without_missing_runs_shows_no_progress(screen):
+    screen = screen(terminal=False)
+    with RunProgress("none") as progress:
+        progress.expect(SimpleNamespace(units=SimpleNamespace(runs=0), work=0))
+        progress.begin()
+    assert screen.getvalue() == ""

@@ -5,7 +5,7 @@ import shlex
 import pytest
 
 from tests.bench.commands.conftest import TINY
-from trackmark.bench.numba_compilation import SENTENCE
+from tests.bench.conftest import messages
 
 SMALL = "--sequences data/Small"
 SCENES = f"{TINY},{TINY}:scene=1"
@@ -36,6 +36,8 @@ run --trackers static --sequences nowhere | nowhere
 {STATIC} --engine dusk | Did you mean 'dask'
 {STATIC} --address tcp://nowhere:1 | --address is only valid with
 {STATIC} --seeds 0 | x>=1
+{STATIC} --quiet --verbose | exclude each other
+rum --trackers static {SMALL} | unknown command 'rum'. Did you mean 'run'?
 {STATIC} --memory-limit much | 'much' is not a valid size
 {STATIC} --protocol supervise | Did you mean 'supervised'?
 {STATIC} --protocol tre:starts=none | parameter starts=none
@@ -125,7 +127,7 @@ FILES = {
 
 def message_of(done):
     """Return the message of a refused command, which is one line, also after a usage text."""
-    lines = [line for line in done.stderr.strip().splitlines() if line != SENTENCE]
+    lines = messages(done)
     usage = [line for line in lines if line.startswith(("Usage:", "Try ")) or not line]
     (message,) = [line for line in lines if line not in usage]
     assert message.startswith("Error: " if usage else "trackmark: ")

@@ -13,13 +13,12 @@ from trackmark.bench.comparing.comparable_runs import (
 )
 from trackmark.bench.comparing.comparison import compare, parts_of
 from trackmark.bench.comparing.figures import write_figures
-from trackmark.bench.comparing.tables import answer_of, as_data, files, paragraph, screen
+from trackmark.bench.comparing.tables import answer_of, as_data, files, paragraph, screen_lines
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
 from trackmark.reports.comparison import SurvivalCurve, breaking_plot
-from trackmark.reports.renderers import to_csv, to_text
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import to_csv
 
 OVERLAP = SUMMARY[0]
 ERROR = next(measure for measure in SUMMARY if measure.name == "centre_error")
@@ -89,17 +88,17 @@ def test_equivalent_needs_30_sequences_and_reason_is_printed(make_runs):
     assert many.pairs[0].answer.label == "equivalent"
     assert "a was equivalent to b" in paragraph(many)
     assert few.pairs[0].answer.reason == "inside ±0.01, but only 10 of 30 sequences"
-    assert "    inside ±0.01, but only 10 of 30 sequences" in to_text(screen(few)[1])
+    assert "    inside ±0.01, but only 10 of 30 sequences" in screen_lines(few)
     assert "inconclusive: inside ±0.01, but only 10 of 30 sequences" in paragraph(few)
 
 
 def test_fewer_than_6_sequences_have_differences_only(make_runs):
     comparison = compare(make_runs(ladder("ab", n=5)), OVERLAP)
-    standings, differences = screen(comparison)
-    assert standings.notes[0] == "5 sequences: too few for intervals (6 needed)"
-    assert not any(cell.best for row in standings.rows for cell in row)
-    assert [row[0].text for row in differences.rows] == ["s0", "s1", "s2", "s3", "s4", "mean"]
-    assert differences.rows[0][1].text == f"{comparison.pairs[0].differences[0]:+.3f}"
+    lines = screen_lines(comparison)
+    assert "5 sequences: too few for intervals (6 needed)" in lines
+    assert not any("*" in line for line in lines)
+    assert [line.split()[0] for line in lines[-6:]] == ["s0", "s1", "s2", "s3", "s4", "mean"]
+    assert lines[-6].endswith(f"{comparison.pairs[0].differences[0]:+.3f}")
     assert comparison.pairs[0].answer.reason == "only 5 of 6 sequences"
     assert as_data(comparison)["pairs"][0]["interval"] is None
     assert compare(make_runs(ladder("ab", n=1)), OVERLAP).pairs[0].difference < 0
@@ -112,13 +111,13 @@ def test_families_are_units_unless_scenes_are_forced(make_runs):
     differences = by_scene.pairs[0].differences
     assert by_family.pairs[0].by_unit == pytest.approx(differences.reshape(2, 5).mean(axis=1))
     remedy = "--unit scene answers for new scenes of these families"
-    assert screen(by_family)[0].notes[0].endswith(remedy)
+    assert remedy in " ".join(screen_lines(by_family))
     reason = f"only 2 of 6 families; {remedy}"
     assert as_data(by_family)["pairs"][0]["reason"] == reason
     assert files(by_family)[1].data["reason"][0] == reason
     assert files(by_family)[1].rows[0][-1].text == f"inconclusive: {reason}"
     assert by_scene.pairs[0].interval == pytest.approx(mean_interval(differences))
-    assert "for new scenes of these 2 families only" in screen(by_scene)[0].caption
+    assert "for new scenes of these 2 families only" in " ".join(screen_lines(by_scene))
     assert "for new scenes of these 2 families only" in paragraph(by_scene)
 
 
@@ -134,9 +133,11 @@ def test_paragraph_states_methods_and_answers(make_runs):
 
 def test_many_trackers_are_summarised_for_the_best_one(make_runs):
     comparison = compare(make_runs(ladder("abcdefg", step=0.03)), OVERLAP)
-    _, pairs = screen(comparison)
-    assert sum("g" in row[0].text for row in pairs.rows) == 6
-    assert pairs.notes == ["15 other pairs are in --json and --folder."]
+    lines = screen_lines(comparison)
+    assert sum(" - g " in line for line in lines) == 6
+    assert lines[-1] == "15 more pairs: --verbose"
+    assert sum(" - " in line for line in screen_lines(comparison, verbose=True)) == 21
+    assert screen_lines(comparison, quiet=True) == [answer_of(comparison).heading]
     text = paragraph(comparison)
     assert "g was better than a (+0.1" in text
     assert text.endswith("The other 15 pairs are in the table of pairs.")
@@ -149,7 +150,7 @@ def test_failed_runs_count_and_are_named(make_runs):
     comparison = compare(runs, OVERLAP)
     note = "1 of 40 runs failed (counted as 0): sequence s0, ValueError: empty box"
     assert comparison.scores["a"][0][3] == 0.0
-    assert f"a: {note}" in screen(comparison)[0].notes
+    assert screen_lines(comparison)[0] == f"a: {note}"
     assert as_data(comparison)["trackers"][0]["failures"] == note
     assert f"a: {note}." in paragraph(comparison)
 
@@ -160,13 +161,12 @@ def test_tracker_without_finished_runs_is_left_out(make_runs):
     comparison = compare(failed, OVERLAP)
     assert comparison.left_out == ["a"]
     assert [(pair.first, pair.second) for pair in comparison.pairs] == [("b", "c")]
-    assert "a: 40 of 40 runs failed (left out)" in screen(comparison)[0].notes[1]
+    assert screen_lines(comparison)[0].startswith("a: 40 of 40 runs failed (left out)")
     against = compare(failed, OVERLAP, against="a")
     assert (against.left_out, against.pairs) == (["a"], [])
-    assert "a: 40 of 40 runs failed (left out)" in screen(against)[0].notes[1]
     assert "b was" not in paragraph(against)
     alone = compare(failed, OVERLAP, ["a", "b"])
-    assert [table.name for table in screen(alone)] == ["comparison"]
+    assert not any(line.startswith("Differences") for line in screen_lines(alone))
     assert "1 tracker was compared" in paragraph(alone)
     with pytest.raises(AllFailedError, match="a: 40 of 40 runs failed"):
         compare(runs.assign(status="failed", failure="no"), OVERLAP)
@@ -175,9 +175,9 @@ def test_tracker_without_finished_runs_is_left_out(make_runs):
 def test_same_boxes_and_trackers_not_repeatable_are_named(make_runs):
     evidence = {"same_boxes": {("b", "a"): 4}, "not_repeatable": {"b", "other"}}
     comparison = compare(make_runs(ladder("ab")), OVERLAP, **evidence)
-    standings, pairs = screen(comparison)
-    assert [row[0].text for row in standings.rows] == ["a", "b (not repeatable)"]
-    assert "    same boxes on 4 of 10 sequences" in to_text(pairs)
+    lines = screen_lines(comparison)
+    assert any(line.startswith("b (not repeatable) ") for line in lines)
+    assert "same boxes on 4 of 10 sequences" in lines[-1]
     data = as_data(comparison)
     assert data["pairs"][0]["same_boxes"] == 4
     assert [tracker["repeatable"] for tracker in data["trackers"]] == [True, False]
@@ -261,17 +261,16 @@ def test_numbers_are_the_same_in_every_format(make_runs):
     assert data["answer"] == answer_of(comparison).heading
     assert data["answer"].startswith(f"{comparison.main} is better than ")
     assert f"{max(row['mean'] for row in data['trackers']):.2f} [" in data["answer"]
-    for table in screen(comparison):
-        assert max(map(len, to_text(table).splitlines()[1:])) <= 100
+    assert max(map(len, screen_lines(comparison))) <= 80
+    assert len(screen_lines(comparison)) <= 20
 
 
 @pytest.mark.parametrize("n", [5, 10])
 def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
     names = [f"multipart:particles={k}:features=colour,edges:model=adaptive" for k in (25, 200)]
-    tables = screen(compare(make_runs(ladder(names, n=n)), OVERLAP))
-    text = "".join(on_terminal(table, to_text) for table in tables)
-    assert max(map(len, text.splitlines())) <= 100
-    assert f"{names[0]} -\n{names[1]}\n" in text
+    lines = screen_lines(compare(make_runs(ladder(names, n=n)), OVERLAP))
+    assert max(map(len, lines)) <= 100
+    assert names[1] in " ".join(lines)
 
 
 def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):

@@ -116,7 +116,7 @@ def test_hostile_trackers_of_one_unit_cost_their_own_runs(
     (runs,) = run_units([lock_step(*hostile.EVERYDAY)])
     assert runs["PrintsAndRaises"].output.endswith("word 19999\n")
     assert runs["PrintsAndEnds"].output == "famous last \\udcff words\n"
-    assert runs["Prints"].output == ""
+    assert set(runs["Prints"].output.split()[1:]) == {"loud"}  # the first word may be cut
     assert np.isfinite(runs["Segfaults"].boxes[:, 0]).tolist() == [True] * 3 + [False] * 9
     assert wrong(runs, hostile.EVERYDAY, undisturbed) == []
     assert "loud" not in "".join(capfd.readouterr())

@@ -131,7 +131,7 @@ def test_player_shows_layers_maps_and_numbers(player):
     player.wait("!state.has('map') && paintedMap === null")
     assert player.run("byId('whose').textContent") == ""
     player.key("o")
-    assert "No run here was revised" in player.run("byId('said').textContent")
+    assert "No run on this sequence has revised boxes" in player.run("byId('said').textContent")
     player.run("choose({show: 'none', hide: 'boxes'}); 0")
     drawn = player.run(pixels)
     player.key("k")  # the mask of the ground truth
@@ -176,13 +176,13 @@ def test_show_live_runs_the_requested_repetition(trackmark, workspace):
         takes = data_of(text)["scenes"][0]["takes"]
         assert [take[1] for take in takes] == [repetition, 0]  # a deterministic tracker has one
         assert first_box(text) == pytest.approx(stored[repetition], abs=0.051)
-        assert f"repetition {repetition} of trackers that draw random numbers" in text
+        assert f"repetition {repetition} of the stochastic trackers" in text
         ending = ", repetition 2" if repetition else ""
         assert f"on Small{ending}</title>" in text
         assert ("repetition=2" in data_of(text)["start"]) == bool(repetition)
     trackmark("show", "--live", "static", "data/Small", "--repetition", 2)
     text = (workspace / "live.html").read_text()
-    assert "No tracker here draws random numbers: every repetition is the same." in text
+    assert "All trackers are deterministic: every repetition gives the same estimates." in text
 
 
 def test_show_live_writes_a_page_of_a_failed_run(trackmark, break_tracker, workspace):

@@ -1,8 +1,12 @@
 """Rules of report pages: accessible, complete without scripts, offline, small, and quiet."""
 
+import os
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from tests import browser
@@ -256,3 +260,31 @@ def test_page_without_frames_is_small(page):
     without = re.sub(r'<script type="text/plain".*?</script>', "", text, flags=re.S)
     without = re.sub(r"data:image/webp;base64,[^\"]*", "", without)
     assert len(without) < 250_000
+
+
+SCREENSHOTS = Path(__file__).parent / "screenshots"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("view", ["page", "player"])
+def test_page_looks_as_before(chromium, page, tmp_path, width, dark, view):
+    """Compare small screenshots; `UPDATE_SCREENSHOTS=1` writes new ones, which a person checks."""
+    chromium.size(width, 900 if width > 400 else 844, dark=dark, mobile=width < 400, still=True)
+    chromium.open(page.as_uri())
+    if view == "player":
+        name = canonical_name("plain/target:length=60")
+        chromium.run(f"choose({{sequence: {name!r}, frame: 30}})")
+        chromium.wait("dialog.open && paintedFrame === 30")
+        chromium.wait("[...byId('strip').children].some((one) => one.className === 'on')")
+    chromium.shoot(tmp_path / "now.png")
+    image = cv2.imread(str(tmp_path / "now.png"))
+    small = cv2.resize(image, None, fx=0.125, fy=0.125, interpolation=cv2.INTER_AREA)
+    stored = SCREENSHOTS / f"{view}-{width}-{'dark' if dark else 'light'}.png"
+    if os.environ.get("UPDATE_SCREENSHOTS"):
+        stored.parent.mkdir(exist_ok=True)
+        cv2.imwrite(str(stored), small)
+    before = cv2.imread(str(stored))
+    assert before.shape == small.shape
+    assert np.abs(before.astype(int) - small).mean() < 6  # fonts differ between machines

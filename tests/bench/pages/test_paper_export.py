@@ -38,7 +38,8 @@ def page():
         PageSection("heat", "Map", ["Words & 50 %"], [PageTable(heat, [[0.5] * 3] * 3, heat=True)]),
         *(PageSection(key, "S", charts=[chart], command="a b") for key, chart in charts.items()),
     ]
-    return Page("T <script>", sections, NAMES)
+    texts = {"answer": "a_b has <i> & 50 %", "details": ("$x$ follows.",)}
+    return Page("T <script>", sections, NAMES, **texts)
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])
@@ -53,7 +54,9 @@ def test_page_is_written_in_markdown_and_latex(page, tmp_path, suffix):
     assert figures_in_text == [quote(f"{name}{suffix}") for name in FIGURES]
     assert text.count("\n    a b\n") == 1
     assert not re.search(r"(?<!\\)<", text)
+    assert text.index("50 %") < text.index("follows") < text.index("## Map")
     latex = (tmp_path / "report.tex").read_text()
+    assert r"\& 50 \%" in latex
     included = re.findall(r"\\includegraphics\[.*\]\{(.*)\}", latex)
     assert included[:2] == ["heat.pdf", "survival.pdf"]
     assert included[2].isascii()

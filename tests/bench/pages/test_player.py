@@ -396,7 +396,7 @@ def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_pa
     assert chromium.console == []
     shutil.rmtree(tmp_path / "report-frames")
     chromium.open(beside.as_uri() + "#" + urlencode({"sequence": name, "frame": 7}))
-    assert "not beside this page" in chromium.wait(MESSAGE)
+    assert "is not next to this page" in chromium.wait(MESSAGE)
 
 
 def test_frames_are_kept_in_order_and_small(page):
@@ -418,7 +418,7 @@ def test_frames_are_kept_in_order_and_small(page):
 def test_absent_failures_and_disagreements_are_stated(opened_page):
     trackers = opened_page.run("data.labels")
     open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
-    alone = f"{trackers[0]} alone is shown: a disagreement needs two."
+    alone = f"{trackers[0]} is the only visible tracker. A disagreement needs two."
     none = "No tracker is shown."
     for show, key, message in (("none", "f", none), ("none", "d", none), ("0", "d", alone)):
         opened_page.run(f"choose({{show: '{show}', frame: 3}})")

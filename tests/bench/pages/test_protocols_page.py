@@ -133,7 +133,7 @@ def test_player_shows_segments_and_restarts(chromium, by_protocols):
     chromium.wait("scene && paintedFrame === 1")
     mark = chromium.run(f"scene.take({number}, 0, 0).marks[0]")
     heights = []
-    for frame, words in ((mark, "begun with the truth"), (mark - 1, "not asked"), (1, "")):
+    for frame, words in ((mark, "initialised with the true box"), (mark - 1, "skipped"), (1, "")):
         open_frame(chromium, **address, frame=frame)
         visible_text = chromium.run(text)
         assert words in visible_text if words else visible_text == ""

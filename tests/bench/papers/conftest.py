@@ -27,6 +27,7 @@ version = 1
 title = "A tiny paper"
 citation = "A. Author. *A tiny paper.* 2001."
 method = "CamShift on short sequences."
+finding = "CamShift keeps the target."
 quick_scenes = 2
 frames_from = 1
 setting_table = [["window", "fixed", "adaptive", "the paper's reference [1]"]]
@@ -45,18 +46,19 @@ camshift = "window=adaptive"
 target = "plain/target:length=20"
 twice = ["plain/target:length=20", "plain/target:length=20"]
 
-[main]
+[main_table]
 caption = "Table 1 of the paper."
 heads = ["sequence", "tracker"]
 
-[[main.rows]]
+[[main_table.rows]]
 labels = ["target", "camshift"]
 paper = "20 of 20"
 sequences = "target"
 trackers = "camshift"
+claims = ["TI-2", "TI-1"]
 measures = ["kept", "mean_error"]
 
-[[main.rows]]
+[[main_table.rows]]
 labels = ["target", "both"]
 paper = "-"
 sequences = "target"

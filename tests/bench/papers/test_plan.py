@@ -22,6 +22,7 @@ version = 1
 title = "A paper"
 citation = "A. Author. A paper. 2000."
 method = "It tracks."
+finding = "It tracks here, too."
 setting_table = [["N", "15", "100", "printed"]]
 {repetitions}
 [trackers]
@@ -36,10 +37,10 @@ camshift = "window=adaptive"
 cup = "wang2010/cup"
 hand = "wang2010/hand"
 both = ["wang2010/cup", "wang2010/hand"]
-[main]
+[main_table]
 caption = "Kept."
 heads = ["sequence"]
-[[main.rows]]
+[[main_table.rows]]
 labels = "cup"
 paper = "1"
 sequences = "cup"
@@ -138,8 +139,8 @@ def claims(tmp_path):
 def plain_description():
     """Return the description of wang2010 without main table and figures."""
     whole = read_description("wang2010")
-    main = whole.main.model_copy(update={"rows": ()})
-    return whole.model_copy(update={"figure": {}, "main": main})
+    main = whole.main_table.model_copy(update={"rows": ()})
+    return whole.model_copy(update={"figure": {}, "main_table": main})
 
 
 def test_claim_of_contributing_is_planned(claims, plain_description):

@@ -22,7 +22,7 @@ from trackmark.bench.papers.html_page import write_html_page
 from trackmark.bench.papers.index_page import write_front_page
 from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.terminal_report import screen
+from trackmark.bench.papers.terminal_report import screen_lines
 from trackmark.bench.store.files import ResultsError
 
 
@@ -65,7 +65,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
     assert f"`{file.name}`: " in text  # the figures lie in another folder
     places = [
         "# A tiny paper",
-        "**Result.** CamShift follows the target.",
+        "**Result.** CamShift keeps the target. CamShift follows the target.",
         "## 1 The paper's numbers and ours",
         "20 of 20",
         "## 2 Figures",
@@ -89,7 +89,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
 
 
 def test_terminal_shows_the_main_table_before_the_verdicts(report, tmp_path):
-    text = screen(report, tmp_path)
+    text = "\n".join(screen_lines(report, tmp_path, verbose=True))
     assert text.index("20 of 20") < text.index("TI-1")
     assert "as-written: " in text
     assert f"{tmp_path / 'report.html'}" in text
@@ -97,7 +97,7 @@ def test_terminal_shows_the_main_table_before_the_verdicts(report, tmp_path):
 
 def test_quick_report_has_no_verdicts(tiny, tmp_path):
     quick = tiny.report(quick=True)
-    text = screen(quick, tmp_path)
+    text = "\n".join(screen_lines(quick, tmp_path))
     assert quick.verdicts == []
     names = [drawing.name for drawing in quick.figures]
     assert names == ["figure-1", "figure-10", "figure-10-later"]
@@ -229,24 +229,48 @@ def opened(text):
     return [dict(parse_qsl(unescape(link))) for link in links]
 
 
-def test_page_shows_citation_result_figures_and_folded_history(page):
-    parts = sections(page)
-    assert "<p>A. Author. A tiny paper. 2001.</p>" in parts["The paper"]
-    assert "CamShift follows the target." in parts["The paper"]
-    assert parts["Figures"].count("<figure") == 4
-    assert "Fig. 1. Paper: Frames 1, 10 and 20 with both trackers. Ours:" in parts["Figures"]
-    assert "<p>The window.</p>" in parts["What differs and why"]
-    unused = "Scenes of sequence target that miss a criterion and are not used: 201."
-    assert unused in parts["The scenes"]
-    assert "trackmark reproduce tiny --all" in parts["How to run it"]
-    assert re.search(r"<details.*One scene was replaced.*</details>", parts["History"], re.S)
+def test_page_starts_with_finding_table_and_figures(page):
+    text, parts = page.read_text(), sections(page)
+    assert "<h1>CamShift keeps the target.</h1>" in text
+    assert "A. Author. A tiny paper. 2001. · 12 scenes per sequence" in text
+    assert list(parts) == [
+        "3 claims", "The paper&#39;s numbers and ours", "Figures", "Times", "Verdicts", "Details",
+    ]  # fmt: skip
+    assert re.findall(r'data-plot="panel-\d+">(.*?)<', parts["Figures"]) == [
+        "Fig. 1", "Fig. 2", "Fig. 10",
+    ]  # fmt: skip
+    assert parts["Figures"].count('<th scope="col">frame ') == 3
+    assert parts["Figures"].count("<image ") == 6  # two trackers, three frames
 
 
-def test_page_counts_verdicts_in_both_settings(page, report):
+def test_details_are_folded(page):
+    text = sections(page)["Details"]
+    assert re.findall(r"<summary>.*?<b>(.*?)</b>", text) == [
+        "What differs and why", "The scenes", "Settings", "Sensitivity", "How to run it", "History",
+    ]  # fmt: skip
+    for words in ("CamShift follows the target.", "The window.", "target", "201"):
+        assert words in text
+    assert "<details open" not in text
+
+
+def test_values_of_the_main_table_have_the_paper_next_to_them(page, report):
+    text = sections(page)["The paper&#39;s numbers and ours"]
+    rows = re.findall(r"<tr class=\"first\">(.*?)</tr>", text, re.S)
+    assert '<td class="theirs">20 of 20</td>' in rows[0]
+    verdict = report.verdicts[1].verdicts["as-written"].verdict
+    assert f"TI-2, {report.verdicts[1].claim.short}: {verdict}" in rows[0]
+
+
+def test_verdicts_are_grouped_by_both_settings(page, report):
     text = sections(page)["Verdicts"]
-    assert "as-written: 2 hold, 1 does not hold." in text
-    assert re.search(r"recommended: 1 holds, 1 does not hold, 1 inconclusive.", text)
-    assert text.count('href="#claim-') == len(report.verdicts)
+    by_setting = [
+        {row.verdicts[setting].verdict for setting in ("as-written", "recommended")}
+        for row in report.verdicts
+    ]
+    both = sum(verdicts == {"holds"} for verdicts in by_setting)
+    assert f"Holds in both settings <small>{both}</small>" in text
+    assert text.count('<details class="claim"') == len(report.verdicts) == 3
+    assert f"Holds in both settings: {both}" in sections(page)["3 claims"]
 
 
 def test_scenes_of_a_claim_are_sorted_worst_first(report):
@@ -307,19 +331,21 @@ def test_numbers_open_frames_that_are_in_the_page(tiny, report, monkeypatch, mos
 def test_quick_page_has_numbers_and_strips_without_verdicts(tiny):
     quick = tiny.report(quick=True)
     text = write_html_page(tiny.results / "tiny" / "quick.html", quick)[0]
-    parts = sections(text)
-    assert "Quick report" in parts["The paper"]
-    assert not {"Verdicts", "Scenes behind the verdicts", "Sensitivity (no verdicts)"} & {*parts}
-    assert opened(parts["The paper&#39;s numbers and ours"])
+    assert [*sections(text)] == ["The paper&#39;s numbers and ours", "Figures", "Details"]
+    assert "<h1>A tiny paper</h1>" in text.read_text()
+    assert "without verdicts. For verdicts run: trackmark reproduce tiny" in text.read_text()
+    assert opened(sections(text)["The paper&#39;s numbers and ours"])
 
 
 def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
     text = json.dumps(report_data(report, 75.0))
     (tiny.results / "tiny" / "report.json").write_text(text)
     front = write_front_page(tiny.results).read_text()
-    assert '<a href="tiny/report.html">tiny</a>' in front
-    assert "2 hold, 1 does not hold" in front
-    assert "trackmark reproduce tiny --all (1 min)" in front
+    assert '<a href="tiny/report.html">A tiny paper</a>' in front
+    assert "CamShift keeps the target." in front
+    assert "1 of 1 papers reproduced" in front
+    assert re.findall(r"[✓✕?] (\w[^<]*: \d)<", front)[:2] == ["holds: 2", "does not hold: 1"]
+    assert "Made by <code>trackmark reproduce tiny --all</code> (1 min)" in front
     (tiny.results / "tiny" / "report.json").write_text('{"claims": [{}]}')
     with pytest.raises(ResultsError, match=r"report.json: the report cannot be read"):
         write_front_page(tiny.results)
@@ -332,7 +358,7 @@ def test_click_on_verdict_opens_scenes_and_player(page, tmp_path):
         player.size(400, 800, mobile=True)
         player.open(page.as_uri())
         player.run("document.documentElement.style.scrollBehavior = 'auto'")  # a click hits
-        player.click("#verdicts tbody tr:nth-child(1) td:nth-child(3)")
+        player.click("#claim-TI-1 > summary > b")
         player.wait("byId('claim-TI-1').open")
         assert not player.run("byId('claim-TI-2').open")
         assert player.run("document.documentElement.scrollWidth") <= 400

@@ -1,0 +1,246 @@
+"""Short summary of stored one-pass runs for a terminal: answer, failed runs and one table."""
+
+import re
+import shlex
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from trackmark.bench.comparing.comparison import compare
+from trackmark.bench.comparing.tables import answer_of, milliseconds_text
+from trackmark.bench.metrics.overlap import overlap as overlap_of
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.reporting.answer import Answer, Measured, RankedTracker, answer
+from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
+from trackmark.bench.reporting.tables import (
+    PRESET,
+    SUMMARY,
+    TIMES,
+    mean_table,
+    not_repeatable,
+    summary_of,
+)
+from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.layout import RunKey, run_key
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
+from trackmark.reports.printable import one_line, wrap
+from trackmark.reports.renderers import to_text
+from trackmark.reports.table_width import terminal_lines
+from trackmark.reports.tables import MISSING, Cell, Table
+
+MAX_ROWS = 10
+"""Maximum number of trackers in a short table."""
+
+_MAX_FAILURES = 3
+"""Maximum number of trackers whose first failure is printed."""
+
+_MAX_COMPARED = 30
+"""Maximum number of trackers that are compared pairwise for the answer."""
+
+_BAR = 10
+"""Length of a bar for a mean overlap of 1 [characters]."""
+
+_CORNER_GAIN = 0.3
+"""Gain of mean overlap from which boxes look like corners."""
+
+_CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
+
+
+MeansByTracker: TypeAlias = dict[str, dict[str, Mapping[Any, Any]]]
+"""Rows of a table's data by tracker and measure."""
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """Answer and table on the one-pass runs of an experiment."""
+
+    answer: Answer
+    failures: list[str]  # lines on failed runs
+    table: Table  # a row per tracker, the best mean overlap first
+    warnings: list[str]
+
+    def lines(self, *, quiet: bool = False) -> list[str]:
+        """Return the lines for a terminal; if `quiet`, without the table."""
+        sentences = [self.answer.heading, *([] if quiet else self.answer.details)]
+        head = [*self.failures, *([""] if self.failures else [])]
+        head += [line for sentence in sentences for line in wrap(sentence).splitlines()]
+        return head if quiet else [*head, "", *terminal_lines(self.table, to_text)]
+
+
+def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSummary | None:
+    """Return the summary of the one-pass runs of an experiment; None without such runs.
+
+    `folder`: folder of the results. `cells`: selected runs, all by default. Times come from timing
+    runs if these exist. Raises `ResultsError` if a file cannot be read.
+    """
+    selected = load_results(folder, cells)
+    runs = selected[selected["protocol"] == STORED_ONE_PASS]
+    if runs.empty:
+        return None
+    every = selected if cells is None else load_results(folder)
+    timed = every[every["protocol"] == TIMING]
+    scored = with_worst_scores(folder, runs)
+    means = summary_of(scored, timed, "")
+    by_tracker: MeansByTracker = {}
+    for entry in means.data.to_dict("records"):
+        by_tracker.setdefault(entry["tracker"], {})[entry["measure"]] = entry
+    comparable = pd.concat([scored, timed[timed["tracker"].isin(list(by_tracker))]])
+    warnings = [*not_repeatable(selected).values(), *corner_boxes(folder, scored)]
+    return RunSummary(
+        _answer(comparable, by_tracker),
+        failure_lines(runs, folder),
+        _table(by_tracker, [note for note in means.notes if " runs failed (" not in note]),
+        warnings,
+    )
+
+
+def _answer(runs: pd.DataFrame, means: MeansByTracker) -> Answer:
+    """Return the answer by mean overlap on the trackers that have all runs."""
+    measured = Measured(runs["sequence"].nunique())
+    overlaps = {name: entries["mean_overlap"] for name, entries in means.items()}
+    ranked = [name for name, entry in overlaps.items() if isfinite(entry["mean"])]
+    failed = runs[runs["protocol"] == STORED_ONE_PASS].groupby("tracker", observed=True)["status"]
+    left_out = [str(name) for name, states in failed if (states == "failed").all()]
+    if 2 <= len(ranked) <= _MAX_COMPARED:
+        return answer_of(compare(runs, SUMMARY[0], [*ranked, *left_out]))
+    if not ranked and len(left_out) < len(means):
+        return Answer("There is no answer: no tracker has runs on all sequences.")
+    entries = [
+        RankedTracker(
+            name,
+            overlaps[name]["mean"],
+            _interval(overlaps[name]),
+            milliseconds=means[name]["milliseconds"]["mean"],
+        )
+        for name in ranked
+    ]
+    return answer(entries, measured, left_out=left_out)
+
+
+def _interval(entry: Mapping[Any, Any]) -> tuple[float, float] | None:
+    return (entry["low"], entry["high"]) if isfinite(entry["low"]) else None
+
+
+def _table(means: MeansByTracker, notes: Sequence[str]) -> Table:
+    """Return the short table; narrow terminals omit the bar first, then the centre error."""
+    rows = []
+
+    def order(name: str) -> float:
+        mean = means[name]["mean_overlap"]["mean"]
+        return -mean if isfinite(mean) else inf
+
+    for name in sorted(means, key=order)[:MAX_ROWS]:
+        entry = means[name]["mean_overlap"]
+        values = {measure: value["mean"] for measure, value in means[name].items()}
+        mean, interval = entry["mean"], _interval(entry)
+        missing = f" ({entry['lacking']})" if entry["lacking"] else ""
+        texts = [
+            name,
+            f"{_number(mean, '.2f')}{missing}",
+            f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
+            "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
+            _number(100 * values["success_share"], ".0f", " %"),
+            _number(values["centre_error"], ".1f", " px"),
+            milliseconds_text(values["milliseconds"]),
+        ]
+        rows.append([Cell(text) for text in texts])
+    has_intervals = any(_interval(entries["mean_overlap"]) for entries in means.values())
+    columns = [0, 1, 2, *([3] if has_intervals else []), 4, 5, 6]
+    heads = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error", "time"]
+    ranks = [0, 9, 3, 1, 4, 2]
+    others = len(means) - len(rows)
+    return Table(
+        name="short",
+        caption="",
+        heads=[heads[column] for column in columns],
+        n_labels=1,
+        rows=[[row[column] for column in columns] for row in rows],
+        notes=[*([f"{others} more trackers: --verbose"] if others else []), *notes],
+        ranks=[ranks[column - 1] for column in columns[1:]],
+    )
+
+
+def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
+    """Return lines on timing runs: the fastest tracker, and a table of the times."""
+    runs = load_results(folder, cells)
+    lines = failure_lines(runs, folder)
+    table = replace(mean_table(runs, TIMES, "", PRESET), caption="")
+    warm = table.data[table.data["measure"] == TIMES[0].name].set_index("tracker")["mean"].dropna()
+    if warm.empty:
+        head = "There is no answer: load disturbed the timing runs, or they failed. Run them again."
+    else:
+        fastest = str(warm.idxmin())
+        verb = "is the fastest" if len(warm) > 1 else "was timed"
+        head = f"{fastest} {verb}: {milliseconds_text(1e3 * warm.min())} per frame."
+    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table, to_text)]
+
+
+def _number(value: float, form: str, unit: str = "") -> str:
+    return f"{value:{form}}{unit}" if isfinite(value) else MISSING
+
+
+def failure_lines(runs: pd.DataFrame, folder: Path) -> list[str]:
+    """Return lines on failed runs: their number, and frame, reason and code line of the first ones.
+
+    `runs`: as `load_results` returns them.
+    """
+    failed = runs[runs["status"] == "failed"]
+    if failed.empty:
+        return []
+    notes = failed_runs(runs, "0").notes
+    lines = [f"{len(failed)} of {len(runs)} runs FAILED."]
+    first = failed.drop_duplicates("tracker")
+    for row in first.head(_MAX_FAILURES).to_dict("records"):
+        reason = str(row["failure"]).partition("\n")[0]
+        lines.append(one_line(f"FAILED  {row['tracker']} on {row['sequence']}, {reason}"))
+        if place := tracker_line(str(row["failure"])):
+            lines.append(one_line(f"        {place}"))
+        lines.append(f"        {notes[row['tracker']].partition(':')[0]}")
+    others = len(first) - _MAX_FAILURES
+    lines += [f"        and runs of {others} more trackers"] if others > 0 else []
+    return [*lines, f"Log     {shlex.join(['trackmark', 'results', 'failures', str(folder)])}"]
+
+
+def tracker_line(failure: str) -> str:
+    """Return file, line and function of the tracker's own code in a failure; empty if unknown.
+
+    This is the innermost line outside of the harness and of installed packages.
+    """
+    harness, library = Path(__file__).resolve().parents[1], Path(re.__file__).parents[1]
+    for file, line, function in reversed(_CODE_LINE.findall(failure)):
+        path = Path(file)
+        outside = "site-packages" in path.parts or file.startswith("<")
+        if not outside and not {harness, library} & set(path.resolve().parents):
+            folder = Path.cwd()
+            path = path.relative_to(folder) if path.is_relative_to(folder) else path
+            return f"{path}, line {line}, in {function}"
+    return ""
+
+
+def corner_boxes(folder: Path, runs: pd.DataFrame) -> list[str]:
+    """Return warnings on trackers whose boxes match the targets only as `[x1, y1, x2, y2]`.
+
+    One finished run with a low overlap is read per tracker.
+    """
+    if "mean_overlap" not in runs:
+        return []
+    warnings, results = [], Results(folder)
+    low = runs[(runs["status"] == "finished") & (runs["mean_overlap"] < 1 - _CORNER_GAIN)]
+    for row in low.drop_duplicates("tracker").to_dict("records"):
+        boxes = results.read(run_key(row)).boxes[1:]
+        truth = read_truth(folder, row["sequence"], row["fingerprint"]).boxes[1:]
+        with np.errstate(over="ignore"):  # boxes of 1e308
+            corners = np.column_stack([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]])
+        gain = np.nanmean(overlap_of(truth, corners)) - np.nanmean(overlap_of(truth, boxes))
+        if gain > _CORNER_GAIN:
+            warnings.append(
+                f"{row['tracker']}: the boxes look like [x1, y1, x2, y2]. Expected: [x, y, width, "
+                f"height]. Read as corners, they overlap the target by {gain:.2f} more."
+            )
+    return warnings
