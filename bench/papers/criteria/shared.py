@@ -79,7 +79,7 @@ def colour_histogram(colours: NDArray[np.uint8], bins: int = 8) -> NDArray[np.fl
 
 
 def bhattacharyya(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the Bhattacharyya distance of two normalised histograms, in [0, 1]."""
+    """Return the Bhattacharyya distance between two normalised histograms, in [0, 1]."""
     return float(np.sqrt(max(0.0, 1.0 - np.sqrt(first * second).sum())))
 
 
