@@ -99,7 +99,7 @@ def test_parameters_are_parsed_and_checked():
         "supervised:threshold=0.1",
     )
     for text, words in {
-        "supervise": r"Did you mean 'supervised'\? Known: anchors, ",
+        "supervise": r"Did you mean 'supervised'\?$",
         "tre:start=3": "Did you mean 'starts'",
         "tre:starts=0": "parameter starts=0",
         "tre:starts": "not key=value",
