@@ -316,7 +316,7 @@ class _PresetTable:
         data.append(means.data.assign(sequence=label))
         columns = [measure.name for measure in self.measures if measure.name not in whole]
         scores = runs.loc[counted(runs, self.measures[0].name), columns]
-        undefined = f"{MISSING}: undefined in a run, which the mean over all sequences leaves out"
+        undefined = f"{MISSING}: undefined in a run; the mean over all sequences omits this run"
         meaning = meaning_of_intervals(units)
         return replace(
             table,

@@ -35,7 +35,7 @@ def iou(a, b):
 
 
 def apart(a, b, sized=False):
-    """Return the distance of two box centres, in sizes of the first box if `sized`."""
+    """Return the distance between two box centres, relative to the first box's size if `sized`."""
     units = a[2:] if sized else (1, 1)
     if 0 in units:
         return nan
