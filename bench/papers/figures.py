@@ -142,9 +142,9 @@ def _draw_strip(strip: Strip, entry: FigureEntry, context: Context) -> tuple[str
     ]
     frame_numbers = ", ".join(map(str, entry.frames))
     words = (
-        f"Frames {frame_numbers} of {strip.sequence.name}, with the centre error in brackets. In "
-        f"this scene the recommended {entry.trackers[0]} has its median error. Each row states in "
-        "how many scenes the target is tracked in the same frames and lost in the same frames."
+        f"Frames {frame_numbers} of {strip.sequence.name}, with the centre error in brackets. This "
+        f"scene has the median error of {entry.trackers[0]} as recommended. Each row states in how "
+        "many scenes the target is tracked and lost in the same frames as here."
     )
     return words, np.vstack(rows)
 
@@ -192,7 +192,7 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     trackers = list(entry.trackers)
     title = f"{entry.sequence}: {quantity}"
     plot = series_plot(panels, title, quantity, trackers, "scenes", start, ROW_HEIGHT)
-    words = f"Curves of {'; '.join(trackers)}; {quantity}: median and quartiles over "
+    words = f"Curves of the {quantity} of {'; '.join(trackers)}: median and quartiles over "
     return f"{words}{len(scenes)} scenes of {entry.sequence}, one panel per setting.", plot
 
 

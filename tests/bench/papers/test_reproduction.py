@@ -186,7 +186,7 @@ def test_series_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
     panels, draw = [], figures.series_plot
     monkeypatch.setattr(figures, "series_plot", lambda *a: panels.append(a[0]) or draw(*a))
     (drawing,) = redraw("figure-2", of="overlap", quantity="overlap [share]")
-    assert "overlap [share]: median and quartiles over 12 scenes of target" in drawing.words
+    assert "overlap [share] of camshift; static: median and quartiles over 12" in drawing.words
     (panel,) = panels
     assert list(panel) == ["as written", "recommended"]
     expected = [report.context.runs.judged_runs(ADAPTIVE, scene)[0].overlap for scene in SCENES]
