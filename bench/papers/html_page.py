@@ -146,10 +146,11 @@ def _main_table(report: Report, runs: MainRuns, footage: Footage) -> cards.SideT
             for i in range(len(texts[0]))
         ]
         rows.append(cards.SideRow(row.labels, row.paper, ours))
-    notes = [
-        "Green: a claim on this value holds on our scenes; red: it does not hold; yellow: "
-        "inconclusive. Our videos are not those of the paper: compare orders, not numbers."
-    ]
+    notes = ["Our videos are not those of the paper: compare orders, not numbers."]
+    if verdicts:
+        notes.insert(
+            0, "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
+        )
     return cards.SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
 
 
