@@ -72,7 +72,7 @@ def _register_callback(on_compile: Callable[[], None]) -> None:
 
 
 def _lock_cache() -> None:
-    """Lock the cache of a function, so that one process at a time reads or writes it.
+    """Make Numba lock a function's cache, so that one process at a time reads or writes it.
 
     Numba writes the index of compiled kernels before their files. Without the lock, another process
     could read an older kernel, or one for other types, in between.

@@ -50,9 +50,9 @@ class ProcessTree:
 
 
 def _started_by(parent: int, mark: str) -> list[int]:
-    """Return the ids of a process's descendants, and of processes that inherited its mark.
+    """Return the ids of a process's descendants; `mark` is in the environment they inherit.
 
-    A process without the mark in its environment, whose ancestors have ended, is not found.
+    A descendant is missed if its environment lacks the mark and its ancestors have ended.
     """
     parents: dict[int, int] = {}
     numbers: set[int] = set()

@@ -28,10 +28,10 @@ class MeanShift(SharingTracker):
     after a step below a pixel. `recommended` stops after a step below 0.1 pixels, because steps
     become short well before convergence.
 
-    Kernel weights are multiples of 1/65536. Of equal coefficients, the current size wins, so that a
-    target of one colour keeps its size. Pixels outside the image do not count. Sides are between 3
-    pixels and the image's size. If no pixel of the ellipse has a colour of the model, the ellipse
-    is not moved and the target is not visible.
+    Kernel weights are multiples of 1/65536. If coefficients are equal, the current size is kept, so
+    that a target of one colour keeps its size. Pixels outside the image do not count. Sides are
+    between 3 pixels and the image's size. If no pixel of the ellipse has a colour of the model, the
+    ellipse is not moved and the target is not visible.
 
     Details: `coefficient` (ρ in [0, 1], also the confidence), `iterations` (of the best size),
     `half_width` and `half_height` (of the box [pixels]).

@@ -34,17 +34,17 @@ class MeanShiftKalman(SharingTracker):
     Mean shift and its parameters are those of `mean-shift`. It starts at the position that a Kalman
     filter per axis (position and velocity, white acceleration) predicts. Its result is the
     measurement of the filters. For the measurement's standard deviation, a scaled Gaussian is
-    fitted to three Bhattacharyya coefficients: at the result, and half a target to both sides
-    (Comaniciu, Ramesh & Meer 2003, section on Kalman prediction). A similar object near the target,
-    or an occlusion, flattens this surface, so that the prediction prevails. The box is centred at
-    the filtered position.
+    fitted to three Bhattacharyya coefficients: at the result, and half the target's size to both
+    sides (Comaniciu, Ramesh & Meer 2003, section on Kalman prediction). A similar object near the
+    target, or an occlusion, flattens this surface, so that the prediction prevails. The box is
+    centred at the filtered position.
 
     Decisions that the papers leave open: the initial velocity is 0 with a standard deviation of
-    half a target per frame. A surface without a peak is a measurement of infinite variance. The
-    start of mean shift is clipped to the image. `recommended` ignores results with a coefficient
-    below `least_coefficient`: position and size do not follow, and the target is not visible.
-    `as-written` uses every result. The default acceleration is the value for the hand sequence of
-    the 2003 paper.
+    half the target's size per frame. A surface without a peak counts as a measurement of infinite
+    variance. The start of mean shift is clipped to the image. `recommended` ignores results with a
+    coefficient below `least_coefficient`: they correct neither position nor size, and the target is
+    not visible. `as-written` uses every result. The default acceleration is the value for the hand
+    sequence of the 2003 paper.
 
     Details: those of `mean-shift`, `measured_x` and `measured_y` (result of mean shift [pixels]),
     and `gain_x` and `gain_y` (Kalman gains in [0, 1]).
@@ -109,7 +109,7 @@ class MeanShiftKalman(SharingTracker):
 
 
 def _deviation(before: float, peak: float, after: float, distance: float) -> float:
-    """Return the standard deviation of the scaled Gaussian through three equally distant points."""
+    """Return the standard deviation of the scaled Gaussian through three equally spaced points."""
     ratio = before * after / peak**2
     if ratio >= 1:  # the surface has no peak
         return inf

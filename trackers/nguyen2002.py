@@ -218,7 +218,7 @@ class Nguyen2002(SharingTracker):
     _watched = 0
 
     def watch(self, image: Image) -> None:
-        """Count a frame before the target is present: `Estimate.revised` includes it."""
+        """Count a frame without the target, which frame numbers in `Estimate.revised` include."""
         self._watched += 1
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
@@ -311,7 +311,7 @@ class Nguyen2002(SharingTracker):
         )
 
     def _advance(self, image: Image, frame: int, revised: dict[int, Box]) -> Pose:
-        """Process a new frame, or once an end is known, a frame after the end of the occlusion."""
+        """Process a new frame, or reprocess a frame after an occlusion whose end is now known."""
         if self._occlusion is not None:
             return self._look_through(self._occlusion, image, frame, revised)
         around = Pose(*(smoother.predicted() for smoother in self._smoothers))

@@ -151,7 +151,7 @@ class Nummiaro2003(SharingTracker):
     places particles at the target's predicted position. `robust` is for recorded video;
     docs/presets.md describes its selection. If less than a quarter of an ellipse is inside the
     image, ρ is 0. Half axes are at least 3 pixels. The background is sampled at about a thousand
-    positions. With one model per particle, their mean determines the threshold.
+    positions. With one model per particle, the mean of these models determines the threshold.
 
     Details: `positive_appearances` (number of similar particles), `mode` (1: tracking, 0:
     initialisation), `half_width` and `half_height` (Hx and Hy of the estimate [pixels]),

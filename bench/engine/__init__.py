@@ -27,7 +27,7 @@ class Engine(Protocol):
 
     @property
     def workers(self) -> int:
-        """Maximum number of units that run at a time."""
+        """Maximum number of units that run at the same time."""
         ...
 
     def perform(
@@ -36,8 +36,8 @@ class Engine(Protocol):
         """Yield units with their outcomes as they end, in any order.
 
         `units` is consumed while the work proceeds. `progress` is called repeatedly with the work
-        (`Unit.work`) that is done. An exception as the outcome is an error of the sequence; errors
-        of trackers are stored in their runs.
+        (`Unit.work`) that is done. If the outcome is an exception, it is an error of the sequence;
+        errors of trackers are stored in their runs.
         """
         ...
 
@@ -73,7 +73,7 @@ def engine(name: str = "local", *, jobs: int | None = None, address: str | None 
     number of cores. `address` is the address of a running Dask cluster.
 
     Raises `ExperimentError` for an unknown name, or if an address is given to the local engine.
-    Raises `ImportError` with the remedy if Dask is not installed.
+    Raises `ImportError`, whose message contains the remedy, if Dask is not installed.
     """
     if name not in ENGINES:
         hint = close_match(name, ENGINES)

@@ -90,8 +90,8 @@ class _Dask:
     ) -> Iterator[tuple[Unit, Outcome | Exception]]:
         """See `bench.engine.Engine.perform`.
 
-        Raises `ClusterError` if workers have another source, or if the cluster has no worker for a
-        while.
+        Raises `ClusterError` if workers have other source code, or if the cluster has no worker for
+        a while.
         """
         with _open_client(self.address, self.workers) as client:
             executor = client.get_executor(pure=False)

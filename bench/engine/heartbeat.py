@@ -29,7 +29,7 @@ from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.files import ResultsError
 
 HEAD = mmap.ALLOCATIONGRANULARITY
-"""Size of the head with the numbers [bytes]; rows, or the parent's message, follow."""
+"""Size of the numbers at the start of the file [bytes]; rows or the parent's message follow."""
 
 STARTING, ELSEWHERE, READING, NOBODY = -4, -3, -2, -1
 """Values of `HeartbeatState.entry` if no tracker is being called: before the first message,
@@ -91,7 +91,7 @@ def read_rows(descriptor: int, state: HeartbeatState) -> bytes:
 
 
 class Heartbeat(Observer):
-    """Observer of the worker's loop, which writes the shared file."""
+    """Observer that writes the progress of the worker's loop to the shared file."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
@@ -163,7 +163,7 @@ class Heartbeat(Observer):
 
 
 def pack(message: Any) -> list[bytes]:
-    """Return the parts of a message: its digest, the length of the JSON, the JSON, and arrays.
+    """Encode a message: return its digest, the length of its JSON, the JSON, and its arrays.
 
     Raises `ValueError` for arrays of Python objects.
     """

@@ -53,7 +53,7 @@ _Steps: TypeAlias = Generator[Request, _Answer, Any]
 
 
 class Worker:
-    """Handle of the parent on a worker process."""
+    """The parent's handle for a worker process."""
 
     def __init__(self, limits: Limits) -> None:
         self._frame_seconds = limits.frame_seconds
@@ -77,7 +77,7 @@ class Worker:
 
     @property
     def is_idle(self) -> bool:
-        """True if the worker can get a request: it runs, and has sent nothing since its answer."""
+        """True if the worker can get a request: it runs and its channel has no unread data."""
         silent = not select.select([self.channel], [], [], 0)[0]
         return self._process.poll() is None and silent and not self._has_stray_threads
 
@@ -297,7 +297,7 @@ class Pool:
     def _work(
         self, jobs: Iterable[tuple[Unit, _Steps]], progress: Callable[[int], None]
     ) -> Iterator[tuple[Unit, Any]]:
-        """Yield units with the results of their steps; idle workers get work first."""
+        """Yield units with the results of their steps; give work to idle workers first."""
         remaining = iter(jobs)
         running: dict[_Slot, Unit] = {}
         finished: list[tuple[Unit, Any]] = []
@@ -395,7 +395,7 @@ def _reason(run: Run) -> str:
 
 
 def _restore_types(run: Run, output: str) -> Run:
-    """Return a run from a message with the types that JSON cannot hold, and with its output."""
+    """Restore those types of a received run that JSON cannot represent, and add the output."""
     arrays = {int(frame): named for frame, named in run.arrays.items()}
     segments = tuple(run.segments)
     return replace(run, arrays=arrays, segments=segments, output=run.output or output)

@@ -68,7 +68,7 @@ def machine_memory() -> int:
 
 
 def limit_memory(number: int) -> None:
-    """Limit the data of this process, and of each of its child processes [bytes].
+    """Limit the data memory of this process, and of each child process, to a number of bytes.
 
     An allocation beyond the limit raises `MemoryError`, or another error of the allocating library.
     """

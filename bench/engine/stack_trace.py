@@ -34,7 +34,7 @@ def parse_stack(text: str) -> list[CodeLine]:
 
 
 def select_line(stack: list[CodeLine], file: Path | None) -> CodeLine:
-    """Return the innermost line of a tracker's file, or of any file if the stack has none of it."""
+    """Return the innermost line of a tracker's file, or of any file if that file does not occur."""
     tracker_lines = [
         line for line in stack if file and Path(_unescape(line.file)).resolve() == file.resolve()
     ]

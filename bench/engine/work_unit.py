@@ -39,7 +39,7 @@ class Unit:
         return self.frames * len(self.entries)
 
     def split(self, parts: int) -> "list[Unit]":
-        """Return the same work in at most `parts` units of nearly equal size."""
+        """Split this unit into at most `parts` units of nearly equal size."""
         parts = min(parts, len(self.entries))
         bounds = [len(self.entries) * i // parts for i in range(parts + 1)]
         return [replace(self, entries=self.entries[start:stop]) for start, stop in pairwise(bounds)]
@@ -72,7 +72,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Runs of a unit and their cost."""
+    """Runs of a unit, and the time and memory that they took."""
 
     runs: list[Run]
     entries: list[Entry]  # entries of the unit, in the order of the runs

@@ -101,9 +101,9 @@ def main() -> None:
 def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any]:
     """Return the result of a request, or an error.
 
-    The key `harm` holds the reason if a tracker may be the cause, `error` an error of the sequence,
-    and `defect` the traceback of a defect of the harness. `used` is whether trackers were called in
-    this process before.
+    An error has one key: `harm` (reason, if a tracker may be the cause), `error` (message, for an
+    error of the sequence) or `defect` (traceback of a defect of the harness). `used` is whether
+    trackers were called in this process before.
     """
     try:
         result = _perform_request(request, heartbeat)
@@ -213,7 +213,7 @@ def probe(unit: Unit, frames: int, observer: Observer = NULL_OBSERVER) -> Probed
 
 
 class _Clock:
-    """Measurement of a unit's time and memory, which starts now."""
+    """Measurement of a unit's time and memory, from the creation of this object."""
 
     def __init__(self) -> None:
         reset_peak()
@@ -261,7 +261,7 @@ def _changed(tracker: str, sequence: Sequence) -> SequenceError:
 
 
 def _check_state(runs: list[Run], before: ProcessState, trackers: list[TrackerSpec]) -> list[Run]:
-    """Restore the process state; return the runs, failed if global random numbers were used.
+    """Restore the process state; return the runs. A run that used global random numbers fails.
 
     Raises `NotAttributableError` if one of several trackers changed the state, because runs of the
     others may depend on it.

@@ -18,7 +18,7 @@ class MalformedEstimateError(ValueError):
 
 
 def validate_box(box: Any) -> list[float]:
-    """Return `[x, y, width, height]`: finite numbers, with positive width and height."""
+    """Return a box as `[x, y, width, height]`, if it is finite and its size positive."""
     is_array = isinstance(box, np.ndarray)
     is_sequence = isinstance(box, list | tuple) and all(map(np.isscalar, box))
     plain = np.asarray(box) if is_array or is_sequence else None

@@ -1,4 +1,4 @@
-"""Ground truth for initialisation and scores of a run: the boxes of a sequence, or a region."""
+"""Ground truth that initialises and scores a run: the boxes or a region of a sequence."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -97,7 +97,7 @@ def reference_seconds() -> float:
 
 
 class _ClipRunner:
-    """Tracker of the process, which runs on clips."""
+    """Tracker of this process, which is timed on clips."""
 
     def __init__(self, setup: Setup, clips: Sequence[Clip]) -> None:
         self._setup, self._clips = setup, clips
@@ -242,7 +242,7 @@ def time_interleaved(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[
 
 
 class Side(Protocol):
-    """Object that can be timed by turns."""
+    """Object that `take_turns` can time."""
 
     def turn(self, number: int, start: int, stop: int) -> float:
         """Return the CPU time of some updates on a clip [s]; `start` 0 starts a new tracker."""
@@ -262,7 +262,7 @@ def take_turns(
     fewest: int = _MIN_PASSES,
     seconds: float = _PASSES_SECONDS,
 ) -> Turns:
-    """Time objects by turns, after a warm-up.
+    """Time objects that take turns, after a warm-up.
 
     `frames` is the number of frames of each clip. `fewest` is the minimum number of passes.
     `seconds` is the total time of all passes of the slowest object [s].
@@ -283,7 +283,7 @@ def take_turns(
 def _pass(
     sides: Sequence[Side], turns: Sequence[tuple[int, int, int]], first: int
 ) -> NDArray[np.float64]:
-    """Return the times of one pass, (sides, turns); each turn starts with the next side."""
+    """Return the times of one pass, (sides, turns); the first side rotates from turn to turn."""
     seconds = np.empty((len(sides), len(turns)))
     for place, turn in enumerate(turns):
         for step in range(len(sides)):

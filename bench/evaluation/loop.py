@@ -41,7 +41,7 @@ MAX_SEGMENT_BYTES = 1 << 28
 """Maximum size of the images that are cached for the next segment [bytes]."""
 
 MAX_WARM_BYTES = 1 << 29
-"""Maximum size of the images that are cached for the warm pass, which uses only these [bytes]."""
+"""Maximum size of the images cached for the warm pass, which uses no other images [bytes]."""
 
 
 class Observer:
@@ -254,7 +254,7 @@ class _SequencePass:
                 before += len(self._numbers) * share
 
     def _start(self, first: int) -> None:
-        """Pass frames before the target appears to `Watcher` trackers; initialise all trackers."""
+        """Pass the frames without target to `Watcher` trackers; initialise all trackers."""
         view, numbers, observer = self._view, self._numbers, self._observer
         watchers = []
         for recorder in self._active if first else ():
@@ -281,7 +281,7 @@ class _SequencePass:
             observer.on_tracker_return()
 
     def _process_frame(self, frame: int, done: int) -> None:
-        """Process a later frame; `done` is the number of frames that are then processed."""
+        """Process a later frame; `done` is the number of processed frames, including this one."""
         began = perf_counter()
         observer, number = self._observer, self._numbers[frame]
         observer.on_frame_read(number)

@@ -138,7 +138,7 @@ class Recorder:
         return self._call(first, lambda: isinstance(self._tracker(), Watcher)) or False
 
     def show(self, shared_frame: SharedFrame, frame: int) -> None:
-        """Pass a frame before the target appears to a `Watcher` tracker."""
+        """Pass a frame, in which the target has not appeared yet, to a `Watcher` tracker."""
         tracker = self._tracker()
         if isinstance(tracker, Watcher) and not self.failure:
             self._call(frame, lambda: tracker.watch(shared_frame.image))

@@ -11,14 +11,14 @@ from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 
 Trace: TypeAlias = Literal["online", "revised"]
-"""Boxes as returned by each update, or with the tracker's later corrections."""
+"""Kind of boxes: as returned by each update, or with the tracker's later corrections."""
 
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
     + ["wall_seconds", "cpu_seconds", "warm_wall_seconds", "warm_cpu_seconds"]
     + ["region_similarity", "contour_accuracy", "state", "segment", "answered"]
 )
-"""Column names of the harness, which details of trackers cannot have."""
+"""Column names of the harness, which trackers cannot use as names of details."""
 
 
 @dataclass(frozen=True)
@@ -81,11 +81,11 @@ class Run:
 
     @property
     def status(self) -> Literal["finished", "failed"]:
-        """`failed` if there is a failure."""
+        """`failed` if there is a failure, otherwise `finished`."""
         return "failed" if self.failure else "finished"
 
     def boxes_in(self, trace: Trace) -> NDArray[Any]:
-        """Return the boxes of a trace, shape (n, 4); without corrections, both traces are equal."""
+        """Return the online or revised boxes, shape (n, 4), which are equal without corrections."""
         return self.boxes if trace == "online" or self.revised is None else self.revised
 
     def __repr__(self) -> str:

@@ -82,8 +82,8 @@ def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> 
     """Raise `ValueError` if a run does not have the segments of its protocol.
 
     Frames of a run are used as indices of the ground truth, and a stored run can have any origin.
-    If segments depend on values that are not stored, or were chosen by another toolkit, they must
-    only go from a frame to an end of the sequence.
+    Segments that depend on values that are not stored, or that another toolkit chose, need only go
+    from a frame to an end of the sequence.
     """
     n = len(boxes)
     for frames in run.segments:
@@ -156,7 +156,7 @@ def score(
 
 
 def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
-    """Return the scores by the preset `native` of the online boxes and of any revised boxes.
+    """Return the `native` scores of the online boxes and, if any, of the revised boxes.
 
     Names of scores of revised boxes start with `REVISED`. Parameters and errors are those of
     `score`.

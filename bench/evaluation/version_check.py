@@ -1,8 +1,8 @@
 """Version check of scenes and trackers: shows that changed sources have unchanged output.
 
-`python -m trackmark.bench.evaluation.version_check` (`make seal`) renders every scene and runs
-every tracker whose syntax tree differs from the recorded one. If the golden digests agree, it
-records the new tree. Otherwise, it reports the difference and keeps the entry. `--new NAME` gives
+`python -m trackmark.bench.evaluation.version_check` (`make seal`) renders the scenes and runs the
+trackers whose syntax trees differ from the recorded ones. If the output has the golden digests, it
+records the new tree. Otherwise, it reports the difference and keeps the record. `--new NAME` gives
 the scene or tracker a new version, so that stored runs of the old version are stale. See
 `trackmark.datasets.versioning`.
 """

@@ -160,7 +160,7 @@ def _makespan(units: Units, seconds: Callable[[Unit], float]) -> float:
 def _tracker_seconds(
     plan: Plan, measured: Sequence[Measured]
 ) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Return the time per frame [s] and its basis, shape (sequences, trackers)."""
+    """Return the time per frame [s] and its `Basis`, two arrays (sequences, trackers)."""
     shape = len(plan.sequences), len(plan.trackers)
     seconds, basis = np.zeros(shape), np.zeros(shape, np.uint8)
     by_name = _means(((name,), seconds, n) for name, _, _, seconds, _, n in measured)
@@ -194,7 +194,7 @@ def _means(
 
 
 def _probed(plan: Plan, trackers: list[int], limits: Limits) -> tuple[NDArray[np.float64], float]:
-    """Time trackers; return times per frame (NaN if one failed) and the reading time [s]."""
+    """Time trackers; return the times per frame of each (NaN if it failed) and of reading [s]."""
     shortest = min(plan.sequences, key=lambda sequence: sequence.frames)
     texts = list(plan.trackers)
     groups: list[list[int]] = [[]]

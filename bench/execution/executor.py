@@ -112,7 +112,7 @@ class Execution:
 
     @cached_property
     def performer(self) -> Engine:
-        """Engine; it has one worker if runs depend on the time of updates."""
+        """Engine for the runs, with a single worker if runs depend on the time of updates."""
         jobs = 1 if self.experiment.time_dependent else self.jobs
         return engine(self.engine, jobs=jobs, address=self.address)
 
@@ -218,7 +218,7 @@ def _unit_entry(unit: Unit) -> dict[str, Any]:
 
 
 def _outcome_entry(outcome: Outcome, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the cost of a unit and its failed runs for the log."""
+    """Return the time and memory of a unit and its failed runs, for the log."""
     failed = [
         {key: row[key] for key in ("tracker", "repetition", "failure")}
         for row in rows

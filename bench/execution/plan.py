@@ -27,7 +27,7 @@ from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness
 
 MIN_SEQUENCES_FOR_WORKERS = 12
-"""Minimum number of sequences that are opened by worker processes; a start takes seconds."""
+"""Minimum number of sequences for which worker processes are started to open them."""
 
 
 class State(IntEnum):
@@ -142,7 +142,7 @@ class Plan:
         return Manifest(self.experiment.title or self.experiment.name, self.requested)
 
     def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
-        """Return the plan with the states of stored runs, given as rows of `list_runs`."""
+        """Return the plan with states determined from the stored runs (`rows` of `list_runs`)."""
         stored = {run_key(row): (row["version"], row["status"]) for row in rows}
         return replace(self, stored=stored)
 
@@ -202,7 +202,7 @@ def make_plan(
 
 
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
-    """Return trackers by specification; several specifications of a tracker count once."""
+    """Return trackers by specification; of several specifications of a tracker, keep the first."""
     by_label: dict[str, tuple[str, TrackerSpec]] = {}
     for text, spec in resolve_trackers(experiment.trackers).items():
         other = by_label.setdefault(spec.label, (text, spec))[1]

@@ -29,8 +29,8 @@ class Units:
     A process runs a single tracker if the tracker uses global random generators, is timed, or is
     not part of the package. The units of these trackers come first. Within a group of runs that may
     share a process, the longest sequences come first, so that no worker finishes much later than
-    the others. A unit has at most the share of one worker, unless it has a single run. The last
-    sequences, which are fewer than the workers, are split among all workers.
+    the others. A unit has at most one worker's share of the total work, unless it has a single run.
+    The last sequences, which are fewer than the workers, are split among all workers.
     """
 
     plan: Plan

@@ -54,12 +54,12 @@ def resolve_trackers(texts: Iterable[str]) -> dict[str, TrackerSpec]:
 
 
 def describe_tracker(name: str) -> dict[str, Any]:
-    """Return the description of a tracker like `trackers.describe`; see `resolve_trackers`."""
+    """Describe a tracker as `trackers.describe` does, also one from outside the package."""
     return _ask_child("describe", [name])[name] if is_outside(name) else trackers.describe(name)
 
 
 def _spec(text: str, answer: dict[str, Any]) -> TrackerSpec:
-    """Return the tracker from the child's description; only its creation imports its file."""
+    """Return the tracker that the child described; its file is imported when it is created."""
     version = answer.pop("version")
     file = Path(answer.pop("file"))
     randomness = Randomness(answer.pop("randomness"))

@@ -69,7 +69,7 @@ class Identity:
         return _digest(self._determining("repetition"))
 
     def _determining(self, *excluded: str) -> dict[str, Any]:
-        """Return the values by field, without a copy, for speed."""
+        """Return the values by field name; for speed, they are not copied."""
         names = (entry.name for entry in fields(self))
         return {name: getattr(self, name) for name in names if name not in excluded}
 
@@ -106,7 +106,7 @@ class TrackerSpec:
 
 
 def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[str, Any]:
-    """Return the version of a tracker by its source file; see `Identity.tracker_version`."""
+    """Compute the version of a tracker from its source file; see `Identity.tracker_version`."""
     if file is None:
         return {"source": "unknown", "libraries": {}}
     source, libraries = source_digest(file, PACKAGE)
@@ -119,7 +119,7 @@ def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[
 
 
 def built_in_digest(name: str) -> str | None:
-    """Return the current `Identity.tracker_digest` of a tracker of the package, otherwise None.
+    """Return a tracker's current `Identity.tracker_digest`; None if it is outside the package.
 
     The tracker is not imported.
     """
@@ -190,7 +190,7 @@ def run_seed(
 ) -> np.random.SeedSequence:
     """Return the seed of a run: it depends on tracker name, sequence name and repetition only.
 
-    Variants of a tracker get the same random numbers. Other trackers have no influence. `restarts`
+    Trackers of equal name get the same random numbers. Other trackers have no influence. `restarts`
     is the number of trackers that the protocol has started earlier in the run.
     """
     key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))

@@ -26,7 +26,7 @@ ONE_PASS = "one-pass"  # noqa: S105  # not a password
 """Name of the default protocol."""
 
 STORED_ONE_PASS = "accuracy"  # noqa: S105  # not a password
-"""Name under which one-pass runs are stored; the first results had it, before other protocols."""
+"""Name under which one-pass runs are stored; it is older than the other protocols."""
 
 TIMING = "timing"
 """Stored name of timing runs, which are one-pass runs with measured times."""
@@ -95,7 +95,7 @@ class Controller:
 
 
 class Protocol(Parameters):
-    """Base class of protocols. Its fields are the parameters, with type, bounds and meaning."""
+    """Base class of protocols; a subclass declares the parameters as fields."""
 
     judged: ClassVar[tuple[str, ...]] = ("one pass",)
     """Kinds of metrics presets that can score runs; see `bench.metrics.preset.Preset.protocol`."""

@@ -1,11 +1,12 @@
 """Segments from many anchor frames, forwards or backwards (VOT 2020 to 2022).
 
-If the sequence has values named `anchor`, frames with values other than 0 are the anchors: forwards
-for values above 0, backwards for values below 0. Otherwise, anchors lie about `spacing` frames
-apart, from the first frame with a target to the last one. An anchor without target is moved to the
-next frame with a target. The tracker runs from an anchor to the more distant end of the sequence; a
-backward segment ends with frame 0. Each segment has its own tracker and random numbers. Source:
-Kristan et al., "The eighth visual object tracking VOT2020 challenge results", ECCV workshops 2020.
+If the sequence has values named `anchor`, frames with a target and a value other than 0 are the
+anchors: the tracker runs forwards from values above 0, and backwards from values below 0.
+Otherwise, anchors lie about `spacing` frames apart, from the first frame with a target to the last
+one. An anchor without target is moved to the next frame with a target. From there, the tracker runs
+to the more distant end of the sequence. A backward segment ends with frame 0. Each segment has its
+own tracker and random numbers. Source: Kristan et al., "The eighth visual object tracking VOT2020
+challenge results", ECCV workshops 2020.
 """
 
 from collections.abc import Mapping

@@ -17,7 +17,7 @@ class OnePass(Protocol):
 
     @property
     def text(self) -> str:
-        """Name under which runs are stored; the first results had it, before other protocols."""
+        """Name under which runs are stored; it is older than the other protocols."""
         return STORED_ONE_PASS
 
 

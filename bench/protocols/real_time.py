@@ -1,14 +1,14 @@
 """Frames arrive at a fixed rate; late estimates count for later frames.
 
-Frame k arrives k / `fps` seconds after the first one; the clock starts after the initialisation. A
-free tracker gets the newest frame, and is then busy during the update. It does not receive frames
+Frame k arrives k / `fps` seconds after the first one; the clock starts after the initialisation. An
+idle tracker gets the newest frame, and is then busy during the update. It does not receive frames
 that are replaced by newer ones in the meantime. The estimate for a frame is the newest one that was
 complete when the next frame arrived. It was computed on this frame or an earlier one (at first, it
 is the init box). Each stored row contains the frame on which its estimate was computed.
 
 The time of an update is wall-clock time without decoding, in a process that runs a single tracker.
-Results therefore depend on the machine. With `seconds`, these times replace measured ones, and runs
-are repeatable. Revised boxes are not stored. After Li, Wang and Ramanan, "Towards streaming
+Results therefore depend on the machine. The times in `seconds` replace measured ones and make runs
+repeatable. Revised boxes are not stored. After Li, Wang and Ramanan, "Towards streaming
 perception", ECCV 2020. VOT and GOT-10k have real-time experiments with other rules
 (docs/protocols.md).
 """
@@ -25,7 +25,7 @@ from trackmark.bench.protocols import Action, Controller, Protocol
 
 
 class _Clock(Controller):
-    """Controller that skips frames while the tracker is busy; times are in frames."""
+    """Controller that skips frames while the tracker is busy; its unit of time is one frame."""
 
     source_frames: NDArray[np.int32]
 

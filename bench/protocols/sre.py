@@ -1,11 +1,11 @@
 """Twelve runs from perturbed init boxes: spatial robustness evaluation (SRE).
 
 The init box is shifted to the left, right, up and down by a tenth of its width or height. Each of
-its corners is moved outwards by a tenth of both, while the opposite corner stays. The box is scaled
-about its centre by 0.8, 0.9, 1.1 and 1.2. Boxes are not rounded and may reach beyond the image; no
-mask is given. Each segment has its own tracker and random numbers. Each segment is scored from the
-frame after the initialisation, with the unperturbed ground truth. A score is the mean over
-segments. Source: Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
+its corners is moved outwards by a tenth of width and height, while the opposite corner stays. The
+box is scaled about its centre by 0.8, 0.9, 1.1 and 1.2. Boxes are not rounded and may reach beyond
+the image; no mask is given. Each segment has its own tracker and random numbers. Each segment is
+scored from the frame after the initialisation, with the unperturbed ground truth. A score is the
+mean over segments. Source: Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 """
 
 from collections.abc import Mapping

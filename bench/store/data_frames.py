@@ -1,4 +1,4 @@
-"""Stored results as a data frame: requested and stored runs together."""
+"""Data frame of the requested and stored runs of experiments."""
 
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
@@ -22,15 +22,15 @@ def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) ->
     folder : str or Path
         `results/<experiment>` or `results`.
     cells : collection of RunKey, optional
-        Selected runs, as (tracker, sequence, repetition, protocol); all by default.
+        Keys (tracker, sequence, repetition, protocol) of the runs to return; all by default.
 
     Returns
     -------
     DataFrame
         One row per run, in the order of the requests. Columns: `experiment`, the fields of
-        `bench.store.run_rows.list_runs` (texts as categories), and one float column per score.
-        Requested runs that are not stored come last and have the status `missing`. Stored runs of
-        another version of the tracker or sequence have the status `stale`.
+        `bench.store.run_rows.list_runs` (texts as pandas categories), and one float column per
+        score. Requested runs that are not stored come last and have the status `missing`. Stored
+        runs have the status `stale` if another version of the tracker or sequence is requested.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) ->
 
 
 def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
-    """Return rows of `list_scored_runs`, possibly with further texts, as a data frame."""
+    """Convert rows of `list_scored_runs`, which may have further text fields, to a data frame."""
     import pandas as pd
 
     rows = list(rows)
@@ -102,10 +102,10 @@ def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
 
 
 def with_manifest(rows: Iterable[dict[str, Any]], manifest: Manifest) -> list[dict[str, Any]]:
-    """Return the rows of stored runs, requested ones first, and then a row for each missing run.
+    """Return rows of requested stored runs, of other stored runs, and of missing runs, in order.
 
-    The status of a missing run is `missing`. The status of a requested run of another version of
-    the tracker is `stale`.
+    The status of a missing run is `missing`. The status of a stored run is `stale` if another
+    version is requested.
     """
     stored = {run_key(row): row for row in rows}
     ordered = []

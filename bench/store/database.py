@@ -1,7 +1,7 @@
 """The SQLite file of an experiment: schema, connections, and digests of all rows.
 
-Every row has a SHA-256 digest of its other columns. For every table, the file also stores the
-exclusive or of the digests of all its rows. Readers thereby detect changed, missing and added rows.
+Every row has a SHA-256 digest of its other columns. For every table, the file also stores the XOR
+of the digests of all its rows. Readers thereby detect changed, missing and added rows.
 """
 
 import hashlib
@@ -76,14 +76,14 @@ class DamagedError(ResultsError):
 
 
 def digest(values: Iterable[Any]) -> bytes:
-    """Return the SHA-256 digest of texts, numbers, null values and bytes, with their types."""
+    """Return the SHA-256 digest of values (texts, numbers, None or bytes) and of their types."""
     # Bytes are replaced by their digest, so that `repr` stays short.
     values = [hashlib.sha256(v).digest() if isinstance(v, bytes) else v for v in values]
     return hashlib.sha256(repr(values).encode("utf-8", "backslashreplace")).digest()
 
 
 def is_intact(row: sqlite3.Row) -> bool:
-    """Return whether a row is unchanged, by the digest in its last column."""
+    """Return whether a row matches the digest in its last column."""
     *columns, sha256 = row
     return bool(digest(columns) == sha256)
 
@@ -135,13 +135,13 @@ class Database:
         return rows
 
     def setting(self, name: str) -> str:
-        """Return a setting; raise `DamagedError` if it is missing."""
+        """Return the value stored by `set`; raise `DamagedError` if it is missing."""
         for row in self.rows("setting", "name = ?", name):
             return str(row["value"])
         raise self.damaged(f"the setting {name!r} is missing")
 
     def set(self, name: str, value: str) -> None:
-        """Store a setting."""
+        """Store a value under a name."""
         values = name, value, digest((name, value))
         self._connection.execute("INSERT OR REPLACE INTO setting VALUES (?, ?, ?)", values)
 
@@ -168,7 +168,7 @@ class Database:
             self._changed[table] ^= _combine(row["sha256"] for row in removed)
 
     def recount(self, *tables: str) -> None:
-        """Compute the digests of tables (default: all) again, after damaged rows were deleted."""
+        """Recompute the digests of tables (default: all), after damaged rows were deleted."""
         for table in tables or _TABLES.keys() - {"setting"}:
             rows = self.select(f"SELECT sha256 FROM {table}")
             self.set(_total(table), f"{_combine(row['sha256'] for row in rows):x}")
@@ -211,7 +211,7 @@ class Database:
         )
 
     def copy(self, target: Path) -> None:
-        """Copy the file to a folder without results."""
+        """Copy the file to a folder that contains no results."""
         with closing(sqlite3.connect(target / DATABASE)) as copy:
             self._connection.backup(copy)
 
@@ -298,7 +298,7 @@ def _in_memory() -> sqlite3.Connection:
 
 
 def _validated_database(path: Path, connection: sqlite3.Connection) -> Database | None:
-    """Return the database, or None if the file is empty; raise `ResultsError` for other files."""
+    """Return the database, or None if the file is empty; raise `ResultsError` if it is foreign."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]

@@ -1,4 +1,4 @@
-"""Error of the store, and atomic writing of a file."""
+"""Exception class of the store, and atomic writing of files."""
 
 import os
 from pathlib import Path

@@ -32,7 +32,7 @@ class RunLog:
 
 
 def read_logs(folder: Path) -> dict[str, list[Mapping[str, Any]]]:
-    """Return the events of an experiment in order, by the name of their log; oldest log first.
+    """Return each log's events in order, by the name of the log; the oldest log comes first.
 
     Raises `ResultsError` if the file is damaged.
     """

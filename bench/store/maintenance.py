@@ -1,4 +1,4 @@
-"""Maintenance of stored results: damage, merging, and sequences of equal name."""
+"""Maintenance of stored results: search for damage, merging, and sequences of equal name."""
 
 import os
 from collections.abc import Iterable, Mapping
@@ -32,7 +32,7 @@ class RecordedData(NamedTuple):
 
 
 def group_recorded_data(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[RecordedData]]:
-    """Return the recorded data by sequence name, from rows of runs."""
+    """Return the recorded sequences that occur in rows of runs, by sequence name."""
     by_name: dict[str, set[RecordedData]] = {}
     for row in rows:
         if Path(row["source"]).is_absolute():  # built-in sequences have their name as source
@@ -44,9 +44,9 @@ def group_recorded_data(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[Reco
 def find_different_data(
     data: RecordedData, candidates: Iterable[RecordedData]
 ) -> RecordedData | None:
-    """Return a candidate with other data from another path; None if there is none.
+    """Return a candidate whose content and path differ from those of `data`; None if none does.
 
-    Data that changed in the same folder are not different data: their runs are stale.
+    A sequence that changed in the same folder does not count: its runs are stale.
     """
     for candidate in candidates:
         if candidate.fingerprint != data.fingerprint and candidate.real_paths != data.real_paths:

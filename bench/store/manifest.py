@@ -19,7 +19,7 @@ class Manifest:
     versions: Mapping[RunKey, str]
 
     def merged_with(self, later: "Manifest") -> "Manifest":
-        """Return these and later requests; a later version replaces that of all repetitions."""
+        """Return these and later requests; a later version applies to all repetitions."""
         newest = {(t, s, p): version for (t, s, _, p), version in later.versions.items()}
         versions = {
             (t, s, repetition, p): newest.get((t, s, p), version)

@@ -29,12 +29,12 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 
 def select_group(arrays: Mapping[str, NDArray[Any]], group: str) -> dict[str, NDArray[Any]]:
-    """Return the arrays whose names start with `group/`, by the rest of their names."""
+    """Return the arrays whose names start with `group/`, and remove this prefix from the names."""
     return {k.partition("/")[2]: a for k, a in arrays.items() if k.startswith(f"{group}/")}
 
 
 def unpack(data: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays that were packed; they are read-only."""
+    """Return the arrays, read-only, from the bytes that `pack` returned."""
     raw = zlib.decompress(data)
     offset = _HEADER + int.from_bytes(raw[:_HEADER], "little")
     arrays = {}

@@ -250,7 +250,7 @@ def _events(path: Path) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _folder_name(label: str) -> str:
-    """Return the folder of a sequence or the file of a fingerprint, without its suffix."""
+    """Return the name of a sequence's folder, or of a fingerprint's file without the suffix."""
     name = quote(label, safe="=")
     if name[:1] in ("_", "."):
         name = f"%{ord(name[0]):02X}{name[1:]}"

@@ -133,10 +133,10 @@ class Results:
 
 
 class RunCache(dict[Hashable, Run]):
-    """Cache of runs, by the digest of their rows."""
+    """Cache of runs, whose keys are the digests of their rows."""
 
     free = 1 << 30
-    """Remaining size [bytes]; runs that do not fit are not cached."""
+    """Free space of the cache [bytes]; runs that do not fit are not cached."""
 
     def add(self, key: Hashable, run: Run) -> Run:
         """Add a run if it fits; return the run."""
@@ -154,13 +154,13 @@ run_cache: ContextVar[RunCache | None] = ContextVar("run_cache", default=None)
 
 
 def sort_key(key: RunKey) -> tuple[str, str, str, int]:
-    """Return the sort key of stored runs."""
+    """Return the key by which stored runs are sorted."""
     tracker, sequence, repetition, protocol = key
     return tracker, protocol, sequence, repetition
 
 
 def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
-    """Return the identity of a run, its columns after the key, and its contents."""
+    """Return the identity of a run, the columns after its key, and its packed arrays by kind."""
     key = run.identity
     contents = {"frames": pack(run_columns(run))}
     if run.revised is not None:
@@ -250,7 +250,7 @@ def _delete(database: Database, run_id: int) -> None:
 
 @cache
 def _libraries() -> dict[str, str]:
-    """Return the versions of the libraries on which pixels and boxes depend, by distribution."""
+    """Return the versions of the libraries that can influence pixels and boxes, by their name."""
     return library_versions({"av", "cv2", "numba", "numpy", "scipy"})
 
 

@@ -53,9 +53,9 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
 def list_scored_runs(
     results: Results, progress: Callable[[int, int], None] = lambda *_: None
 ) -> list[dict[str, Any]]:
-    """Return the rows of `list_runs` with `scores` by name; see `bench.evaluation.score_both`.
+    """Return the rows of `list_runs`, each with a dict `scores`; see `bench.evaluation.score_both`.
 
-    `progress` is called with the number of runs that were scored, and of all runs without scores.
+    `progress` is called with the number of runs scored so far, and the number of runs to score.
 
     Damaged runs and other damage are handled as in `list_runs`.
     """
@@ -130,7 +130,7 @@ def _warn(message: str) -> None:
 
 
 def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
-    """Return the numbers and rows of all undamaged runs, in order."""
+    """Return the database id and the row of each undamaged run, in order."""
     trackers, tracker_errors = database.intact_rows("tracker")
     identities = {row["version"]: json.loads(row["identity"]) for row in trackers}
     intact_truths, truth_errors = set(), []

@@ -91,7 +91,7 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
 
 
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
-    """Return the names of attributes that occur in a sequence, by sequence of `runs`.
+    """Return, for each sequence of `runs`, the names of the attributes that occur in it.
 
     `runs` is a data frame of `load_results`. Raises `ResultsError`, which names the file, if a
     ground truth is missing or damaged.

@@ -198,7 +198,7 @@ def is_outside(name: str) -> bool:
 
 
 def _default_preset(plugin: type[TrackerPlugin]) -> str:
-    """Return the preset of a tracker that is named without a preset."""
+    """Return the preset that a tracker uses if none is requested."""
     return str(getattr(plugin, "default_preset", DEFAULT_PRESET))
 
 

@@ -87,10 +87,10 @@ class Tracker(Protocol):
 
 @runtime_checkable
 class Watcher(Protocol):
-    """Optional method of trackers that use frames before the target appears."""
+    """Optional method of trackers that use the frames in which the target has not appeared yet."""
 
     def watch(self, image: Image) -> None:
-        """Process a frame before the target is present; called in frame order, before `init`."""
+        """Process a frame without the target; called in frame order, before `init`."""
         ...
 
 
@@ -110,9 +110,9 @@ class Mapper(Protocol):
     def maps(self, image: Image) -> Mapping[str, NDArray[Any]]:
         """Return weight maps of the frame that was just passed to `update`, by name.
 
-        Each map has shape (height, width) and values in [0, 1]; 1 is most similar to the target. It
-        is called only if arrays are stored, and its time is not measured. It must not change later
-        estimates.
+        Each map has shape (height, width) and values in [0, 1]; 1 is most similar to the target.
+        The method is called only if arrays are stored, and its time is not measured. It must not
+        change later estimates.
         """
         ...
 
@@ -146,8 +146,9 @@ class TrackerPlugin(ABC):
         Source of random numbers. Trackers with `NONE` run once per sequence, others once per
         repetition.
     presets : mapping of str to mapping
-        Parameter values by preset name. A tracker that does not define `recommended` gets this
-        preset without values. The class attribute `default_preset` can replace it as the default.
+        Parameter values by preset name. A tracker that does not define `recommended` gets it
+        without values. It is the default, unless the class attribute `default_preset` names another
+        preset.
     Parameters : type
         Class of the tracker's parameters.
 

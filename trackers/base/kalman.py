@@ -54,9 +54,9 @@ class ConstantVelocity:
 class ScalarSmoother:
     """Kalman filter of one number and its velocity per frame.
 
-    The initial `value` is treated as a measurement. The other parameters are standard deviations:
-    `acceleration` (constant between two frames), `measurement`, and `speed` of the initial
-    velocity.
+    The initial `value` is treated as a measurement. The other parameters are the standard
+    deviations of the acceleration (constant between two frames), of measurements, and of the
+    initial velocity (`speed`).
     """
 
     def __init__(

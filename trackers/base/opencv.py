@@ -193,7 +193,7 @@ class ModelFile(BaseModel):
 
 
 def model_file(meaning: str) -> Any:
-    """Return the field of a required model file; `meaning` states where to get the file."""
+    """Return a field for a required model file; `meaning` states where to get the file."""
     return Field(description=meaning)
 
 

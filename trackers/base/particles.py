@@ -61,12 +61,12 @@ def stratified(weights: Array, uniforms: Array) -> Indices:
 
 
 def systematic(weights: Array, uniforms: Array) -> Indices:
-    """Select particles at equal distances, shifted by the first random number (Kitagawa 1996)."""
+    """Select at equally spaced cumulative weights, shifted by one number (Kitagawa 1996)."""
     return _select_particles(weights, (np.arange(len(uniforms)) + uniforms[0]) / len(uniforms))
 
 
 def residual(weights: Array, uniforms: Array) -> Indices:
-    """Select ⌊n π⌋ copies of each particle, the others by residual weights (Liu & Chen 1998)."""
+    """Copy each particle ⌊n π⌋ times, then select by residual weights (Liu & Chen 1998)."""
     expected = len(weights) * weights
     copies = np.floor(expected + 1e-9).astype(np.intp)  # in floating point, 49 · (1/49) < 1
     sure = np.repeat(np.arange(len(weights)), copies)

@@ -64,7 +64,7 @@ class SharingTracker(TrackerPlugin):
     """Base class of trackers that share computations with others on the same frame.
 
     A subclass implements `init_shared` and `update_shared`. `init` and `update` call them with a
-    new `SharedFrame`. Both ways return identical boxes.
+    new `SharedFrame`. Calls with an image and with a shared frame give identical boxes.
     """
 
     @abstractmethod

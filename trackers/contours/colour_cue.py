@@ -29,7 +29,7 @@ class ColourDynamics:
 
     `diagonal` adds independent noise to each number of a component. (The paper's full random matrix
     would mix units.) `shared` also applies one random linear map to all centroids. The map is
-    mainly a gain, as changes of light cause it.
+    mainly a gain, which models changes of light.
     """
 
     colour_dynamics: MixtureScale
@@ -78,8 +78,8 @@ class MixtureEvaluator:
     """Observation model of pairs of mixtures (section 5.3), used by colour cues.
 
     The score of a pair is the mean posterior of the target in the window minus the mean outside.
-    Its mixtures lie on the attached plane. The evidence is the posterior of the frame's colours,
-    one row per pair. The first `n_target` components belong to the target. `weights` and
+    The pair's mixtures lie on the attached plane. The evidence is the posterior of the frame's
+    colours, one row per pair. The first `n_target` components belong to the target. `weights` and
     `temperature` are passed to `weights_from_scores`, `floor` to `posterior`.
     """
 

@@ -34,11 +34,9 @@ def fit_mixture(
     The centres are chosen by k-means++ (Arthur & Vassilvitskii 2007), with one uniform random
     number per centre. Each initial component consists of the points nearest to its centre.
 
-    `points` float64 (n, d): points in 2 or 3 dimensions. If fewer than m points differ, the other
-      components get weight 0 and the position of another component.
-    `components`: number m of components.
-    `generator`: source of the random numbers.
-    `iterations`: number of EM steps.
+    `points` float64 (n, d): points in 2 or 3 dimensions. If fewer than m points are distinct,
+    surplus components get weight 0 and the position of another component. `components`: number m of
+    components. `generator`: source of the random numbers. `iterations`: number of EM steps.
     `regularisation`: variance added to every axis of each component.
 
     """

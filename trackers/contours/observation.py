@@ -160,7 +160,7 @@ def with_colour_sets(
 ) -> Observation:
     """Add samples of the colours inside and outside W, and mixtures fitted to them (section 5.2).
 
-    `points` are the numbers of colours and `components` those of Gaussians: inside, outside.
+    Numbers of colours (`points`) and Gaussians (`components`) are pairs: inside W, outside W.
     """
     within, around = (
         _rectangle_mask(rectangle, image.shape[:2])
@@ -180,7 +180,7 @@ def with_colour_sets(
 def draw_colours(
     image: Image, region: NDArray[np.bool_], count: int, generator: np.random.Generator
 ) -> Array:
-    """Draw R, G, B in [0, 1], (count, 3), of a region's pixels, uniformly with replacement."""
+    """Draw colours R, G, B in [0, 1], (count, 3), from a region, uniformly with replacement."""
     places = np.flatnonzero(region)
     chosen = places[generator.integers(0, len(places), count)]
     return to_rgb(image.reshape(-1, 3)[chosen])

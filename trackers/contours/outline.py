@@ -131,7 +131,7 @@ def _left_to_right(contour: Array, i: int) -> tuple[float, float, float, float, 
 
 @njit(cache=True)
 def _columns(left: float, right: float, origin: int, width: int) -> tuple[int, int]:
-    """Return first and end of the window's columns whose centres are in [left, right)."""
+    """Return the range (end exclusive) of a window's columns with centres in [left, right)."""
     first, last = max(ceil(left - 0.5), origin), min(ceil(right - 0.5), origin + width)
     if not first < last:
         return 0, 0

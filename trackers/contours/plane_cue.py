@@ -86,7 +86,7 @@ def orient_normals(normals: Array, reference: Array) -> Array:
 
 
 def plane_basis(normals: Array, reference_basis: Array) -> Array:
-    """Return bases (n, 3, 2) of planes: a reference basis (3, 2) after the smallest rotation.
+    """Return bases (n, 3, 2) of planes: the reference basis (3, 2), rotated as little as possible.
 
     With the smallest rotation, coordinates vary continuously with the normal. Normals (n, 3) have
     length 1 and are oriented by `orient_normals`.

@@ -78,7 +78,7 @@ def _plane_coordinates(projected: Array) -> Array32:
 
 
 def _forms(target: Mixture, background: Mixture, floor: float, prior: float) -> Array32:
-    """Return a to e and k of 2^(k - (ax + by + c)² - (dy + e)²), (N, m, 6), and the floor."""
+    """Return the floor after a to e and k, (N, m, 6), of 2^(k - (ax + by + c)² - (dy + e)²)."""
     weights, means, covariances = (
         np.concatenate(arrays, axis=1) for arrays in zip(target, background, strict=True)
     )

@@ -27,10 +27,10 @@ def refine_by_snake(
     posterior: NDArray[np.float32] | None,
     stiffness: Stiffness = "constant",
 ) -> tuple[Array, bool]:
-    """Return the contour after a snake and True, or the input contour and False if it is rejected.
+    """Return the snake's contour and True, or the input contour and False if it is rejected.
 
-    The snake is accepted if it does not cross itself and its area is 0.5 to 2 times the area of the
-    input contour.
+    The snake's contour is accepted if it does not cross itself and its area is 0.5 to 2 times the
+    area of the input contour.
 
     `contour` float64 (points, 2): initial contour [pixels].
     `image` uint8 (height, width, 3): BGR image.
@@ -67,8 +67,8 @@ def refine_by_snake(
 def edge_map(image: Image, posterior: NDArray[np.float32] | None) -> Array:
     """Return the edge strength of each pixel, scaled to a maximum of 1 (0 without edges).
 
-    With a `posterior` (height, width), it is the product of the gradient magnitudes of image and
-    posterior.
+    With a `posterior` (height, width), edge strength is the product of the gradient magnitudes of
+    image and posterior.
     """
     slopes = _gradient(image.astype(np.float32), 1.2)
     if posterior is not None:

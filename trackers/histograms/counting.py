@@ -62,7 +62,7 @@ def count_regions(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: 
 def count_ellipses(
     frame: SharedFrame, ellipses: Array, kernel: Kernel, colours: JointBins, bins: Ints
 ) -> EllipseCounts:
-    """Count bins as `ellipse_counts` does; many sharers share the codes of the whole frame."""
+    """Count bins as `ellipse_counts` does; if many trackers share a frame, they share its codes."""
     height, width = frame.image.shape[:2]
     limits = np.array([width, height])
     centres, half_axes = ellipses[:, :2], ellipses[:, 2:]

@@ -50,7 +50,7 @@ class MeanShiftResult(NamedTuple):
 
 
 class _EllipsePixels(NamedTuple):
-    """Buffers for the pixels of an ellipse by line of a window; see `_rasterise`."""
+    """Buffers for an ellipse's pixels in each line of a window; see `_rasterise`."""
 
     across: Counts  # weight decrement by a pixel's position on its line
     down: Counts  # weight decrement by line

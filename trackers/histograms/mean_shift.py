@@ -102,7 +102,7 @@ class TargetEllipse:
         self._model = histogram.counts[0, self._bins] / histogram.totals[0]
 
     def locate(self, frame: SharedFrame, x: float, y: float) -> Location:
-        """Find the target from (x, y) [pixels]; of equal coefficients, the current size wins."""
+        """Search from (x, y) [pixels]; if coefficients are equal, the current size is kept."""
         for reach in (SEARCH_REACH, inf):
             window = self._window(frame, x, y, reach)
             locations = [self._shift(window, x, y, factor) for factor in self._factors(frame)]
@@ -119,7 +119,7 @@ class TargetEllipse:
         self.half_height += share * (location.half_height - self.half_height)
 
     def neighbour_coefficients(self, frame: SharedFrame, location: Location) -> Array:
-        """Return the coefficients (4,) of ellipses a half axis left, right, above and below."""
+        """Return coefficients (4,) of ellipses one half axis to the left, right, top and bottom."""
         aside = np.array([[-1, 0], [1, 0], [0, -1], [0, 1]]) * location[2:4]
         ellipses = np.tile(np.array(location[:4]), (4, 1))
         ellipses[:, :2] += aside
@@ -187,7 +187,7 @@ class TargetEllipse:
         return count_ellipses(frame, ellipses, "epanechnikov", self._colours, self._bins)
 
     def _window(self, frame: SharedFrame, x: float, y: float, reach: float) -> CodeWindow:
-        """Return the codes within `reach` half axes of (x, y), or the frame's if that is faster."""
+        """Return the codes within `reach` half axes of (x, y), or all codes if that is faster."""
         height, width = frame.image.shape[:2]
         reach_x, reach_y = reach * self.half_width, reach * self.half_height
         left, right = floor(max(x - reach_x, 0)), ceil(min(x + reach_x, width))

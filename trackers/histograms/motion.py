@@ -44,7 +44,7 @@ def box_around(state: Array) -> Array:
 
 @dataclass(frozen=True)
 class MotionModel:
-    """Dynamic model of states; its Gaussian noises are standard deviations in units of Hx.
+    """Dynamic model of states with Gaussian noise, whose standard deviations are in units of Hx.
 
     `dynamics`: quantities that are constant except for noise. `first-order`: velocity and change of
       scale. `second-order`: their rates of change, with noise of the same size. `random-walk`:
@@ -158,11 +158,11 @@ class LocationMemory:
             )
 
     def record_probable(self, centre: Array, half_axes: Array) -> None:
-        """Store a probable position: most particles are similar to the target."""
+        """Store a probable position, at which most particles are similar to the target."""
         self._last_seen, self.half_axes = centre.copy(), half_axes.copy()
 
     def record_certain(self, frame: int, centre: Array) -> None:
-        """Store a certain position: the estimate is very similar to the target."""
+        """Store a certain position, at which the estimate is very similar to the target."""
         self._reliable.append((frame, centre.copy()))
 
     def particles(
@@ -173,8 +173,8 @@ class LocationMemory:
         `borders` draws them in the entry boxes, `image` in the whole image. `last` draws half in
         the entry boxes and half around the last probable position, with deviations of 3 Hx in x and
         Hx in y. `predicted` draws 30 % in the entry boxes and 70 % around the prediction by the
-        mean velocity. Before the first stored position, all particles are in the entry boxes. For
-        `image` that holds only if `entries` were given.
+        mean velocity. Before the first stored position, all particles are in the entry boxes. With
+        `image`, this applies only if `entries` were given.
         """
         sizes: Array = self.half_axes
         share, centre, deviation = 0.0, np.zeros(2), np.zeros(2)

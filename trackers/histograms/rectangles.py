@@ -133,7 +133,7 @@ def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
 
 @njit(cache=True)
 def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Counts:
-    """Count as `direct_counts` does, in bands of at most 65535 pixels: counts have 16 bits."""
+    """Count as `direct_counts` does, in bands of at most 65535 pixels, as counts have 16 bits."""
     counts = np.zeros((len(regions), len(bins)), np.int32)
     for i in range(len(regions)):
         left, top, right, bottom = regions[i]

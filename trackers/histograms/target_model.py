@@ -1,7 +1,7 @@
 """Target model of elliptic particles: likelihood, model update and background similarity.
 
 Nummiaro et al. 2003, equations 10 to 15: condition of a model update, and the threshold above which
-a particle is more similar to the target than the background (appearance condition).
+a particle is more similar to the target than the background is (appearance condition).
 """
 
 from dataclasses import dataclass
@@ -79,7 +79,7 @@ class EllipseHistograms:
     kernel: Kernel
 
     def counts(self, frame: SharedFrame, states: Array, bins: Ints) -> EllipseCounts:
-        """Count bins in states (n, 7); a total is 0 if less than a quarter is in the image."""
+        """Count bins in ellipses (n, 7); a total is 0 if less than a quarter is in the image."""
         ellipses = states[:, [0, 1, 4, 5]]
         ellipse_counts = count_ellipses(frame, ellipses, self.kernel, self.colours, bins)
         least = MIN_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
@@ -111,7 +111,7 @@ class TargetModel:
         self.bins = np.arange(len(first)) if apart else np.flatnonzero(first)
 
     def select(self, chosen: NDArray[np.intp]) -> None:
-        """Select the models of the selected particles."""
+        """Replace the models by those of the particles that resampling selected."""
         if self.models is not None:
             self.models = self.models[chosen]
 

@@ -87,7 +87,7 @@ def _compute_bin(hues: HueBins, row: int, column: int) -> int:
 
 @njit(cache=True)
 def count_bins(hues: HueBins, left: int, top: int, width: int, height: int) -> Weights:
-    """Return counts (n_bins + 1,) of a window's pixels in the image; the last (masked) is 0."""
+    """Count a window's pixels in the image by bin, (n_bins + 1,); the last count (masked) is 0."""
     bins = hues.bins
     rows, columns = bins.shape
     counts = np.zeros(hues.n_bins + 1, np.int64)

@@ -23,9 +23,9 @@ class FrameMotion:
     """Differences between a frame and the two frames before it; maps (height, width).
 
     D¹ is the absolute grey difference between the previous frame and this one, summed over the
-    window around each pixel; D² is the same for the previous pair of frames. S = D¹ + D² is 2 D of
-    step 3. Trackers that share frames share this object: do not modify its arrays. Objects are
-    compared by identity, because `SharedFrame` uses them in keys.
+    window around each pixel; D² is the same for the previous pair of frames. S = D¹ + D² is twice
+    the D in step 3 of the paper. Trackers that share frames share this object: do not modify its
+    arrays. Objects are compared by identity, because `SharedFrame` uses them in keys.
     """
 
     grey: Sums  # R + G + B of the frame

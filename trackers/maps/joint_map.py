@@ -369,7 +369,7 @@ class ColourMotionModel:
         return JointMap(frame, self._motion, threshold, self._weights, self._bits, self._binning)
 
     def _threshold(self, motion: FrameMotion) -> float:
-        """Return the threshold of D¹ + D² for motion: twice the T of step 4."""
+        """Return the threshold of D¹ + D² for motion: twice the T in step 4 of the paper."""
         settings = self._settings
         if settings.motion_threshold == "adaptive":
             return motion.mean + settings.threshold_factor * motion.deviation
@@ -421,7 +421,7 @@ class JointMap:
             margin_x, margin_y = 2 * margin_x + 1, 2 * margin_y + 1
 
     def details(self, centre: Array, window: Size) -> dict[str, float]:
-        """Return `similarity` (M / M₀), `moving`, `moving_inside` and `changing` (shares)."""
+        """Return `similarity` (M / M₀) and the shares `moving`, `moving_inside` and `changing`."""
         rows, columns = self._image.shape[:2]
         motion = self._motion
         change = motion.latest, motion.earlier, self._threshold

@@ -57,7 +57,7 @@ def raise_eigenvalues(matrix: Array, floor: float) -> Array:
 class TemplateFilter:
     """Template of filtered pixels, with the covariances that all filters share.
 
-    The noise is estimated from the second view (`start`).
+    The noise is estimated from the second view: the features at the pose in the next frame.
 
     `noise`: assumptions about residuals.
     `features` float64 (height, width, d): first view of the target.

@@ -80,10 +80,10 @@ def find_pose(
     `template` float64 (height, width, d): features of the template.
     `covariance` float64 (d, d): covariance of residuals.
     `around`: centre of the search, rounded to whole pixels.
-    `search_range`: maximum translation of the first level, even [pixels]; 0: none.
-    `cutoff`: c of Huber's function; infinite for quadratic costs.
-    `subpixel`: refine to fractions of a pixel, with bilinear interpolation.
-    `ties` {"ascending", "unchanged"}: order of poses; the first of equal cost is selected.
+    `search_range`: maximum translation of the first level, even [pixels]; 0 for none. `cutoff`: c
+    of Huber's function; infinite for quadratic costs. `subpixel`: refine to fractions of a pixel,
+    with bilinear interpolation. `ties` {"ascending", "unchanged"}: order of poses; the first of
+    equal cost is selected.
       `ascending`: by scale, y and x. `unchanged`: poses with unchanged scale first.
     """
     start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
@@ -245,7 +245,7 @@ def best_poses(
     cutoff: float,
     number: int,
 ) -> tuple[Array, Array]:
-    """Return the `number` best poses and costs of `offsets` (m, 3) from `around` (n, 3), in order.
+    """Return the `number` best poses at `offsets` (m, 3) from `around` (n, 3), and their costs.
 
     Terms of the cost are not negative, so a sum stops once it reaches the worst of the best costs
     so far. The tuple `components` has a length known to the compiler, which unrolls the loops over
