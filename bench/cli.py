@@ -1,4 +1,4 @@
-"""The command `trackmark`. A command is a file in `bench/commands`; nothing else is imported."""
+"""The command `trackmark`. Each subcommand is a file of `bench/commands`, imported when called."""
 
 import ast
 import importlib

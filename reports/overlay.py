@@ -23,7 +23,7 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # coordinates in cv2 are multiples of 2**-4 px
 _DASH = 4.0
 _DARK, _LIGHT = (0, 0, 0), (255, 255, 255)
-_MIN_RULER_STEP = 60  # distance of two numbers of a ruler, so that they do not overlap [px]
+_MIN_RULER_STEP = 60  # distance between numbers of a ruler, so that they do not overlap [px]
 _MAX_COORDINATE = 1e8
 """Largest coordinate that is drawn [px]: products of larger ones could overflow."""
 

@@ -118,7 +118,7 @@ class Claim(Entry):
 
     @property
     def n_scenes(self) -> int:
-        """Scenes of each sequence."""
+        """Number of scenes of each sequence."""
         return self.scenes or DEFAULT_SCENES.get(self.test, 24)
 
 

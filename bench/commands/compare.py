@@ -142,12 +142,12 @@ def command(options: CompareOptions) -> int:
 
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:
-    """Return the presets; if `native` cannot judge the runs, the protocol's preset replaces it."""
-    from trackmark.bench.evaluation.scoring import can_judge
+    """Return the presets; if `native` cannot score the runs, the protocol's preset replaces it."""
+    from trackmark.bench.evaluation.scoring import can_score
     from trackmark.bench.protocols import parse_protocol
     from trackmark.bench.reporting.tables import PRESET
 
-    replaced = {} if can_judge(PRESET, filed) else {PRESET: parse_protocol(filed).preset}
+    replaced = {} if can_score(PRESET, filed) else {PRESET: parse_protocol(filed).preset}
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
 

@@ -139,7 +139,9 @@ def _stored(
 
     boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
     if not boxes:
-        raise ResultsError(f"{results}: no runs on {sequence.name} found. Run it first.")
+        raise ResultsError(
+            f"{results}: no runs on {sequence.name} found. Run a tracker on it first."
+        )
     if len(boxes[TRUTH]) != len(sequence) or (
         sequence.present.any() and not np.array_equal(boxes[TRUTH], sequence.boxes, equal_nan=True)
     ):

@@ -246,7 +246,7 @@ class _FileEntry(_Strict):
     truth: Annotated[str, Field(min_length=1)] | None = None
 
     def stored(self, name: str) -> BaselineEntry:
-        """Return the entry of a sequence."""
+        """Return the entry as `BaselineEntry`; `name` is the sequence if the entry has no path."""
         source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
         return BaselineEntry(source, self.sequence, tuple(self.overlap), tuple(self.boxes))
 

@@ -225,7 +225,7 @@ class Series:
 
     @property
     def level(self) -> float:
-        """Breaking point."""
+        """Breaking point: the level at which half of the runs survive."""
         return self.axis.level(self.threshold.median)
 
     @property

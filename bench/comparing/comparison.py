@@ -35,7 +35,7 @@ DEFAULT = "default"
 
 @dataclass(frozen=True)
 class Standing:
-    """Tracker in a comparison; means are in the measure's unit before scaling."""
+    """Tracker in a comparison; `mean` and `interval` are not multiplied by the measure's scale."""
 
     tracker: str
     mean: float

@@ -283,7 +283,7 @@ def take_turns(
 def _pass(
     sides: Sequence[Side], turns: Sequence[tuple[int, int, int]], first: int
 ) -> NDArray[np.float64]:
-    """Return the times of one pass; the order of the sides alternates from turn to turn."""
+    """Return the times of one pass, (sides, turns); each turn starts with the next side."""
     seconds = np.empty((len(sides), len(turns)))
     for place, turn in enumerate(turns):
         for step in range(len(sides)):

@@ -134,7 +134,7 @@ class Recorder:
         self._made: Tracker | None = None
 
     def watches(self, first: int) -> bool:
-        """Create the tracker; return whether it watches the frames before `first`."""
+        """Create the tracker; return whether it is a `Watcher` and gets frames before `first`."""
         return self._call(first, lambda: isinstance(self._tracker(), Watcher)) or False
 
     def show(self, shared_frame: SharedFrame, frame: int) -> None:

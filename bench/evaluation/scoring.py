@@ -22,7 +22,7 @@ REVISED = "revised_"
 """Prefix of the names of scores of revised boxes."""
 
 
-def judge(
+def score_run(
     run: Run, sequence: str | GroundTruthLike, preset: str = "native", trace: Trace = "online"
 ) -> PresetResult:
     """Return the scores and curves of a run by a preset.
@@ -42,7 +42,7 @@ def judge(
         )
     init = select_ground_truth(scored, run.identity.init, run.identity.sequence)
     chosen = metrics_preset(preset)
-    if not can_judge(preset, run.identity.protocol):
+    if not can_score(preset, run.identity.protocol):
         names = [
             name for name in protocol_names() if chosen.protocol in parse_protocol(name).judged
         ]
@@ -55,18 +55,18 @@ def judge(
     boxes = run.boxes_in(trace)
     _check_segments(run, scored.boxes, init.boxes)
     if not run.segments:
-        return chosen.judge(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
+        return chosen.score(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
     parts, stop = [], 0
     for frames in run.segments:
         rows = slice(stop, stop := stop + len(frames))
         answer = RunEstimates(
             boxes[rows], run.visible[rows], run.confidence[rows], n_sequence_frames=len(init.boxes)
         )
-        parts.append(chosen.judge(_select_frames(init, frames), answer))
+        parts.append(chosen.score(_select_frames(init, frames), answer))
     return replace(chosen.combine([parts]), parts=parts)
 
 
-def can_judge(preset: str, protocol: str) -> bool:
+def can_score(preset: str, protocol: str) -> bool:
     """Return whether a metrics preset can score runs of a stored protocol.
 
     No preset can score unknown protocols, which a later version of trackmark may have stored.
@@ -148,7 +148,7 @@ def score(
         For a failed run, an unknown preset or trace, another sequence, or a run that the preset
         cannot score.
     """
-    scores = dict(judge(run, sequence, preset, trace).scores)
+    scores = dict(score_run(run, sequence, preset, trace).scores)
     if run.segmentation is not None and trace == "online":
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
         scores |= segmentation_scores(run.segmentation, initialised)
@@ -193,7 +193,7 @@ def score_boxes(
     >>> score_boxes(truth.boxes, truth)["mean_overlap"]
     1.0
     """
-    return dict(metrics_preset(preset).judge(_truth(sequence), RunEstimates(boxes)).scores)
+    return dict(metrics_preset(preset).score(_truth(sequence), RunEstimates(boxes)).scores)
 
 
 def _truth(sequence: str | GroundTruthLike) -> GroundTruthLike:

@@ -125,13 +125,13 @@ def mean_of_sequences(runs: Runs) -> PresetResult:
 class Preset:
     """Named set of score definitions.
 
-    `judge` is a pure function. It raises `ValueError` if there is no ground truth, the numbers of
+    `score` is a pure function. It raises `ValueError` if there is no ground truth, the numbers of
     rows differ or the estimates lack data that the protocol provides. `combine` requires at least
     one run per sequence; see `overall`.
     """
 
     columns: Mapping[str, Column]
-    judge: Callable[[GroundTruthLike, RunEstimates], PresetResult]
+    score: Callable[[GroundTruthLike, RunEstimates], PresetResult]
     combine: Callable[[Runs], PresetResult] = mean_of_sequences
     curves: Mapping[str, Axes] = field(default_factory=dict)
     protocol: Protocol = "one pass"

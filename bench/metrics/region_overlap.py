@@ -18,8 +18,8 @@ MAX_COORDINATE = 2.0**30
 """Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""
 
 Shapes: TypeAlias = Sequence[NDArray[Any] | None] | None
-"""Ground-truth region by frame: polygon, float64 of shape (k, 2), mask, bool of shape (height,
-width), or None if the region is the box."""
+"""Ground-truth region by frame: a polygon (float64, shape (k, 2)), a mask (bool, shape (height,
+width)), or None if the region is the box."""
 
 
 def raster_overlap(
@@ -68,7 +68,7 @@ def exact_overlap(
 def _iterate_shapes(
     shapes: Shapes, truth: NDArray[np.float64]
 ) -> Iterator[tuple[int, NDArray[Any]]]:
-    """Yield index and shape of each frame with a target and a shape."""
+    """Yield index and shape of each frame whose target is present and has a shape."""
     for i, shape in enumerate(() if shapes is None else shapes):
         if shape is not None and np.isfinite(truth[i]).all():
             yield i, np.asarray(shape)

@@ -79,7 +79,7 @@ def preset_curves(
 ) -> Mapping[str, Figure]:
     """Draw the curves of a metrics preset."""
     if scored.curves and not any(scored.curves.values()):
-        why = f"there is no tracker all of whose runs {scored.preset} can judge."
+        why = f"there is no tracker all of whose runs {scored.preset} can score."
         on_message(f"{scored.table.name}: no plot: {why}")
         return {}
     figures = {}

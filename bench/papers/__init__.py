@@ -2,7 +2,8 @@
 
 A folder contains `paper.toml` (runs, tables and figures), `claims.toml`, `sensitivity.toml` and
 `criteria.toml` (criteria that scenes must meet). Its `measures.py`, `scenes.py`, `timing.py` and
-`figures.py` contain functions that only this paper needs.
+`figures.py` contain functions that only this paper needs. `criteria/<paper>.py` measures its
+criteria.
 """
 
 from dataclasses import dataclass

@@ -133,51 +133,26 @@ class Sensitivity(Entry):
 
 
 class Description(Entry):
-    """A paper.
-
-    Attributes
-    ----------
-    title, citation, method, finding : str
-        Title of the page, full citation, method, and result of the reproduction in one sentence.
-    repetitions : int
-        Number of repetitions of stochastic trackers. It is odd: a scene counts as a success if more
-        than half of its runs succeed.
-    frames_from : int
-        Number of the first frame in the paper.
-    on_target : str
-        Criterion for a tracked frame: `within` (centre error up to half the mean box side),
-        `inside` (centre inside the box), or a function in the paper's `measures.py`.
-    trace : str
-        Boxes that are measured: `online` or `revised`.
-    quick_scenes : int
-        Number of scenes per sequence with `--quick`.
-    trackers : mapping of str to str
-        Specifications by the names that claims, tables and figures use.
-    settings : mapping of str to options
-        Options that a setting adds to each tracker, by its registered name.
-    sequences : mapping of str to SequenceEntry
-        Sequences by the names that claims, tables and figures use.
-    setting_table : list of lists of str
-        Rows of the table of settings: parameter, as written, recommended, source.
-    main_table, figure : MainTable, mapping of str to FigureEntry
-        Main table and figures.
-    """
+    """Content of a `paper.toml`: what is run, shown and claimed."""
 
     name: Text
     version: Literal[1]
     title: Text
     citation: Text
     method: Text
-    finding: Text
+    finding: Text  # result of the reproduction in one sentence
+    # Stochastic trackers; odd, because a scene succeeds if more than half of its runs do.
     repetitions: Annotated[int, Field(ge=1)] = 1
-    frames_from: int = 0
+    frames_from: int = 0  # number of the first frame in the paper
+    # Tracked frames: `within` (error up to half the mean box side), `inside` (centre in the box),
+    # or a function in the paper's `measures.py`.
     on_target: Text = "within"
     trace: Literal["online", "revised"] = "online"
     quick_scenes: Annotated[int, Field(ge=1)] = 3
-    trackers: dict[Text, Text]
-    settings: dict[Text, Options]
+    trackers: dict[Text, Text]  # specifications by the names of claims, tables and figures
+    settings: dict[Text, Options]  # added to each tracker, by its registered name
     sequences: dict[Text, Annotated[SequenceEntry, BeforeValidator(_as_sequence)]]
-    setting_table: tuple[tuple[str, ...], ...]
+    setting_table: tuple[tuple[str, ...], ...]  # parameter, both settings, source
     main_table: MainTable
     figure: dict[Text, FigureEntry] = Field(default={})
 
@@ -207,18 +182,12 @@ class Description(Entry):
 
 
 def read_description(name: str, path: Path | None = None) -> Description:
-    """Read the `paper.toml` of a paper, or the file `path` instead.
-
-    Raises
-    ------
-    ExperimentError
-        If an entry is missing, unknown or of the wrong type; the message names file and entry.
-    """
+    """Read the `paper.toml` of a paper, or the file `path`; raise `ExperimentError` on errors."""
     path = path or FOLDER / name / "paper.toml"
     return checked(Description, {"name": name, **read_toml(path, ExperimentError)}, str(path))
 
 
 def read_sensitivity(name: str, path: Path | None = None) -> Sensitivity:
-    """Read the `sensitivity.toml` of a paper; errors as in `read_description`."""
+    """Read a paper's `sensitivity.toml`, or the file `path`; raise `ExperimentError` on errors."""
     path = path or FOLDER / name / "sensitivity.toml"
     return checked(Sensitivity, read_toml(path, ExperimentError), str(path))

@@ -1,4 +1,4 @@
-"""Runs behind a page's numbers as its player shows them, with the frames around the worst ones."""
+"""Runs that the numbers of a page open in its player, with the frames around their worst frames."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,16 +27,19 @@ from trackmark.bench.store.run_rows import run_row
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.page.content import PlayerPosition, PlayerScene
 
-SHOWN_SCENES = 6  # of a claim in a setting
-KINDS = {"overlap": "overlap", "frames": "loss"}  # of the worst frame, by unit; else by error
-MAX_FRAMES = 2400  # of a page: about ten megabytes
-MAX_SECONDS, MAX_QUICK_SECONDS = 20.0, 1.0  # to render them, by the time that they once took
+SHOWN_SCENES = 6  # maximum per claim and setting
+KINDS = {
+    "overlap": "overlap",
+    "frames": "loss",
+}  # worst frame by unit of the measure; otherwise the largest error
+MAX_FRAMES = 2400  # maximum per page: about 10 MB
+MAX_SECONDS, MAX_QUICK_SECONDS = 20.0, 1.0  # maximum time to render the frames of a page
 REACHES = (1_000_000, 100, 50, 20, 10, 5, 2)
-"""Frames before and after the worst ones; the first that meets the limits is taken, or the last."""
+"""Candidates for the number of frames around a worst frame; the first within the limits is used."""
 
 
 class ShownRun(NamedTuple):
-    """A run to open at its worst frame: text forms, also of the trackers that are drawn with it."""
+    """Run that opens at its worst frame; `beside`: trackers that are drawn with it."""
 
     tracker: str
     sequence: str
@@ -45,7 +48,7 @@ class ShownRun(NamedTuple):
 
 
 class SceneRow(NamedTuple):
-    """A scene of a claim: better minus worse (NaN without sides), then one value per tracker."""
+    """Scene of a claim: better minus worse (NaN if nothing is compared), then values by tracker."""
 
     scene: str
     numbers: list[float]
@@ -54,27 +57,21 @@ class SceneRow(NamedTuple):
 
 @dataclass(frozen=True)
 class Footage:
-    """Filmed scenes of a page, and the places that its numbers lead to."""
+    """Rendered scenes of a page, and the positions in the player that its numbers open."""
 
     reading: PageRuns
     scenes: Sequence[PlayerScene]
     places: Mapping[ShownRun, PlayerPosition]
 
     def place(self, run: ShownRun | None) -> PlayerPosition | None:
-        """Return the worst frame of a run; None without one."""
+        """Return the position of a run's worst frame; None without a run."""
         return self.places.get(run) if run else None
 
 
 def film_runs(
     linked_runs: Iterable[ShownRun | None], context: Context, results: Path, watch: Watch
 ) -> Footage:
-    """Read runs with the runs drawn next to them; render the frames around their worst frames.
-
-    Raises
-    ------
-    ResultsError
-        If a file cannot be read.
-    """
+    """Read runs and those drawn next to them; render the frames around their worst frames."""
     runs = list(dict.fromkeys(filter(None, linked_runs)))
     files = [
         file
@@ -97,7 +94,7 @@ def _stored(places: Iterable[tuple[Path, RunKey]]) -> Iterator[StoredRun]:
         run = results.read(cell)
         stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
         row = run_row(run, stored)
-        # The name of a synthetic scene is its source.
+        # The specification of a synthetic scene is its source.
         yield row | {"source": row["source"] or row["sequence"]}, run, stored
 
 
@@ -110,7 +107,7 @@ def _place(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition
 
 
 def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float) -> list[list[int]]:
-    """Choose frames of each sequence, as far around the places as room and time allow."""
+    """Choose frames of each sequence around the places, within limits of size and time."""
     costs = [stage.row["frame_seconds"] or 0.0 for stage in reading.stages]
     chosen: list[list[int]] = []
     for reach in REACHES:
@@ -127,7 +124,7 @@ def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float)
 
 
 def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneRow]:
-    """Return the scenes that speak most against a claim, worst first; none for times."""
+    """Return the scenes with most evidence against a claim, worst first; none for times."""
     claim, evidence = row.claim, row.evidence[setting]
     if evidence.first.empty:
         return []

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -84,7 +85,7 @@ def figure_label(name: str) -> str:
 def _draw(
     name: str, entry: FigureEntry, context: Context
 ) -> tuple[str, Mapping[str, Drawn], Strip | None]:
-    """Return the description of our figure, its plots by file stem, and the content of a strip."""
+    """Return the text about a figure, its plots by file stem, and the content if it is a strip."""
     if entry.kind == "hook":
         plots = context.function(entry.hook)(context)
         plots = plots if isinstance(plots, Mapping) else {name: plots}
@@ -141,9 +142,9 @@ def _draw_strip(strip: Strip, entry: FigureEntry, context: Context) -> tuple[str
     ]
     frame_numbers = ", ".join(map(str, entry.frames))
     words = (
-        f"Frames {frame_numbers} of {strip.sequence.name}, with the centre error in brackets. In "
-        f"this scene the recommended {entry.trackers[0]} has its median error. Each row states in "
-        "how many scenes the target is tracked in the same frames and lost in the same frames."
+        f"Frames {frame_numbers} of {strip.sequence.name}, with the centre error in brackets. This "
+        f"scene has the median error of {entry.trackers[0]} as recommended. Each row states in how "
+        "many scenes the target is tracked and lost in the same frames as here."
     )
     return words, np.vstack(rows)
 
@@ -181,31 +182,18 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     for setting in SETTINGS:
         for tracker in entry.trackers:
             text = tracker_text(context.description, tracker, setting)
-            judged_runs = [
-                context.runs.judged_runs(text, name) for names in scenes for name in names
-            ]
-            means = [
-                np.mean([by_frame(judged) for judged in runs], axis=0)
-                for runs in judged_runs
-                if runs
-            ]
-            if means:
-                panels.setdefault(setting.replace("-", " "), {})[tracker] = _stacked(means)
+            stored = (context.runs.judged_runs(text, name) for names in scenes for name in names)
+            means = [np.mean([*map(by_frame, runs)], axis=0) for runs in stored if runs]
+            if means:  # shorter scenes are padded with NaN
+                rows = pd.DataFrame(means).to_numpy(float)
+                panels.setdefault(setting.replace("-", " "), {})[tracker] = rows
     if not panels:
         return "", None
     trackers = list(entry.trackers)
     title = f"{entry.sequence}: {quantity}"
     plot = series_plot(panels, title, quantity, trackers, "scenes", start, ROW_HEIGHT)
-    words = f"Curves of {'; '.join(trackers)}; {quantity}: median and quartiles over "
+    words = f"Curves of the {quantity} of {'; '.join(trackers)}: median and quartiles over "
     return f"{words}{len(scenes)} scenes of {entry.sequence}, one panel per setting.", plot
-
-
-def _stacked(series: list[Series]) -> Series:
-    """Return the series of scenes as rows, padded with NaN to the longest one."""
-    rows = np.full((len(series), max(map(len, series))), np.nan)
-    for row, values in zip(rows, series, strict=True):
-        row[: len(values)] = values
-    return rows
 
 
 def _scenes(entry: FigureEntry, context: Context) -> list[list[str]]:

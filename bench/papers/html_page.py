@@ -18,29 +18,16 @@ from trackmark.bench.papers.evidence_frames import (
     film_runs,
     main_runs,
 )
-from trackmark.bench.papers.figures import Drawing, Strip
+from trackmark.bench.papers.figures import Drawing, Image
 from trackmark.bench.papers.main_table import main_values
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
+from trackmark.bench.papers.measures import JudgedRun
 from trackmark.bench.papers.reproduction import Report
+from trackmark.reports.page import paper_cards as cards
 from trackmark.reports.page.cards import Fold
 from trackmark.reports.page.content import Card, Page, PageSection, PageTable
 from trackmark.reports.page.film import compress_picture
 from trackmark.reports.page.page import write_page
-from trackmark.reports.page.paper_cards import (
-    FigurePanel,
-    FigureSwitch,
-    SideCell,
-    SideRow,
-    SideTable,
-    StripRow,
-    StripTile,
-    VerdictBar,
-    VerdictCell,
-    VerdictCount,
-    VerdictGroup,
-    VerdictItem,
-    VerdictList,
-)
 from trackmark.reports.tables import MISSING, text_table
 
 Scenes = Mapping[tuple[str, str], list[SceneRow]]
@@ -58,21 +45,10 @@ MIN_DECIDED = 0.3  # share of the verdicts below which the page says that most a
 
 
 def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) -> list[Path]:
-    """Write the page of a paper and return its files.
+    """Write the page of a paper into the report's folder and return its files.
 
-    Parameters
-    ----------
-    path : Path
-        File in the report's folder; the folders of its experiments lie next to that folder.
-    report : Report
-        The report.
-    watch : callable
-        Called with the number of frames read, and of all frames.
-
-    Raises
-    ------
-    OSError, ResultsError
-        If a file cannot be written, or a run cannot be read.
+    The folders of the paper's experiments lie next to that folder. `watch`: called with the number
+    of frames read, and of all frames. Raises `OSError` or `ResultsError`.
     """
     context = report.context
     scenes = {
@@ -103,13 +79,15 @@ def _details(report: Report) -> list[str]:
     if not report.verdicts:
         command = f"trackmark reproduce {report.description.name}"
         return [f"Quick report on few scenes, without verdicts. For verdicts run: {command}"]
-    counts = [f"{setting}: {count_verdicts(report.verdicts, setting)}" for setting in SETTINGS]
+    counts = [
+        f"{name}: {count_verdicts(report.verdicts, setting)}"
+        for name, setting in zip(NAMES, SETTINGS, strict=True)
+    ]
     verdicts = [v.verdict for row in report.verdicts for v in row.verdicts.values()]
-    testable = [verdict for verdict in verdicts if verdict != "not testable"]
-    decided = sum(verdict != "inconclusive" for verdict in testable)
-    few = decided < MIN_DECIDED * len(testable)
+    decided = sum(verdict in ("holds", "does not hold") for verdict in verdicts)
+    few = decided < MIN_DECIDED * (len(verdicts) - verdicts.count("not testable"))
     start = ["Most claims could not be decided."] if few else []
-    return [*start, f"{len(report.verdicts)} claims; {'; '.join(counts)}."]
+    return [*start, f"{len(report.verdicts)} claims. {'; '.join(counts).capitalize()}."]
 
 
 def _sections(
@@ -118,19 +96,10 @@ def _sections(
     """Yield the parts of the page in their order."""
     groups = _groups(report.verdicts, scenes, footage)
     if groups:
-        bar = VerdictBar(
-            [
-                VerdictCount(
-                    g.title.replace("Holds", "holds" if len(g.items) == 1 else "hold").lower(),
-                    g.tone,
-                    len(g.items),
-                    g.key,
-                )
-                for g in groups
-            ]
-        )
+        counts = [cards.VerdictCount(g.title, g.tone, len(g.items), g.key) for g in groups]
+        bar = cards.VerdictBar(counts)
         yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[bar])
-    table, figures = _main_table(report, runs, footage), FigureSwitch(_panels(report.figures))
+    table, figures = _main_table(report, runs, footage), cards.FigureSwitch(_panels(report.figures))
     width = len(table.columns) * (len(SETTINGS) + table.paired)
     frames = max((len(panel.frames) for panel in figures.panels), default=MAX_FRAMES + 1)
     narrow = width <= MAX_COLUMNS and frames <= MAX_FRAMES
@@ -149,13 +118,13 @@ def _sections(
     for times in report.main[1:]:
         yield PageSection(times.name, "Times", blocks=[PageTable(times)])
     if groups:
-        blocks = [VerdictList(NAMES, groups)]
+        blocks = [cards.VerdictList(NAMES, groups)]
         rules = plain(RULES)
         yield PageSection("verdicts", "Verdicts", blocks=blocks, caption=rules, nav="Verdicts")
     yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
 
 
-def _main_table(report: Report, runs: MainRuns, footage: Footage) -> SideTable:
+def _main_table(report: Report, runs: MainRuns, footage: Footage) -> cards.SideTable:
     """Return the main table; a value opens its worst run and shows the verdict on its claim."""
     main, verdicts = report.description.main_table, {row.claim.name: row for row in report.verdicts}
     rows = []
@@ -166,7 +135,7 @@ def _main_table(report: Report, runs: MainRuns, footage: Footage) -> SideTable:
             texts = [[row.separator.join(values)] for values in texts]
         ours = [
             [
-                SideCell(
+                cards.SideCell(
                     texts[k][i],
                     _share(texts[k][i]),
                     *_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
@@ -176,12 +145,13 @@ def _main_table(report: Report, runs: MainRuns, footage: Footage) -> SideTable:
             ]
             for i in range(len(texts[0]))
         ]
-        rows.append(SideRow(row.labels, row.paper, ours))
-    notes = [
-        "Green: a claim on this value holds on our scenes; red: it does not hold; yellow: "
-        "inconclusive. Our videos are not those of the paper: compare orders, not numbers."
-    ]
-    return SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
+        rows.append(cards.SideRow(row.labels, row.paper, ours))
+    notes = ["Our videos are not those of the paper: compare orders, not numbers."]
+    if verdicts:
+        notes.insert(
+            0, "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
+        )
+    return cards.SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
 
 
 def _mark(row: VerdictRow | None, setting: str) -> tuple[str, str]:
@@ -197,70 +167,64 @@ def _share(text: str) -> float | None:
     return int(number[1]) / 100 if number else None
 
 
-def _panels(figures: Sequence[Drawing]) -> list[FigurePanel]:
+def _panels(figures: Sequence[Drawing]) -> list[cards.FigurePanel]:
     """Return the figures of the paper; all files of a figure share a panel."""
     panels: dict[str, list[Drawing]] = {}
     for figure in figures:
         panels.setdefault(figure.label.partition(",")[0], []).append(figure)
-    return [
-        FigurePanel(
-            label,
-            f"{drawings[0].caption.rstrip('.')}.",
-            _words(drawings[0]),
-            *_strip(drawings[0].strip, drawings[0]),
-            [] if drawings[0].strip else [compress_picture(d.path.read_bytes()) for d in drawings],
-        )
-        for label, drawings in panels.items()
-    ]
+    return [_panel(label, drawings) for label, drawings in panels.items()]
 
 
-def _words(figure: Drawing) -> str:
-    if figure.strip is None:
-        return figure.words
-    return (
-        f"`{figure.strip.sequence.name}`, the scene with the median error of "
-        f"{figure.entry.trackers[0]} as recommended. White: true {figure.entry.shape}; solid: as "
-        "written; dashed: recommended; px: centre error."
-    )
-
-
-def _strip(strip: Strip | None, figure: Drawing) -> tuple[list[str], list[StripRow]]:
-    """Return the headings of a strip's frames and its rows, one per tracker."""
+def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
+    """Return a figure: a strip as frames with one row per tracker, other figures as pictures."""
+    figure, strip = figures[0], figures[0].strip
+    caption = f"{figure.caption.rstrip('.')}."
     if strip is None:
-        return [], []
+        pictures = [compress_picture(drawing.path.read_bytes()) for drawing in figures]
+        return cards.FigurePanel(label, caption, figure.words, pictures=pictures)
+    words = (
+        f"`{strip.sequence.name}`, the scene with the median error of {figure.entry.trackers[0]} "
+        f"as recommended. White: true {figure.entry.shape}; solid: as written; dashed: "
+        "recommended; px: centre error."
+    )
     rows = []
     for number, tracker in enumerate(figure.entry.trackers):
         runs = [(setting, judged) for name, setting, judged in strip.rows if name == tracker]
-        paper = figure.entry.paper.get(tracker, ())
-        tiles = []
-        for i, frame in enumerate(strip.frames):
-            image = strip.sequence[frame]
-            notes: list[tuple[str, str, str]] = [("paper", paper[i], "")] if paper else []
-            for setting, judged in runs:
-                state = "on" if judged.on_target[frame] else "off"
-                text = f"{state} ({judged.error[frame]:.0f} px)" if judged.present[frame] else "–"
-                tone = "" if not paper else "good" if state == paper[i] else "bad"
-                notes.append((setting, text, tone))
-            truth, *boxes = (
-                rows[frame].tolist()
-                for rows in (runs[0][1].truth.boxes, *(judged.boxes for _, judged in runs))
-            )
-            tiles.append(
-                StripTile(
-                    _webp(image),
-                    (image.shape[1], image.shape[0]),
-                    truth if np.isfinite(truth).all() else None,
-                    [box for box in boxes if np.isfinite(box).all()],
-                    notes,
-                    ", ".join(f"{name}: {text}" for name, text, _ in notes),
-                    figure.entry.shape == "ellipse",
-                )
-            )
-        rows.append(StripRow(tracker, number, tiles))
-    return [f"frame {number}" for number in figure.entry.frames], rows
+        paper = figure.entry.paper.get(tracker, [""] * len(strip.frames))
+        tiles = [
+            _tile(strip.sequence[frame], frame, runs, state, figure.entry.shape)
+            for frame, state in zip(strip.frames, paper, strict=True)
+        ]
+        rows.append(cards.StripRow(tracker, number, tiles))
+    frames = [f"frame {number}" for number in figure.entry.frames]
+    return cards.FigurePanel(label, caption, words, frames, rows)
 
 
-def _webp(image: np.ndarray) -> bytes:
+def _tile(
+    image: Image, frame: int, runs: Sequence[tuple[str, JudgedRun]], paper: str, shape: str
+) -> cards.StripTile:
+    """Return a frame with the boxes of both settings; `paper`: its `on` or `off`, or empty."""
+    notes = [("paper", paper, "")] if paper else []
+    for setting, judged in runs:
+        state = "on" if judged.on_target[frame] else "off"
+        text = f"{state} ({judged.error[frame]:.0f} px)" if judged.present[frame] else MISSING
+        notes.append((setting, text, paper and ("good" if state == paper else "bad")))
+    truth, *boxes = (
+        rows[frame].tolist()
+        for rows in (runs[0][1].truth.boxes, *(judged.boxes for _, judged in runs))
+    )
+    return cards.StripTile(
+        _webp(image),
+        (image.shape[1], image.shape[0]),
+        truth if np.isfinite(truth).all() else None,
+        [box for box in boxes if np.isfinite(box).all()],
+        notes,
+        ", ".join(f"{name}: {text}" for name, text, _ in notes),
+        shape == "ellipse",
+    )
+
+
+def _webp(image: Image) -> bytes:
     height, width = image.shape[:2]
     if width > WIDTH:
         size = WIDTH, round(height * WIDTH / width)
@@ -268,7 +232,9 @@ def _webp(image: np.ndarray) -> bytes:
     return cv2.imencode(".webp", image, [cv2.IMWRITE_WEBP_QUALITY, 75])[1].tobytes()
 
 
-def _groups(rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage) -> list[VerdictGroup]:
+def _groups(
+    rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage
+) -> list[cards.VerdictGroup]:
     """Return the claims by their verdicts in both settings; groups without claims are left out."""
     groups = {
         "both": ("Holds in both settings", "good"),
@@ -277,7 +243,7 @@ def _groups(rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage) -> lis
         "inconclusive": ("Inconclusive in both settings", "undecided"),
         "numbers": ("Not testable", "none"),
     }
-    items: dict[str, list[VerdictItem]] = {key: [] for key in groups}
+    items: dict[str, list[cards.VerdictItem]] = {key: [] for key in groups}
     for row in rows:
         verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
         if "not testable" in verdicts:
@@ -288,13 +254,13 @@ def _groups(rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage) -> lis
             key = ("neither", "one", "both")[verdicts.count("holds")]
         items[key].append(_item(row, scenes, footage))
     return [
-        VerdictGroup(f"group-{key}", *groups[key], items=claims)
+        cards.VerdictGroup(f"group-{key}", *groups[key], items=claims)
         for key, claims in items.items()
         if claims
     ]
 
 
-def _item(row: VerdictRow, scenes: Scenes, footage: Footage) -> VerdictItem:
+def _item(row: VerdictRow, scenes: Scenes, footage: Footage) -> cards.VerdictItem:
     """Return a claim: its verdicts open the worst scenes, and it unfolds quote and reasons."""
     claim = row.claim
     cells = []
@@ -306,7 +272,7 @@ def _item(row: VerdictRow, scenes: Scenes, footage: Footage) -> VerdictItem:
         if verdict.verdict == "inconclusive" or "too small" in verdict.reason:
             remarks.insert(0, verdict.reason)
         cells.append(
-            VerdictCell(
+            cards.VerdictCell(
                 verdict.verdict,
                 TONES.get(verdict.verdict, "none"),
                 f"difference {effect}" if compared and effect != MISSING else effect,
@@ -324,7 +290,7 @@ def _item(row: VerdictRow, scenes: Scenes, footage: Footage) -> VerdictItem:
     quote = f"“{claim.quote}” ({claim.source})"
     title = f"{claim.short[:1].upper()}{claim.short[1:]}"
     card = Card(f"claim-{claim.name}", title, quote, {"claim": claim.name, **facts}, sheets)
-    return VerdictItem(card, claim.paper, cells)
+    return cards.VerdictItem(card, claim.paper, cells)
 
 
 def _scenes(
@@ -340,14 +306,11 @@ def _scenes(
         [scene_row.scene, *(f"{v:.4g}" if isfinite(v) else MISSING for v in numbers)]
         for scene_row, numbers in zip(scene_rows, values, strict=True)
     ]
-    caption = f"{setting.replace('-', ' ')}: {len(scene_rows)} scenes, worst first"
-    unit = row.evidence[setting].unit
-    caption += f" [{unit}]" if unit else ""
+    unit = f" [{row.evidence[setting].unit}]" if row.evidence[setting].unit else ""
+    caption = f"{NAMES[SETTINGS.index(setting)]}: {len(scene_rows)} scenes, worst first{unit}"
     name, shown_heads = f"scenes-{claim.name}-{setting}", [heads[0], *heads[1 + first :]]
     places = [[*map(footage.place, scene_row.runs[first:])] for scene_row in scene_rows]
-    return PageTable(
-        text_table(name, caption[:1].upper() + caption[1:], shown_heads, rows, 1), values, places
-    )
+    return PageTable(text_table(name, caption, shown_heads, rows, 1), values, places)
 
 
 def _folds(report: Report) -> Iterator[Fold]:

@@ -18,21 +18,14 @@ from trackmark.reports.page.paper_cards import PaperList, PaperRow, VerdictCount
 
 
 def write_front_page(output: Path) -> Path:
-    """Write the page of all papers from the reports in the folder of results; return its file.
+    """Write the page of all papers from their reports in a folder of results; return its file.
 
-    Raises
-    ------
-    ResultsError
-        If a report cannot be read.
-    OSError
-        If the page cannot be written.
+    Raises `ResultsError` for an unreadable report, and `OSError`.
     """
     rows = [_row(name, output) for name in paper_names()]
     caption = "As written: the paper taken literally. Recommended: with a few open values changed."
     papers = [PaperList(NAMES, rows)]
-    section = PageSection(
-        "papers", "Claims by verdict in two settings", blocks=papers, caption=caption
-    )
+    section = PageSection("papers", "Verdicts in two settings", blocks=papers, caption=caption)
     judged = sum(bool(row.counts) for row in rows)
     page = Page("trackmark", [section], answer=f"{judged} of {len(rows)} papers reproduced")
     return write_page(output / "report.html", page)[0]
@@ -55,22 +48,13 @@ def _row(name: str, output: Path) -> PaperRow:
             f"{path}: the report cannot be read ({error!r}). Reproduce its paper again."
         ) from error
     took = f"{seconds:.0f} s" if seconds < 60 else f"{seconds / 60:.0f} min"
-    if not any(counts):
-        note = f"Quick report without verdicts: `{command}` ({took})"
-        return PaperRow(description.title, address, description.method, [], note)
-    note = f"Made by `{command}` ({took})"
-    return PaperRow(description.title, address, description.finding, counts, note)
+    if document["claims"]:
+        note = f"Made by `{command}` ({took})"
+        return PaperRow(description.title, address, description.finding, counts, note)
+    note = f"Quick report without verdicts: `{command}` ({took})"
+    return PaperRow(description.title, address, description.method, [], note)
 
 
 def _counts(document: Mapping[str, Any], setting: str) -> list[VerdictCount]:
     verdicts = Counter(claim["settings"][setting]["verdict"] for claim in document["claims"])
-    plurals = {"holds": "hold", "does not hold": "do not hold"}
-    return [
-        VerdictCount(
-            plurals.get(label, label) if verdicts[label] > 1 else label,
-            TONES.get(label, "none"),
-            verdicts[label],
-        )
-        for label in VERDICTS
-        if verdicts[label]
-    ]
+    return [VerdictCount(name, TONES.get(name, "none"), verdicts[name]) for name in VERDICTS]

@@ -25,8 +25,8 @@ def main_table(context: Context) -> Table:
         ]
         for row in entry.rows
     ]
-    scenes = "1 scene" if context.scenes == 1 else f"{context.scenes} scenes"
-    caption = f"{entry.caption} {scenes} per sequence."
+    verb, scenes = ("is", "1 scene") if context.scenes == 1 else ("are", f"{context.scenes} scenes")
+    caption = f"{entry.caption} There {verb} {scenes} per sequence."
     return text_table("main", caption, heads, rows, len(entry.heads))
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, verdict_table
+from trackmark.bench.claims.row_verdicts import SETTINGS, count_verdicts, verdict_table
 from trackmark.bench.papers.reproduction import Report
 from trackmark.reports.files import write_file
 from trackmark.reports.renderers import to_markdown
@@ -31,13 +31,15 @@ def page(report: Report, folder: Path) -> str:
     """Return the page of a paper in Markdown, with links to figures in the page's `folder`."""
     entry, notes = report.description, report.notes
     parts = [f"# {entry.title}", f"{entry.citation}", f"**Method.** {entry.method}"]
-    if finding := notes.get("Result"):
-        parts.append(f"**Result.** {finding}")
+    if report.verdicts:
+        parts.append(f"**Result.** {entry.finding} {notes.get('Result', '')}".rstrip())
     parts += [VIDEOS, "## 1 The paper's numbers and ours", *map(markdown, report.main)]
     parts += ["## 2 Figures", _figures(report, folder)]
     if report.verdicts:
-        parts += ["## 3 Verdicts", RULES, *_counts(report.verdicts)]
-        parts.append(markdown(verdict_table(report.verdicts)))
+        rows = report.verdicts
+        counts = "; ".join(f"{setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS)
+        parts += ["## 3 Verdicts", RULES, f"{len(rows)} claims. {counts}."]
+        parts.append(markdown(verdict_table(rows)))
     parts += ["## 4 What differs and why", notes.get("What differs and why", "")]
     parts += ["## 5 The scenes", markdown(report.criteria)]
     parts += ["## 6 Settings", markdown(report.settings)]
@@ -47,7 +49,9 @@ def page(report: Report, folder: Path) -> str:
         if report.sensitivity
         else f"Written by `trackmark reproduce {entry.name} --all`."
     )
-    parts += ["## 8 How to run it", _commands(entry.name, notes.get("How long it takes", ""))]
+    parts += ["## 8 How to run it", f"    trackmark reproduce {entry.name} --all"]
+    options = "`--all` adds section 7; `--quick` omits the verdicts."
+    parts.append(f"{options} {notes.get('How long it takes', '')}".rstrip())
     parts += ["## 9 History", notes.get("History", "")]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -57,11 +61,6 @@ def markdown(table: Table) -> str:
     return to_markdown(table).rstrip("\n")
 
 
-def _counts(rows: list[VerdictRow]) -> list[str]:
-    counts = "; ".join(f"{setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS)
-    return [f"{len(rows)} claims. {counts}."]
-
-
 def _figures(report: Report, folder: Path) -> str:
     rows = []
     for figure in report.figures:
@@ -69,8 +68,3 @@ def _figures(report: Report, folder: Path) -> str:
         file = f"[{name}]({name})" if figure.path.parent == folder else f"`{name}`"
         rows.append(f"| {figure.label} | {figure.caption} | {file}: {figure.words} |")
     return "\n".join(["| paper | what it shows | ours |", "|---|---|---|", *rows])
-
-
-def _commands(paper: str, times: str) -> str:
-    options = "`--all` adds section 7; `--quick` omits the verdicts."
-    return f"    trackmark reproduce {paper} --all\n\n{options} {times}".rstrip()

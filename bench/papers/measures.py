@@ -156,10 +156,7 @@ def paper_module(paper: str, name: str) -> ModuleType | None:
 def find_measure(text: str, paper: str) -> Measure:
     """Return the measure of a specification; the paper's measures precede the common ones.
 
-    Raises
-    ------
-    ExperimentError
-        For an unknown name or option.
+    Raises `ExperimentError` for an unknown name or option.
     """
     name, options = parse_text(text)
     function = getattr(paper_module(paper, "measures"), name, None) or globals().get(name)
@@ -182,13 +179,7 @@ def find_measure(text: str, paper: str) -> Measure:
 
 
 def find_function(name: str, paper: str) -> Any:
-    """Return a function in a paper's modules, named as `module.function`.
-
-    Raises
-    ------
-    ExperimentError
-        If the function does not exist.
-    """
+    """Return `module.function` of a paper's modules; raise `ExperimentError` if it is missing."""
     module, _, function = name.rpartition(".")
     attribute = getattr(paper_module(paper, module), function, None)
     if attribute is None:
@@ -222,10 +213,6 @@ def series(name: str, paper: str) -> Callable[[JudgedRun], Values]:
     return paper_series.get(name) or SERIES.get(name) or (lambda judged: judged.detail(name))
 
 
-def _within(judged: JudgedRun) -> Values:
-    return np.asarray(judged.error <= judged.tolerance, np.float64)
-
-
 def _inside(judged: JudgedRun) -> Values:
     """Return 1 if the centre of the estimate lies inside the ground-truth box, else 0."""
     centres = judged.boxes[:, :2] + judged.boxes[:, 2:] / 2
@@ -236,7 +223,7 @@ def _inside(judged: JudgedRun) -> Values:
 SERIES: dict[str, Callable[[JudgedRun], Values]] = {
     "error": lambda judged: judged.error,
     "overlap": lambda judged: judged.overlap,
-    "within": _within,
+    "within": lambda judged: np.asarray(judged.error <= judged.tolerance, np.float64),
     "inside": _inside,
     "visible": lambda judged: np.asarray(judged.truth.visibility, np.float64),
 }

@@ -59,12 +59,8 @@ def scene_names(
 ) -> list[list[str]]:
     """Return the first scenes of a sequence as lists of specifications, one per member.
 
-    Each member has its own list of passing scenes, unless `scenes_of` names a common one.
-
-    Raises
-    ------
-    ExperimentError
-        If fewer scenes meet the criteria than are requested.
+    Each member has its own list of passing scenes, unless `scenes_of` names a common one. Raises
+    `ExperimentError` if fewer scenes meet the criteria than are requested.
     """
     entry = description.sequences[sequence]
     further = parse_options(on)

@@ -54,15 +54,7 @@ class Report:
 class Reproduction:
     """Reproduction of a paper with `trackmark reproduce`.
 
-    Parameters
-    ----------
-    name : str
-        Name of the paper.
-
-    Raises
-    ------
-    ExperimentError
-        If the paper is unknown or an entry in its files is wrong.
+    Raises `ExperimentError` if the paper is unknown or an entry in its files is wrong.
     """
 
     def __init__(self, name: str) -> None:

@@ -34,19 +34,8 @@ StoredPlace: TypeAlias = tuple[Path, RunKey]
 class StoredRuns:
     """Stored runs of a paper.
 
-    Parameters
-    ----------
-    results : Path
-        Folder that contains the folders of all experiments.
-    requested : mapping of str to collection of RunKey
-        Requested runs by experiment.
-    description : Description
-        The paper.
-
-    Raises
-    ------
-    ResultsError
-        If a run is missing or stale.
+    `results`: folder of all experiments. `requested`: run keys by experiment. Raises `ResultsError`
+    if a run is missing or stale.
     """
 
     def __init__(
@@ -108,13 +97,8 @@ class StoredRuns:
         """Return a measure by scene of a sequence of `paper.toml`, as mean over repetitions.
 
         Values of a sequence with several members are summed. Scenes are omitted if they have no
-        runs or if the measure is NaN in all runs.
-
-        Returns
-        -------
-        DataFrame
-            `sequence`, `rank` (index of the scene, from 0), `scene` (specification of its first
-            member), `tracker` (specification), `value`.
+        runs or if the measure is NaN in all runs. Columns: `sequence`, `rank` (index of the scene,
+        from 0), `scene` (specification of its first member), `tracker` (specification), `value`.
         """
         rows = []
         for rank, members in enumerate(scene_names(self._description, sequence, scenes, on)):

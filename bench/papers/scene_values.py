@@ -28,20 +28,10 @@ The values of a function without the parameter `setting` are equal in both setti
 def scene_values(
     function: SceneFunction, scenes: Sequence[str], setting: str, folder: Path, jobs: int
 ) -> NDArray[np.float64]:
-    """Return a measure of each scene in a setting.
+    """Return a measure of each scene (a specification) in a setting.
 
-    Parameters
-    ----------
-    function : callable
-        Function of a paper's `scenes.py`.
-    scenes : sequence of str
-        Specifications of scenes.
-    setting : str
-        Name of the setting.
-    folder : Path
-        Folder of cached values, which are valid until the scenes or the function's source change.
-    jobs : int
-        Number of worker processes.
+    `function`: function in a paper's `scenes.py`. `folder`: folder of cached values, which are
+    valid until the scenes or the function's source change. `jobs`: number of worker processes.
     """
     settings = [setting] if "setting" in inspect.signature(function).parameters else []
     source = source_digest(Path(inspect.getfile(function)), PACKAGE)

@@ -31,7 +31,8 @@ def screen_lines(
     ]
     if quiet:
         return heads
-    lines = heads
+    finding = textwrap.wrap(report.description.finding, width())
+    lines = [*heads, *finding] if report.verdicts else heads
     for table in report.main:
         lines += ["", *terminal_lines(table, to_text)]
     failing = [row for row in report.verdicts if _fails(row)]

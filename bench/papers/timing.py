@@ -140,16 +140,9 @@ def kept_times(
     """Return times on the first scene of each sequence, cached or measured now.
 
     Times are cached in the report's folder until the timed code or the machine changes, provided
-    that the time of `reference` was nearly equal in all rounds.
-
-    Parameters
-    ----------
-    methods : callable
-        Returns the methods for trackers, which are specifications by name.
-    names, sequences : sequences of str
-        Trackers of `paper.toml` with equal init regions, and sequences of `paper.toml`.
-    frames, stretches : int
-        See `open_clips`.
+    that the time of `reference` was nearly equal in all rounds. `methods`: returns the methods for
+    trackers, which are specifications by name. `names`, `sequences`: trackers with equal init
+    regions and sequences, as named in `paper.toml`. `frames`, `stretches`: see `open_clips`.
     """
     texts = {name: tracker_text(context.description, name, setting) for name in names}
     scenes = {name: scene_names(context.description, name, 1)[0][0] for name in sequences}

@@ -26,7 +26,7 @@ ONE_PASS = "one-pass"  # noqa: S105  # not a password
 """Name of the default protocol."""
 
 STORED_ONE_PASS = "accuracy"  # noqa: S105  # not a password
-"""Stored name of one-pass runs, which is older than the other protocols."""
+"""Name under which one-pass runs are stored; the first results had it, before other protocols."""
 
 TIMING = "timing"
 """Stored name of timing runs, which are one-pass runs with measured times."""

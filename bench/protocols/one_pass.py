@@ -17,7 +17,7 @@ class OnePass(Protocol):
 
     @property
     def text(self) -> str:
-        """Stored name, which is older than the other protocols."""
+        """Name under which runs are stored; the first results had it, before other protocols."""
         return STORED_ONE_PASS
 
 

@@ -41,8 +41,8 @@ class ReplacedRuns:
         if not replaced:
             return ""
         stages = {"before": _select(self._rows, replaced), "after": _select(rows, replaced)}
-        runs = "1 run that was" if len(replaced) == 1 else f"{len(replaced)} runs that were"
-        table = _table(stages, f"What became of the scores of {runs} replaced:")
+        runs = "1 run" if len(replaced) == 1 else f"{len(replaced)} runs"
+        table = _table(stages, f"Scores before and after the replacement of {runs}:")
         # `before` printed the notes on the old runs; the table of the new runs has its own notes.
         return on_terminal(replace(table, notes=[]), to_text)
 

@@ -124,7 +124,7 @@ def attribute_report(
         name = "attributes" if preset == PRESET else f"attributes-{preset}"
         table = attribute_table(curves, measure, name)
         for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
-            table.notes.append(f"{tracker} is not shown: not all of its runs have a score.")
+            table.notes.append(f"{tracker} is left out: some of its runs have no score.")
         reports.append(AttributeReport(table, measure, curves))
     return reports
 
@@ -181,7 +181,9 @@ def attributes_of(
     for name, sequence in opened.items():
         if isinstance(sequence, str):
             source = rows[name]["source"]
-            on_message(f"{name}: its attributes are not known, as it is not at {source} as it was.")
+            on_message(
+                f"{name}: attributes are unknown. {source} is missing or has changed since the run."
+            )
             continue
         watch = partial(lambda before, frames, _: progress(before + frames, total), done)
         series[name] = attributes.measure(sequence, watch)
@@ -260,7 +262,7 @@ def attribute_table(
         interval = Cell(f"[{low:+.2f}, {high:+.2f}]", best=low > 0 or high < 0)
         rows.append([*map(Cell, labels), interval, *map(Cell, _ends(curve, measure))])
     few = sum(not curve.bins for curve in curves)
-    notes = ["There is nothing to show: it takes two sequences with scores."] * (not curves)
+    notes = ["The table is empty: at least two sequences with scores are needed."] * (not curves)
     notes += [
         f"Intervals of correlations are corrected for all {len(curves)} rows (Bonferroni) and hold "
         "together at 95 %; * or bold: the interval excludes 0.",
@@ -268,8 +270,8 @@ def attribute_table(
     ]
     if few:
         notes.append(
-            f"Without curve: {few} of {len(curves)} rows. It takes two bins of "
-            f"{MIN_UNITS} sequences with different values."
+            f"{few} of {len(curves)} rows have no curve: a curve needs two bins of {MIN_UNITS} "
+            "sequences with different values."
         )
     return Table(
         name=name,

@@ -17,7 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.evaluation.scoring import can_judge, judge
+from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import Column, Preset, PresetResult, heading, mean_of_sequences
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, ProtocolError, parse_protocol
@@ -61,13 +61,13 @@ LATE = ScoreMeasure("late_share", "late answers", "%", None, 1, scale=100, rank=
 """Share of frames after the first with an estimate of an earlier frame (real-time evaluation)."""
 
 NOT_SCORED = "not scored"
-"""Status of finished runs that a preset cannot judge."""
+"""Status of finished runs that a preset cannot score."""
 
 _MAX_NOTES = 3
 """Maximum number of notes on runs that cannot be judged."""
 
 ScoredRun = PresetResult | str
-"""Result of a run by a preset, or the reason why the preset cannot judge the run."""
+"""Result of a run by a preset, or the reason why the preset cannot score the run."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def _with_protocol(title: str, stored: str, named: bool) -> str:
 def presets_for(names: Sequence[str], stored: str) -> list[str]:
     """Return the presets for runs by the protocol with the stored name `stored`.
 
-    The preset of the protocol replaces `native`, which is kept if it can judge such runs.
+    The preset of the protocol replaces `native`, which is kept if it can score such runs.
     """
     if stored in (STORED_ONE_PASS, TIMING):
         return list(names)
@@ -135,7 +135,7 @@ def presets_for(names: Sequence[str], stored: str) -> list[str]:
         defaults = [parse_protocol(stored).preset]
     except ProtocolError:  # protocol of a later version of trackmark
         return list(names)
-    defaults += [PRESET] if can_judge(PRESET, stored) else []
+    defaults += [PRESET] if can_score(PRESET, stored) else []
     presets = [preset for name in names for preset in (defaults if name == PRESET else [name])]
     return list(dict.fromkeys(presets))
 
@@ -171,7 +171,7 @@ def runs_by(
     """Return runs with the scores of a preset as columns.
 
     `runs`: as `load_results` returns them; only runs by the protocol `stored` are scored. Raises
-    `ResultsError` for a run that the preset cannot judge.
+    `ResultsError` for a run that the preset cannot score.
     """
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
     results = _judge_runs(folder, [name], finished)[name]
@@ -182,7 +182,7 @@ def runs_by(
 
 
 def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
-    """Return the scores of a run by preset; None for a preset that cannot judge the run.
+    """Return the scores of a run by preset; None for a preset that cannot score the run.
 
     `row`: row of the run in the index.
     """
@@ -228,12 +228,12 @@ def _judge_runs(
 
 
 def _judge_run(run: Run, truth: StoredTruth, name: str) -> ScoredRun:
-    """Return the scores of a run with its late estimates, or why a preset cannot judge it."""
+    """Return the scores of a run with its late estimates, or why a preset cannot score it."""
     try:
         if run.failure:
             return judge_failed(run, truth, name)
-        judged = judge(run, truth, name)
-    except ValueError as error:  # raised by a preset that cannot judge the run
+        judged = score_run(run, truth, name)
+    except ValueError as error:  # raised by a preset that cannot score the run
         return str(error)
     if run.source_frames is None:
         return judged
@@ -316,7 +316,7 @@ class _PresetTable:
         data.append(means.data.assign(sequence=label))
         columns = [measure.name for measure in self.measures if measure.name not in whole]
         scores = runs.loc[counted(runs, self.measures[0].name), columns]
-        undefined = f"{MISSING}: undefined in a run, which the mean over all sequences leaves out"
+        undefined = f"{MISSING}: undefined in a run; the mean over all sequences omits this run"
         meaning = meaning_of_intervals(units)
         return replace(
             table,

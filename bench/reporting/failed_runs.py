@@ -20,7 +20,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.evaluation.scoring import judge
+from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import FrameState, PresetResult, mean_of_sequences
 from trackmark.bench.protocols import TIMING, parse_protocol
@@ -58,7 +58,7 @@ def with_worst_scores(
     """Return runs with the worst scores of metrics presets in failed rows.
 
     The status stays `failed`. Timing runs, runs of trackers whose runs all failed, and runs that a
-    preset cannot judge are unchanged. `runs`: as `load_results` or `runs_by` return them; their
+    preset cannot score are unchanged. `runs`: as `load_results` or `runs_by` return them; their
     ground truth is read from the results `folder`. Raises `ResultsError` if a file is missing or
     damaged.
     """
@@ -73,7 +73,7 @@ def with_worst_scores(
         truth = read_truth(folder, row["sequence"], row["fingerprint"])
         scores: dict[str, float] = {}
         for name in presets:
-            with suppress(ValueError):  # the preset cannot judge such runs
+            with suppress(ValueError):  # the preset cannot score such runs
                 scores |= judge_failed(run, truth, name).scores
         masks = runs.filter(regex="region|contour")[runs["tracker"] == row["tracker"]]
         scores |= dict.fromkeys(masks.columns[masks.notna().any()], 0.0)
@@ -85,9 +85,9 @@ def with_worst_scores(
 def judge_failed(run: Run, truth: StoredTruth, preset: str) -> PresetResult:
     """Return the worst possible scores of a run by a metrics preset.
 
-    Raises `ValueError` if the preset cannot judge runs by the run's protocol.
+    Raises `ValueError` if the preset cannot score runs by the run's protocol.
     """
-    judged, definition = judge(_lost_run(run), truth, preset), metrics_preset(preset)
+    judged, definition = score_run(_lost_run(run), truth, preset), metrics_preset(preset)
     present = np.isfinite(truth.boxes).all(axis=1)
     diagonal = _diagonal(truth)
     scores, curves = dict(judged.scores), judged.curves

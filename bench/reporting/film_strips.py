@@ -21,8 +21,8 @@ from trackmark.reports.write import file_names
 N_STRIP_FRAMES = 10
 
 TRACE_WORDS: Mapping[Trace, str] = {
-    "online": "said at once (online)",
-    "revised": "said in the end (revised)",
+    "online": "online boxes",
+    "revised": "revised boxes",
 }
 """Labels in pictures for the boxes of trackers that revise boxes later."""
 
@@ -51,7 +51,8 @@ def write_strips(
     for name in sorted(rows) if chosen is None else chosen:
         sequence = open_sequence(rows[name])
         if isinstance(sequence, str):
-            on_message(f"{name}: no film strip: it is not at {rows[name]['source']} as it was.")
+            source = rows[name]["source"]
+            on_message(f"{name}: no film strip. {source} is missing or has changed since the run.")
             continue
         runs = [entry for entry in stored if entry[0]["sequence"] == name]
         boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}

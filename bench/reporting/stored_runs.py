@@ -38,7 +38,7 @@ def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:
     try:
         sequence = datasets.load(source, truth=row["truth"] or None)
     except datasets.SequenceError:
-        return f"{name} can't be opened at {source} any more."
+        return f"{name} cannot be opened at {source}."
     if sequence.fingerprint != row["fingerprint"]:
-        return f"{name} at {source} has changed since it was run."
+        return f"{name} at {source} has changed since the run."
     return sequence

@@ -115,10 +115,8 @@ def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "
     if revised is None:
         result = score_tables(scored, all_timed, title)
     else:
-        result = score_tables(scored, all_timed, f"{title}, online boxes (what was said at once)")
-        again = score_tables(
-            revised, all_timed, f"{title}, revised boxes (what was said in the end)"
-        )
+        result = score_tables(scored, all_timed, f"{title}, online boxes")
+        again = score_tables(revised, all_timed, f"{title}, revised boxes")
         result += [replace(table, name=f"{table.name}-revised") for table in again]
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
     masks = f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them"

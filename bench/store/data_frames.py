@@ -102,7 +102,11 @@ def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
 
 
 def with_manifest(rows: Iterable[dict[str, Any]], manifest: Manifest) -> list[dict[str, Any]]:
-    """Return rows of requested runs, then other stored runs, then missing runs, with `status`."""
+    """Return the rows of stored runs, requested ones first, and then a row for each missing run.
+
+    The status of a missing run is `missing`. The status of a requested run of another version of
+    the tracker is `stale`.
+    """
     stored = {run_key(row): row for row in rows}
     ordered = []
     for key, version in manifest.versions.items():

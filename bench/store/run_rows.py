@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.evaluation.scoring import can_judge, score_both
+from trackmark.bench.evaluation.scoring import can_score, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
@@ -190,7 +190,7 @@ def _identity_fields(identity: Identity) -> dict[str, Any]:
 
 def _scores(run: Run, truth: Any) -> dict[str, float]:
     """Return the scores by the preset `native`; empty if it cannot score the run."""
-    if run.failure or run.states is not None or not can_judge("native", run.identity.protocol):
+    if run.failure or run.states is not None or not can_score("native", run.identity.protocol):
         return {}
     return score_both(run, truth)
 

@@ -27,7 +27,7 @@ class SceneModule(Protocol):
     __file__: str
 
     def scene(self, parameters: Any, *which: Any) -> "SyntheticScene":
-        """Return the renderer with its ground truth, without rendering.
+        """Return the scene, which gives the ground truth and renders frames on request.
 
         `which` is `SequenceEntry.which`.
         """

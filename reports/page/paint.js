@@ -210,16 +210,18 @@ async function drawStrip() {
   const here = scene, film = here.films.thumbnails, strip = byId("strip"), takes = drawnTakes();
   const count = film ? Math.min(THUMBNAILS, here.frames) : 0;
   if (strip.children.length !== count) strip.replaceChildren(...Array.from({ length: count }, () => make("canvas", { width: 120, height: 90 })));
-  for (let i = 0; i < count; i++) {
-    const number = Math.round((i + 0.5) * here.frames / count - 0.5), canvas = strip.children[i];
-    canvas.onclick = () => move(number);
-    canvas.frame = number;
-    const image = await film.get(number);
+  const canvases = [...strip.children];
+  canvases.forEach((canvas, i) => {
+    canvas.frame = Math.round((i + 0.5) * here.frames / count - 0.5);
+    canvas.onclick = () => move(canvas.frame);
+  });
+  markStrip();
+  for (const canvas of canvases) {
+    const image = await film.get(canvas.frame);
     if (scene !== here) return;
     canvas.height = Math.round(120 * here.size[1] / here.size[0]);
-    if (image) drawFrame(canvas.getContext("2d", { alpha: false }), here, number, image, null, takes, 1.4, { rowOf });
+    if (image) drawFrame(canvas.getContext("2d", { alpha: false }), here, canvas.frame, image, null, takes, 1.4, { rowOf });
   }
-  markStrip();
 }
 function markStrip() {
   const all = [...byId("strip").children], far = (one) => Math.abs(one.frame - frame);

@@ -158,7 +158,10 @@ def with_colour_sets(
     components: tuple[int, int],
     generator: np.random.Generator,
 ) -> Observation:
-    """Add samples of `points` colours in W and outside, with fitted mixtures (section 5.2)."""
+    """Add samples of the colours inside and outside W, and mixtures fitted to them (section 5.2).
+
+    `points` are the numbers of colours and `components` those of Gaussians: inside, outside.
+    """
     within, around = (
         _rectangle_mask(rectangle, image.shape[:2])
         for rectangle in (observation.window, observation.around)

@@ -121,12 +121,12 @@ class TargetModel:
             self.models[:] = self.current
 
     def coefficients(self, ellipse_counts: EllipseCounts) -> Array:
-        """Return the Bhattacharyya coefficient of each particle, (n,)."""
+        """Return the Bhattacharyya coefficients (n,) between the particles and their models."""
         models = self.current[np.newaxis, self.bins] if self.models is None else self.models
         return bhattacharyya_coefficients(ellipse_counts.counts, ellipse_counts.totals, models)
 
     def first_coefficients(self, ellipse_counts: EllipseCounts) -> Array:
-        """Return the coefficient of each particle and the first model, (n,)."""
+        """Return the coefficients (n,) between the particles and the first model."""
         return bhattacharyya_coefficients(
             ellipse_counts.counts, ellipse_counts.totals, self.first[np.newaxis, self.bins]
         )
@@ -214,7 +214,7 @@ class Background:
         self._ends = np.concatenate(ends)
 
     def coefficients(self, model: Array) -> Array:
-        """Return the coefficient (n,) of each position and a normalised histogram (bins,)."""
+        """Return the coefficients (n,) between the positions and a normalised `model` (bins,)."""
         return _sparse_products(self._ends, self._bins, self._roots, np.sqrt(model))
 
     def threshold(self, model: Array) -> float:

@@ -76,7 +76,7 @@ def _numbered_files(folder: Path, digits: int = 3) -> dict[str, list[Path]]:
 
 
 def parts(file: Path) -> Sequence[Path]:
-    """Return the files of all anchors for the file of one anchor; other files stand alone."""
+    """Return the files of all anchors if `file` is that of one anchor, otherwise only `file`."""
     stem, anchor = _anchor_of(file)
     if anchor is None:
         return [file]
@@ -84,7 +84,7 @@ def parts(file: Path) -> Sequence[Path]:
 
 
 def _anchor_of(file: Path) -> tuple[str, int | None]:
-    """Return the sequence and the anchor's frame of a file name; None if it has no anchor."""
+    """Split a file name into the sequence and the frame of the anchor; None without an anchor."""
     match = re.fullmatch(rf"(.+)_([0-9]{{{ANCHOR_DIGITS}}})", file.stem)
     return (match[1], int(match[2])) if match else (file.stem, None)
 

@@ -28,7 +28,7 @@ from trackmark.bench.metrics.preset import (
 _THRESHOLDS = np.linspace(0, 1, 101)
 
 
-def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curve of a run."""
     run = select_evaluated(truth, estimates)
     t, e = run.truth, run.estimate
@@ -69,7 +69,7 @@ PRESET = Preset(
         "sr50": Column("share of frames with an overlap above 0.5"),
         "sr75": Column("share of frames with an overlap above 0.75"),
     },
-    judge=judge,
+    score=score_run,
     combine=combine,
     curves={"success": Axes("overlap threshold", "share of frames")},
     agrees_with="got10k's ExperimentGOT10k",

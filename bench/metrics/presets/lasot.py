@@ -28,7 +28,7 @@ from trackmark.bench.metrics.preset import (
 _INDEX_OF_20 = 20  # threshold of 20 px, and of 0.20 target sizes
 
 
-def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     t, present = run.truth, run.present
@@ -88,7 +88,7 @@ PRESET = Preset(
         "precision": Column("share of frames with centres at most 20 px apart"),
         "normalised_precision": Column("share of frames with centres at most 0.20 sizes apart"),
     },
-    judge=judge,
+    score=score_run,
     curves={
         "success": Axes("overlap threshold", "share of frames"),
         "precision": Axes("centre distance [px]", "share of frames"),

@@ -30,7 +30,7 @@ from trackmark.bench.metrics.region_overlap import raster_overlap
 _MAX_THRESHOLDS = 98  # without the thresholds of plus and minus infinity
 
 
-def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run, and its curves for a data set of this run alone."""
     run = select_evaluated(truth, estimates)
     n = len(run.truth)
@@ -97,7 +97,7 @@ PRESET = Preset(
         "recall": Column("sum of these overlaps / number of frames with a target", None),
         "f": Column("harmonic mean of precision and recall", None),
     },
-    judge=judge,
+    score=score_run,
     combine=combine,
     curves={
         "precision_recall": Axes("recall", "precision"),

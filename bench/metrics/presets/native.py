@@ -12,7 +12,7 @@ from trackmark.bench.metrics.native import GroundTruthLike, native
 from trackmark.bench.metrics.preset import Column, Preset, PresetResult, RunEstimates
 
 
-def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run; the preset has no thresholds and thus no curves."""
     return PresetResult(
         native(truth, np.asarray(estimates.boxes, np.float64), estimates.visible), {}
@@ -38,5 +38,5 @@ PRESET = Preset(
         "absent_frames": Column("frames without target", None, None),
         "absence_reported": Column("share of frames without target with reported absence", None),
     },
-    judge=judge,
+    score=score_run,
 )

@@ -31,7 +31,7 @@ _TIES = [(k, k + 0.5e-4) for k in DISTANCES.tolist()]
 _LIMITS = np.array([x if round(x, 4) <= k else np.nextafter(x, 0) for k, x in _TIES])
 
 
-def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     t, e, n = run.truth, run.estimate, len(run.truth)
@@ -57,7 +57,7 @@ PRESET = Preset(
         "mean_overlap": Column("mean overlap over all frames, as published with the plots"),
         "success_published": Column("share of frames with an overlap of 0.5 or more, as published"),
     },
-    judge=judge,
+    score=score_run,
     curves={
         "success": Axes("overlap threshold", "share of frames"),
         "precision": Axes("centre distance [px]", "share of frames"),

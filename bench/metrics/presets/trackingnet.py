@@ -28,7 +28,7 @@ _PIXELS = np.linspace(0, 50, 21)
 _SIZES = np.linspace(0, 0.5, 21)
 
 
-def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     # A box whose size is rounded to 0 is well-formed: it has a centre.
@@ -65,7 +65,7 @@ PRESET = Preset(
             "area under the normalised precision curve, up to 0.5 sizes"
         ),
     },
-    judge=judge,
+    score=score_run,
     curves={
         "success": Axes("overlap threshold", "share of frames"),
         "precision": Axes("centre distance [px]", "share of frames"),

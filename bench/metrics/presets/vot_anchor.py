@@ -34,7 +34,7 @@ _FAILURE_OVERLAP = 0.1
 _MIN_LENGTH, _MAX_LENGTH = 115, 754
 
 
-def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run, and its curve for a data set of this run alone."""
     run = select_evaluated(truth, estimates)
     overlaps = raster_overlap(run.truth, run.estimate, run.size, run.shapes)
@@ -106,7 +106,7 @@ PRESET = Preset(
             "number of the 640 lengths for which there are runs", None, None, whole=True
         ),
     },
-    judge=judge,
+    score=score_run,
     combine=combine,
     curves={
         "eao": Axes("frames", "expected average overlap"),

@@ -37,7 +37,7 @@ _MIN_LENGTH, _MAX_LENGTH = 100, 356
 _OVERLAP_FUNCTIONS = {"": raster_overlap, "_exact": exact_overlap}
 
 
-def judge(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return the scores of a run, and its curve for a data set of this run alone.
 
     Raises `ValueError` for a run that was not restarted after a failure.
@@ -166,7 +166,7 @@ PRESET = Preset(
         "accuracy_exact": Column("accuracy by exact areas"),
         "eao_exact": Column("expected average overlap by exact areas", whole=True),
     },
-    judge=judge,
+    score=score_run,
     combine=combine,
     curves={
         "eao": Axes("frames", "expected average overlap"),

@@ -33,15 +33,7 @@ _BINS = np.arange(N_BINS)
 
 
 class Appearance:
-    """Histograms of a whole rectangle and of its halves.
-
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        BGR.
-    box : ndarray of float64, shape (4,)
-        `[x, y, width, height]` in pixels.
-    """
+    """Histograms of a rectangle `[x, y, width, height]` [px] in a BGR image, and of its halves."""
 
     def __init__(self, image: Image, box: NDArray[np.float64]) -> None:
         counts, totals = _half_counts(image, box[np.newaxis])
@@ -123,15 +115,9 @@ def margins(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Measure how much better the target matches the first frame's histogram than clutter does.
 
-    A margin is the smallest distance of a clutter rectangle minus the target's distance. Only
-    frames in which at least 90 % of the target is visible are measured.
-
-    Returns
-    -------
-    frames : ndarray of int64, shape (n,)
-        The measured frames.
-    values : ndarray of float64, shape (2, n)
-        Margins of the single (first row) and of the two-part histogram.
+    A margin is the smallest distance of a clutter rectangle minus the target's distance. Returns
+    the frames with at least 90 % of the target visible, shape (n,), and their margins, shape (2,
+    n): single histogram first, two-part histogram second.
     """
     boxes = sequence.regions["full"]
     first = sequence.first_frame

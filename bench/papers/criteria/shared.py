@@ -14,17 +14,8 @@ CACHED_FRAMES = 512
 class SceneImages:
     """Images and ground truth of one scene. Images and masks are rendered once.
 
-    Parameters
-    ----------
-    sequence : datasets.Sequence
-        The scene.
-
-    Attributes
-    ----------
-    boxes : ndarray of float64, shape (n, 4)
-        Ground truth `[x, y, width, height]` in pixels; NaN rows where the target is out of view.
-    visibility : ndarray of float64, shape (n,)
-        Visible share of the target in [0, 1].
+    `boxes`: `[x, y, width, height]` in pixels, shape (n, 4); NaN rows if the target is out of view.
+    `visibility`: visible share of the target in [0, 1], shape (n,).
     """
 
     def __init__(self, sequence: datasets.Sequence) -> None:
@@ -88,7 +79,7 @@ def colour_histogram(colours: NDArray[np.uint8], bins: int = 8) -> NDArray[np.fl
 
 
 def bhattacharyya(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the Bhattacharyya distance of two normalised histograms, in [0, 1]."""
+    """Return the Bhattacharyya distance between two normalised histograms, in [0, 1]."""
     return float(np.sqrt(max(0.0, 1.0 - np.sqrt(first * second).sum())))
 
 

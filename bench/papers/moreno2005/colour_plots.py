@@ -19,7 +19,7 @@ from trackmark.reports.palette import colour
 Array = NDArray[np.float64]
 
 CLASSES = {"target": colour(0), "background": colour(1)}
-"""Grey levels of the two classes of colours."""
+"""Colours of the two classes in plots."""
 
 VIEW = 22.0, -58.0
 """Elevation and azimuth of the view of RGB space [degrees]."""
@@ -28,7 +28,7 @@ ASIDE = 40.0
 """Angle between the normal of a plane and the view direction [degrees]."""
 
 DEVIATIONS = 2.0
-"""Angles at which the ellipse of a Gaussian is evaluated."""
+"""Number of standard deviations at which the ellipse of a Gaussian is drawn."""
 
 _CHANNELS = ("R", "#c00000", "-"), ("G", "#007000", "--"), ("B", "#0000c0", "-.")
 
@@ -172,7 +172,7 @@ AROUND = 12.0  # margin of the image around the contours [px]
 
 HALF = 0.6  # half of the side of the drawn part of a plane; normals have length 1
 
-_LIGHTEST, _DARKEST = 0.25, 1.0  # range of the grey levels of weights
+_LIGHTEST, _DARKEST = 0.25, 1.0  # range of the colour map for weights
 _FAINTEST = 0.12  # opacity of the lightest contours
 
 

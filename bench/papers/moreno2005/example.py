@@ -36,20 +36,12 @@ _STARTS = np.array([[-0.5, 0.25], [0.5, 0.75]])  # smallest and largest
 
 @dataclass(frozen=True)
 class Setting:
-    """Parameters of the example; pairs are for position and colour.
+    """Parameters of the example; pairs are standard deviations of position and colour."""
 
-    Attributes
-    ----------
-    scale : float
-        λ, the distance over which a weight falls to 1/e.
-    noise, observed, dynamics : pair of float
-        Standard deviations of the true steps, of the observation, and of the filters' random walk.
-    """
-
-    scale: float
-    noise: tuple[float, float]
-    observed: tuple[float, float]
-    dynamics: tuple[float, float]
+    scale: float  # λ, the distance over which a weight falls to 1/e
+    noise: tuple[float, float]  # of the true steps
+    observed: tuple[float, float]  # of the observation
+    dynamics: tuple[float, float]  # of the filters' random walk
 
 
 SET_B = Setting(1.0, (0.1, 0.05), (0.3, 0.3), (0.1, 0.05))
@@ -153,19 +145,10 @@ def estimates(
 
 @cache
 def errors(run: int, number: int) -> dict[str, float]:
-    """Return the mean Euclidean error of (position, colour) over a trajectory.
+    """Return the mean Euclidean error of (position, colour) over a trajectory, by filter.
 
-    Parameters
-    ----------
-    run : int
-        Number of the trajectory. All filters have the same ground truth and observations.
-    number : int
-        Number of samples.
-
-    Returns
-    -------
-    dict of str to float
-        Errors of the `observation` and of the filters, by name.
+    `run`: number of the trajectory; all filters have the same ground truth and observations.
+    `number`: number of samples. The result also has the error of the `observation`.
     """
     seen = trajectory(SET_B, FRAMES, np.random.default_rng([run]))
     series = {"observation": seen.observed}

@@ -1,5 +1,7 @@
 """Measure of scenes without stored runs: the choice of Eq. 7 in the first frame."""
 
+from functools import partial
+
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.criteria.margins import right_choice as share_of_right_choices
@@ -39,17 +41,8 @@ def bins_of(setting: str) -> LuvBins:
     return LuvBins(parameters["binning"], parameters["uv_range"])
 
 
-def right_choice_two_colours(context: Context, setting: str) -> str:
-    """Return the share of scenes with a right choice for two-coloured targets, as text."""
-    return _right_choice_of_class(context, setting, two_coloured=True)
-
-
-def right_choice_plain(context: Context, setting: str) -> str:
-    """Return the share of scenes with a right choice for plain targets, as text."""
-    return _right_choice_of_class(context, setting, two_coloured=False)
-
-
-def _right_choice_of_class(context: Context, setting: str, *, two_coloured: bool) -> str:
+def _right_choices(context: Context, setting: str, *, two_coloured: bool) -> str:
+    """Return the number of scenes of a class of targets with a right choice, as text."""
     values: list[float] = []
     for number, design in DESIGNS.items():
         if design.two_coloured == two_coloured:
@@ -57,3 +50,7 @@ def _right_choice_of_class(context: Context, setting: str, *, two_coloured: bool
             scenes = [scene for (scene,) in named]
             values += [*scene_values(right_choice, scenes, setting, context.folder, context.jobs)]
     return f"{sum(values):.0f} of {len(values)}"
+
+
+right_choice_two_colours = partial(_right_choices, two_coloured=True)
+right_choice_plain = partial(_right_choices, two_coloured=False)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.metrics.native import SUCCESS_OVERLAP, first_loss
 from trackmark.bench.papers.measures import SERIES as COMMON_SERIES
-from trackmark.bench.papers.measures import JudgedRun, Values, measure
+from trackmark.bench.papers.measures import JudgedRun, measure
 from trackmark.bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 
 SUCCESS, LAST = 0.9, 5
@@ -21,11 +21,7 @@ MOMENT = 3  # frames before and after a switch in which a loss counts
 AFTER = 20  # frames after a lamp is switched off that are measured
 
 
-def _overlaps(judged: JudgedRun) -> Values:
-    return np.asarray(judged.overlap >= SUCCESS_OVERLAP, np.float64)
-
-
-SERIES = {"overlaps": _overlaps}
+SERIES = {"overlaps": lambda judged: np.asarray(judged.overlap >= SUCCESS_OVERLAP, np.float64)}
 
 
 @measure("share")

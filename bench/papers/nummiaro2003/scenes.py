@@ -11,7 +11,6 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.plan import tracker_text
-from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.ellipses import bhattacharyya_coefficients
@@ -28,30 +27,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Surface:
-    """ρ around the target in a frame.
+    """ρ around the target in a frame."""
 
-    Attributes
-    ----------
-    frame : int
-        Number of the frame, from 0.
-    image : ndarray of uint8, shape (h, w, 3)
-        BGR image.
-    places : ndarray of float64, shape (n, 2)
-        Centres x and y in pixels, one pixel apart.
-    coefficients : ndarray of float64, shape (n,)
-        Bhattacharyya coefficients at the places, for ellipses of the mean state's size.
-    mean : ndarray of float64, shape (4,)
-        Mean state: x, y, Hx, Hy in pixels.
-    samples : ndarray of float64, shape (N, 4)
-        Samples: x, y, Hx, Hy in pixels.
-    """
-
-    frame: int
-    image: Image
-    places: Array
-    coefficients: Array
-    mean: Array
-    samples: Array
+    frame: int  # from 0
+    image: NDArray[np.uint8]  # BGR
+    places: Array  # (n, 2): centres x and y, one pixel apart [px]
+    coefficients: Array  # (n,): ρ at the places, for ellipses of the mean state's size
+    mean: Array  # (4,): x, y, Hx, Hy of the mean state [px]
+    samples: Array  # (N, 4): x, y, Hx, Hy [px]
 
     @property
     def distance(self) -> float:

@@ -119,16 +119,9 @@ class PlainParticleFilter:
     repeats its own last step) or "mean" (all repeat the mean step). `estimate`: "mean" (by weight),
     "resampled" (mean after resampling) or "best" (the particle of the largest weight).
 
-    Attributes
-    ----------
-    maps : JointMaps
-        Maps of the last frame.
-    predicted, particles : ndarray of float64, shape (N, 2)
-        Particles after the transition and after the drift [px].
-    similarity, weights : ndarray of float64, shape (N,)
-        M / M0 of `particles` in [0, 1], and their weights, which sum to 1.
-    iterations : float
-        Number of mean-shift steps, mean over the particles.
+    Attributes of the last frame: `maps`; `predicted` and `particles`, positions after transition
+    and drift [px], shape (N, 2); `similarity`, M / M0 in [0, 1], and `weights`, which sum to 1,
+    shape (N,); `iterations`, the mean number of mean-shift steps.
     """
 
     def __init__(

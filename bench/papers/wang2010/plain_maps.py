@@ -62,27 +62,10 @@ def mean_shift(
 ) -> tuple[float, float, int, float]:
     """Move a window to the centroid of the map in it until a step is short (equations 6 and 7).
 
-    Parameters
-    ----------
-    joint : ndarray of float64, shape (rows, columns)
-        The map.
-    x, y : float
-        Initial centre [px, continuous coordinates].
-    width, height : int
-        Size of the window [pixels].
-    stop_distance : float
-        ε: iteration ends after a step shorter than this [px].
-    max_iterations : int
-        n0: maximum number of steps.
-
-    Returns
-    -------
-    x, y : float
-        Final centre. An empty window does not move.
-    iterations : int
-        Number of windows whose centroid was computed.
-    total : float
-        M00 of the window around the final centre.
+    `joint`: map. `x`, `y`: initial centre [px]. `width`, `height`: size of the window [px].
+    `stop_distance`: ε, the shortest step before another one [px]. `max_iterations`: n0. Returns the
+    final centre x and y, the number of computed centroids, and M00 of the final window. An empty
+    window does not move.
     """
     for iteration in range(1, max_iterations + 1):
         rows, columns = window_slices(joint.shape, x, y, width, height)
@@ -129,7 +112,7 @@ def make_template(
 ) -> Template:
     """Return the histograms of the pixels of a rectangle within the limits of `Template`.
 
-    Raises ------ ValueError If no pixel is within the limits.
+    Raises `ValueError` if no pixel is within the limits.
     """
     patch = image[box_slices(image.shape, box)]
     counted = _counted(patch, *limits)
@@ -227,13 +210,9 @@ class JointMaps:
 
     `alpha`, `beta`: weights of the hue and of the motion. `difference_window`: side n of local
     differences [px]. `differences`: "two" averages the last two differences, "one" takes the last.
-    `threshold_factor`: λ of the adaptive threshold. `motion_threshold`: "adaptive", or a fixed
-    mean absolute difference in the window [grey levels]. The limits are those of `Template`.
-
-    Attributes
-    ----------
-    colour, difference, moving, joint : ndarray, shape (rows, columns)
-        I_c, D, B and P of the last frame.
+    `threshold_factor`: λ of the adaptive threshold. `motion_threshold`: "adaptive", or a fixed mean
+    absolute difference in the window [grey levels]. The limits are those of `Template`. Attributes:
+    `colour`, `difference`, `moving` and `joint` are I_c, D, B and P of the last frame.
     """
 
     def __init__(

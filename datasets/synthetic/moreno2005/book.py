@@ -626,7 +626,7 @@ CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
 def scene(parameters: SceneParameters) -> "BookScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return BookScene(parameters.scene)
 
 

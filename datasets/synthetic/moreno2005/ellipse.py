@@ -329,7 +329,7 @@ LIGHT_SLANT = 0.9  # angle between the direct light and the line of sight [radia
 
 
 def scene(parameters: SceneParameters) -> "EllipseScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return EllipseScene(parameters.scene)
 
 

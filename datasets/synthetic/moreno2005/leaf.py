@@ -405,7 +405,7 @@ CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
 def scene(parameters: SceneParameters) -> "LeafScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return LeafScene(parameters.scene)
 
 

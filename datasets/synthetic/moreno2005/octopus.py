@@ -748,7 +748,7 @@ SHADOW = (4, 5), 3.0, 0.45
 
 
 def scene(parameters: SceneParameters) -> "OctopusScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return OctopusScene(parameters.scene)
 
 

@@ -134,7 +134,7 @@ def _differ(first: BGR, second: BGR) -> bool:
 
 
 def chroma_distance(first: BGR, second: BGR) -> float:
-    """Return the distance of two colours in CIE u* and v*."""
+    """Return the distance between two colours in CIE u* and v*."""
     difference = _luv(first)[1:] - _luv(second)[1:]
     return float(np.hypot(*difference))
 

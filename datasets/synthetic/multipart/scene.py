@@ -36,7 +36,7 @@ TURNING = 30.0  # minimum rotation per second for the attribute `turning` [degre
 
 
 def scene(parameters: WalkingParameters, number: str = "") -> "WalkingScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     if isinstance(parameters, TwinParameters):
         plan = twin_plan(parameters.scene, parameters.distance, parameters.twin == "same")
     elif isinstance(parameters, PillarParameters):

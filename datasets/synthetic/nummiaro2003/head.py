@@ -466,7 +466,7 @@ FAST = 0.1  # minimum motion per frame for the attribute `fast` [head widths]
 
 
 def scene(parameters: SceneParameters) -> "HeadScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return HeadScene(parameters.scene)
 
 

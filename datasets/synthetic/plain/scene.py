@@ -342,7 +342,7 @@ MAX_INSTANTS = 32  # maximum number of times within an exposure
 
 
 def scene(parameters: TargetParameters) -> "TargetScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return TargetScene(parameters)
 
 

@@ -114,7 +114,7 @@ def picture_on(
 
 
 def staggered(places: Array, pitch: float) -> tuple[Array, Array]:
-    """Return positions in cells, in [-0.5, 0.5]; every other row of cells is shifted by half."""
+    """Return positions within cells, in [-0.5, 0.5]; every other row is shifted by half a cell."""
     row = np.floor(places[:, 1] / pitch)
     y = places[:, 1] / pitch - row - 0.5
     x = places[:, 0] / pitch + 0.5 * (row % 2)

@@ -1,6 +1,7 @@
 """Lamps: light on surfaces, occlusion of light, soft shadows.
 
-Points are image column, image row and depth, positive towards the camera [pixels]. Light is linear.
+Points are image column, image row and depth [pixels]. Depth is positive towards the camera. Light
+is linear.
 """
 
 from dataclasses import dataclass
@@ -68,8 +69,8 @@ def shadow_softness(lamp: Lamp, depth: float, behind: float) -> float:
 def lamp_visibility(depths: Array, place: Array, fine: int) -> Array:
     """Return the fraction of a lamp that is visible from a surface, shape (h, w, 1).
 
-    `depths`, shape (h, w), are depths of a solid surface, positive towards the camera [pixels],
-    with `fine` samples per pixel and axis.
+    `depths`, shape (h, w), are the depths of a solid surface, positive towards the camera [pixels].
+    The surface has `fine` samples per pixel along each axis.
     """
     turns = np.arange(SPOTS) * 2.399963  # golden angle
     spread = RADIUS * np.sqrt((np.arange(SPOTS) + 0.5) / SPOTS)

@@ -571,7 +571,7 @@ NOTICED = 0.1
 
 
 def scene(parameters: SceneParameters) -> "CupScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return CupScene(parameters.scene)
 
 

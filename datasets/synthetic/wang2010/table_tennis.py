@@ -94,8 +94,8 @@ PLAYER_FINE = 4  # supersampling per axis
 class PaintSheet:
     """Transparent sheet on which objects are painted over each other, lit by one lamp.
 
-    Positions and lengths are in millimetres. `origin` is the position of their origin on the sheet,
-    relative to its upper left corner [pixels]. `scale` is in pixels/millimetre, `size` is width and
+    Positions and lengths are in millimetres. `origin` is the position (0, 0), measured from the
+    upper left corner of the sheet [pixels]. `scale` is in pixels/millimetre, `size` is width and
     height in pixels. `lamp` is the unit direction to the light: right, down, towards the camera.
     """
 
@@ -474,7 +474,7 @@ CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
 def scene(parameters: SceneParameters) -> "TableTennisScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return TableTennisScene(parameters.scene)
 
 

@@ -1,4 +1,4 @@
-"""Readers of printed output, and figures without drawing, for the tests of commands."""
+"""Helpers for the tests of commands: parsers of printed output, and figures that stay blank."""
 
 import json
 import re

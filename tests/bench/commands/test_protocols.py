@@ -99,7 +99,7 @@ def test_changed_tracker_is_run_again_by_its_protocol(both, trackmark, workspace
         file.write("CHANGED = True\n")
     message = trackmark(*SUPERVISED).stderr
     assert "1 stored run was made with another version" in message
-    assert "What became of the scores of 1 run" in message
+    assert "Scores before and after the replacement of 1 run" in message
 
 
 def test_experiment_file_sets_its_protocol(trackmark, workspace):

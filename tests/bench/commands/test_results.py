@@ -232,4 +232,4 @@ def test_report_by_attribute_names_a_missing_sequence(trackmark, workspace, otb)
     trackmark("run", "--trackers", "static", "--sequences", "one,two", "--name", "gone")
     shutil.rmtree(folders[1])
     done = trackmark("report", "results/gone", "--by-attribute", "--no-pictures")
-    assert "its attributes are not known" in done.stderr
+    assert "attributes are unknown" in done.stderr

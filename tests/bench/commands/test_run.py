@@ -246,7 +246,9 @@ def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, workspa
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("self.random.random()", "2"))
     done = trackmark(*knob, 2)
-    announced, _, change = done.stderr.partition("What became of the scores of 2 runs")
+    announced, _, change = done.stderr.partition(
+        "Scores before and after the replacement of 2 runs"
+    )
     assert "2 stored runs were made with another version" in announced
     (first,), (before,), (after,) = (
         [line.partition(stage)[2] for line in text.splitlines() if re.match(f"  {stage} ", line)]
@@ -271,7 +273,7 @@ def test_failures_of_replaced_runs_are_printed_once_each(trackmark, break_tracke
     stderr = "\n".join(messages(done))
     assert [text in stderr for text in ("no idea", "still none")] == [True, False]
     assert stderr.count("runs failed (") == done.stdout.count("runs failed (") == 1
-    assert "of the scores of 1 run that was replaced" in stderr
+    assert "replacement of 1 run" in stderr
 
 
 def test_keep_stores_runs_of_each_version(trackmark, workspace):

@@ -13,7 +13,7 @@ from tests.bench.exchange.test_formats import binary
 from trackmark import datasets
 from trackmark.bench import exchange, metrics
 from trackmark.bench.evaluation.loop import evaluate
-from trackmark.bench.evaluation.scoring import can_judge, judge
+from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import (
     ResultSequence,
@@ -54,13 +54,13 @@ def import_run(kind, theirs, sequence, folder, messages=None):
 
 
 def scores(run, sequence):
-    """Return the scores by all presets that can judge the run's protocol."""
+    """Return the scores by all presets that can score the run's protocol."""
     presets = ("native", "otb", "lasot", "got10k", "trackingnet", "vot-anchor", "long-term")
     return {
         (preset, name): value
         for preset in presets
-        if can_judge(preset, run.identity.protocol)
-        for name, value in judge(run, sequence, preset).scores.items()
+        if can_score(preset, run.identity.protocol)
+        for name, value in score_run(run, sequence, preset).scores.items()
     }
 
 
@@ -198,8 +198,8 @@ def test_vot_anchors_are_read_in_both_directions(tmp_path):
     assert run.states is None
     assert [frames.tolist() for frames in run.segments] == [[*range(12)], [*range(9, -1, -1)]]
     target = GroundTruthArrays(truth, visibility=np.full(12, np.nan), image_size=(100, 100))
-    assert judge(run, target, "vot-anchor").scores["robustness"] == 1
-    assert judge(run, target, "native").scores["mean_overlap"] == 1
+    assert score_run(run, target, "vot-anchor").scores["robustness"] == 1
+    assert score_run(run, target, "native").scores["mean_overlap"] == 1
     binaries = write_anchor_files(tmp_path / "binary", {"bag_00000003.bin": truth[3:]})
     np.testing.assert_array_equal(import_bag(binaries, truth).boxes, truth[3:])
 
@@ -271,10 +271,10 @@ def test_otb_tre_of_the_toolkits_starts_is_scored_as_its_mean(tmp_path):
     assert not messages
     assert run.identity.protocol == "tre"
     assert [int(frames[0]) for frames in run.segments] == starts
-    parts = judge(run, sequence, "otb").parts
+    parts = score_run(run, sequence, "otb").parts
     assert len(parts) == 20
     for start, boxes, part in zip(starts, segments, parts, strict=True):
-        alone = metrics.preset("otb").judge(
+        alone = metrics.preset("otb").score(
             GroundTruthArrays(sequence.boxes[start:]), RunEstimates(boxes)
         )
         assert part.scores == pytest.approx(alone.scores)

@@ -8,7 +8,7 @@ import pytest
 
 from tests.bench.exchange import toolkit_files
 from trackmark.bench import metrics
-from trackmark.bench.evaluation.scoring import judge
+from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
@@ -29,11 +29,11 @@ def judge_runs(folder, preset, origin=None):
         run = results.read(path)
         key = run.identity
         truth = read_truth(folder, key.sequence, key.fingerprint)
-        judgement = judge(run, truth, preset)
+        judgement = score_run(run, truth, preset)
         if origin is not None:
             shift = np.array([origin, origin, 0, 0])
             shifted = replace(truth, boxes=truth.boxes + shift)
-            judgement = metrics.preset(preset).judge(shifted, RunEstimates(run.boxes + shift))
+            judgement = metrics.preset(preset).score(shifted, RunEstimates(run.boxes + shift))
         runs.setdefault(key.sequence, []).append(judgement)
     return runs
 

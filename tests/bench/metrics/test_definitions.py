@@ -19,7 +19,7 @@ from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
 
 
 def scores(name, truth, boxes, **further):
-    return metrics.preset(name).judge(truth_of(truth), answer_of(boxes, **further)).scores
+    return metrics.preset(name).score(truth_of(truth), answer_of(boxes, **further)).scores
 
 
 def iou(a, b):
@@ -35,7 +35,7 @@ def iou(a, b):
 
 
 def apart(a, b, sized=False):
-    """Return the distance of two box centres, in sizes of the first box if `sized`."""
+    """Return the distance between two box centres, relative to the first box's size if `sized`."""
     units = a[2:] if sized else (1, 1)
     if 0 in units:
         return nan
@@ -204,7 +204,7 @@ def test_got10k_counts_frames_of_every_cover_level_except_0(cover):
     visible = (0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0)[cover]
     visibility = np.array([1, visible, 1])
     estimates = boxes + [[0, 0, 0, 0], [100, 0, 0, 0], [0, 0, 0, 0]]
-    judged = metrics.preset("got10k").judge(
+    judged = metrics.preset("got10k").score(
         GroundTruthArrays(boxes, visibility=visibility), RunEstimates(estimates)
     )
     assert judged.scores["ao"] == (0.5 if cover else 1.0)
@@ -228,7 +228,7 @@ def test_got10k_moves_boxes_into_the_image(target, estimate, overlap):
 def test_sequence_without_hits_counts():
     truth = walk(50)
     preset = metrics.preset("lasot")
-    runs = [[preset.judge(truth_of(truth), answer_of(boxes))] for boxes in (truth, truth + 900)]
+    runs = [[preset.score(truth_of(truth), answer_of(boxes))] for boxes in (truth, truth + 900)]
     # The first frame, overwritten by the ground truth, is the only hit of the second.
     assert preset.overall(runs).curves["success"][0, 1] == pytest.approx((1 + 1 / 50) / 2)
 
@@ -289,7 +289,7 @@ def test_one_pass_run_without_failure_equals_a_supervised_run():
     boxes = noisy(truth)
 
     def judged(states):
-        return preset.judge(truth_of(truth), RunEstimates(boxes, states=states)).scores
+        return preset.score(truth_of(truth), RunEstimates(boxes, states=states)).scores
 
     assert judged(None) == judged(states_of(150))
     boxes[70] += 900

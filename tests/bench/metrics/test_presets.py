@@ -27,8 +27,8 @@ ROOMS = Path(metrics.__file__).parent
 every_preset = pytest.mark.parametrize("name", metrics.preset_names())
 
 
-def judge(name, truth, boxes, **further):
-    return metrics.preset(name).judge(truth_of(truth), answer_of(boxes, **further))
+def score_run(name, truth, boxes, **further):
+    return metrics.preset(name).score(truth_of(truth), answer_of(boxes, **further))
 
 
 def shares_of(name, judged):
@@ -67,13 +67,13 @@ def test_preset_has_definition_and_meanings(name):
 
 @every_preset
 def test_perfect_result_has_the_best_score(name):
-    preset, judged = metrics.preset(name), judge(name, TRUTH, TRUTH)
+    preset, judged = metrics.preset(name), score_run(name, TRUTH, TRUTH)
     assert list(judged.scores) == list(preset.columns)
     assert set(judged.curves) == set(preset.curves)
     for key, column in preset.columns.items():
         assert column.perfect is None or judged.scores[key] == pytest.approx(column.perfect), key
     for boxes in noisy(TRUTH), TRUTH + [500, 0, 0, 0]:
-        for key, value in shares_of(name, judge(name, TRUTH, boxes)).items():
+        for key, value in shares_of(name, score_run(name, TRUTH, boxes)).items():
             assert value <= judged.scores[key]
 
 
@@ -81,15 +81,15 @@ def test_perfect_result_has_the_best_score(name):
 def test_malformed_boxes_are_no_better_than_distant_ones(name):
     distant = noisy(TRUTH)
     distant[20:60] = [5000, 5000, 9, 9]
-    expected = judge(name, TRUTH, distant)
+    expected = score_run(name, TRUTH, distant)
     for bad in MALFORMED:
         malformed = noisy(TRUTH)
         malformed[20:60] = bad
-        judged = judge(name, TRUTH, malformed)
+        judged = score_run(name, TRUTH, malformed)
         if name != "lasot":  # LaSOT repeats the box before a malformed one
             assert shares_of(name, judged) == pytest.approx(shares_of(name, expected), abs=1e-12)
         assert not np.isnan([*judged.scores.values()]).any() or name in ("native", "vot-anchor")
-    judged = judge(name, TRUTH, np.full((N, 4), np.nan))
+    judged = score_run(name, TRUTH, np.full((N, 4), np.nan))
     assert all(np.isfinite(list(judged.scores.values()))) or name == "native"
     assert all(np.isfinite(curve).all() for curve in judged.curves.values())
 
@@ -101,22 +101,24 @@ def test_shares_stay_in_range_for_extreme_runs(name):
     beyond[:, :2] -= TRUTH[0, :2] + 10  # half of it outside, left and above
     cases = [(absent, np.where(np.isnan(absent), fill, absent)) for fill in (np.nan, 50.0)]
     for truth, boxes in (*cases, (beyond, beyond), (beyond, noisy(beyond))):
-        assert all(0 <= value <= 1 for value in shares_of(name, judge(name, truth, boxes)).values())
+        assert all(
+            0 <= value <= 1 for value in shares_of(name, score_run(name, truth, boxes)).values()
+        )
     seen = np.isfinite(absent).all(axis=1)
-    judge(name, absent, TRUTH, visible=seen, confidence=seen * 0.5)
-    metrics.preset(name).judge(truth_of(TRUTH), RunEstimates(TRUTH.tolist()))  # boxes alone
+    score_run(name, absent, TRUTH, visible=seen, confidence=seen * 0.5)
+    metrics.preset(name).score(truth_of(TRUTH), RunEstimates(TRUTH.tolist()))  # boxes alone
 
 
 @every_preset
 def test_scores_begin_after_the_first_frame_with_a_target(name):
     boxes = noisy(TRUTH)
-    scores = judge(name, TRUTH, boxes).scores
+    scores = score_run(name, TRUTH, boxes).scores
     other = boxes.copy()
     other[0] = np.nan
-    assert judge(name, TRUTH, other).scores == pytest.approx(scores, nan_ok=True)
+    assert score_run(name, TRUTH, other).scores == pytest.approx(scores, nan_ok=True)
     late = np.vstack([np.full((7, 4), np.nan), TRUTH])
     states = np.concatenate([np.zeros(7, int), answer_of(boxes).states])
-    later = judge(name, late, np.vstack([np.zeros((7, 4)), boxes]), states=states).scores
+    later = score_run(name, late, np.vstack([np.zeros((7, 4)), boxes]), states=states).scores
     for key in scores.keys() - {"first_loss"}:  # it counts from the first frame
         assert later[key] == pytest.approx(scores[key], nan_ok=True), key
 
@@ -131,15 +133,15 @@ def test_missing_rows_and_missing_ground_truth_are_refused(name):
         (np.empty((0, 4)), np.empty((0, 4)), "no frame with a target"),
     ):
         with pytest.raises(ValueError, match=message):
-            judge(name, target, boxes)
+            score_run(name, target, boxes)
     for n in 2, 1:
-        assert list(judge(name, walk(n), walk(n)).scores) == list(metrics.preset(name).columns)
+        assert list(score_run(name, walk(n), walk(n)).scores) == list(metrics.preset(name).columns)
 
 
 @every_preset
 def test_judging_changes_no_argument_and_is_repeatable(name):
     truth, boxes = TRUTH.copy(), noisy(TRUTH)
-    first, second = (judge(name, truth, boxes) for _ in range(2))
+    first, second = (score_run(name, truth, boxes) for _ in range(2))
     np.testing.assert_array_equal(truth, TRUTH)
     np.testing.assert_array_equal(boxes, noisy(TRUTH))
     assert repr(first.scores) == repr(second.scores)
@@ -155,7 +157,7 @@ def test_scores_are_invariant_to_moves_and_scale(name, dx, dy, factor):
 
     def scores(change):
         target = truth_of(change(truth), image_size=None)
-        return metrics.preset(name).judge(target, answer_of(change(boxes))).scores
+        return metrics.preset(name).score(target, answer_of(change(boxes))).scores
 
     plain = scores(lambda rows: rows)
     moved = scores(lambda rows: rows + [dx, dy, 0, 0])
@@ -169,7 +171,7 @@ def test_scores_are_invariant_to_moves_and_scale(name, dx, dy, factor):
 
 @every_preset
 def test_equal_runs_have_their_own_mean_and_missing_ones_none(name):
-    preset, run = metrics.preset(name), judge(name, TRUTH, noisy(TRUTH))
+    preset, run = metrics.preset(name), score_run(name, TRUTH, noisy(TRUTH))
     together = preset.overall([[run, run], [run, run]])
     assert together.scores == pytest.approx(run.scores, nan_ok=True)
     assert set(together.curves) == set(preset.curves)
@@ -190,8 +192,8 @@ def test_outlines_replace_boxes_in_overlaps_of_regions(name, kind):
         for mask, (x, y, width, height) in zip(shapes, truth.astype(int), strict=True):
             mask[y : y + height, x : x + width] = True
     outlined = truth_of(truth, shapes=list(shapes))
-    scores = metrics.preset(name).judge(outlined, answer_of(truth)).scores
-    plain = judge(name, truth, truth).scores
+    scores = metrics.preset(name).score(outlined, answer_of(truth)).scores
+    plain = score_run(name, truth, truth).scores
     for key, value in scores.items():
         if kind == "mask" or "exact" in key:
             assert value == pytest.approx(plain[key], abs=1e-9, nan_ok=True), key

@@ -35,7 +35,7 @@ def test_vot_anchor_equals_scores_of_vot_toolkit():
         truth, boxes = toolkits.truth(i), toolkits.estimate(i)
         runs.append(
             [
-                preset.judge(
+                preset.score(
                     GroundTruthArrays(
                         toolkits.from_anchor(truth, anchor), image_size=toolkits.SIZE
                     ),

@@ -118,4 +118,4 @@ def test_figures_of_runs_are_written_next_to_the_page(results, tmp_path, driftin
     assert messages == []
     text = (tmp_path / "report.md").read_text()
     assert "](success.svg)" in text
-    assert "said at once (online)" in (tmp_path / "success.svg").read_text()
+    assert "online boxes" in (tmp_path / "success.svg").read_text()

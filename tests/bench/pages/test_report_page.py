@@ -219,8 +219,8 @@ def test_missing_or_changed_sequences_keep_scores(trackmark, workspace, otb):
     trackmark("report", "results/m")
     text = (workspace / "results" / "m" / "report.html").read_text()
     why = {scene["name"]: scene["why"] for scene in data_of(text)["scenes"]}
-    assert re.match("No frames: Small can't be opened at .*/data/Small any more.", why["Small"])
-    assert re.match("No frames: Other at .*/data/Other has changed since it was run.", why["Other"])
+    assert re.match("No frames: Small cannot be opened at .*/data/Small.", why["Small"])
+    assert re.match("No frames: Other at .*/data/Other has changed since the run.", why["Other"])
     scores = [(row[0], row[2]["text"]) for row in rows_of_sequences(text)]
     assert scores == [("Small", "1.000"), ("Other", "1.000")]
     assert "image/webp;base64" not in text

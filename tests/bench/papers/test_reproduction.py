@@ -65,7 +65,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
     assert f"`{file.name}`: " in text  # the figures lie in another folder
     places = [
         "# A tiny paper",
-        "**Result.** CamShift follows the target.",
+        "**Result.** CamShift keeps the target. CamShift follows the target.",
         "## 1 The paper's numbers and ours",
         "20 of 20",
         "## 2 Figures",
@@ -186,7 +186,7 @@ def test_series_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
     panels, draw = [], figures.series_plot
     monkeypatch.setattr(figures, "series_plot", lambda *a: panels.append(a[0]) or draw(*a))
     (drawing,) = redraw("figure-2", of="overlap", quantity="overlap [share]")
-    assert "overlap [share]: median and quartiles over 12 scenes of target" in drawing.words
+    assert "overlap [share] of camshift; static: median and quartiles over 12" in drawing.words
     (panel,) = panels
     assert list(panel) == ["as written", "recommended"]
     expected = [report.context.runs.judged_runs(ADAPTIVE, scene)[0].overlap for scene in SCENES]
@@ -270,7 +270,7 @@ def test_verdicts_are_grouped_by_both_settings(page, report):
     both = sum(verdicts == {"holds"} for verdicts in by_setting)
     assert f"Holds in both settings <small>{both}</small>" in text
     assert text.count('<details class="claim"') == len(report.verdicts) == 3
-    assert f"{both} hold" in sections(page)["3 claims"]
+    assert f"Holds in both settings: {both}" in sections(page)["3 claims"]
 
 
 def test_scenes_of_a_claim_are_sorted_worst_first(report):
@@ -344,7 +344,7 @@ def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
     assert '<a href="tiny/report.html">A tiny paper</a>' in front
     assert "CamShift keeps the target." in front
     assert "1 of 1 papers reproduced" in front
-    assert re.findall(r"[✓✕?] (\d \w.*?)<", front)[:2] == ["2 hold", "1 does not hold"]
+    assert re.findall(r"[✓✕?] (\w[^<]*: \d)<", front)[:2] == ["holds: 2", "does not hold: 1"]
     assert "Made by <code>trackmark reproduce tiny --all</code> (1 min)" in front
     (tiny.results / "tiny" / "report.json").write_text('{"claims": [{}]}')
     with pytest.raises(ResultsError, match=r"report.json: the report cannot be read"):

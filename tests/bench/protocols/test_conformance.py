@@ -13,7 +13,7 @@ from trackmark.bench.engine.work_unit import Failure
 from trackmark.bench.engine.worker import record_failure
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.recorder import segment_frames
-from trackmark.bench.evaluation.scoring import can_judge, judge
+from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.execution.plan import State, make_plan
 from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
@@ -80,7 +80,7 @@ def test_definition_of_protocol_is_complete(name):
     assert len(definition["summary"]) < 80
     assert len(definition["definition"]) > 200
     assert all(parameter["meaning"] for parameter in definition["knobs"])
-    assert can_judge(definition["preset"], parse_protocol(name).text)
+    assert can_score(definition["preset"], parse_protocol(name).text)
 
 
 @every_protocol
@@ -99,7 +99,7 @@ def test_parameters_are_parsed_and_checked():
         "supervised:threshold=0.1",
     )
     for text, words in {
-        "supervise": r"Did you mean 'supervised'\? Known: anchors, ",
+        "supervise": r"Did you mean 'supervised'\?$",
         "tre:start=3": "Did you mean 'starts'",
         "tre:starts=0": "parameter starts=0",
         "tre:starts": "not key=value",
@@ -158,16 +158,16 @@ def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
 def test_presets_judge_their_protocols_and_refuse_others(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
     for preset in metrics.preset_names():
-        if can_judge(preset, run.identity.protocol):
+        if can_score(preset, run.identity.protocol):
             if (name, preset) != ("one-pass", "vot-supervised"):  # which may have failed
-                judged = judge(run, sequence, preset)
+                judged = score_run(run, sequence, preset)
                 assert list(judged.scores) == list(metrics.preset(preset).columns)
                 assert len(judged.parts) == len(run.segments)
         else:
             with pytest.raises(
                 ValueError, match=f"^{preset} cannot score runs of the protocol {name}"
             ):
-                judge(run, sequence, preset)
+                score_run(run, sequence, preset)
 
 
 @every_protocol

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench
 from trackmark.bench import metrics
-from trackmark.bench.evaluation.scoring import judge
+from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
 from trackmark.bench.store.files import ResultsError
@@ -140,13 +140,13 @@ def test_score_of_run_is_mean_over_segments(make_sequence, preset):
         rows, end = slice(end, end + len(frames)), end + len(frames)
         visible = sequence.visibility[frames]
         truth = GroundTruthArrays(sequence.boxes[frames], {}, visible, sequence.image_size)
-        alone = metrics.preset(preset).judge(
+        alone = metrics.preset(preset).score(
             truth, RunEstimates(run.boxes[rows], run.visible[rows])
         )
         values.append(alone.scores[key])
     weights = [len(frames) - 1 for frames in run.segments]  # in GOT-10k every frame counts once
     expected = np.average(values, weights=weights if preset == "got10k" else None)
-    assert judge(run, sequence, preset).scores[key] == pytest.approx(expected)
+    assert score_run(run, sequence, preset).scores[key] == pytest.approx(expected)
 
 
 def pixels_of(box):
@@ -168,7 +168,7 @@ def test_anchor_scores_equal_slow_definition(make_sequence):
         failed = [i for i in range(len(low) - 9) if all(low[i : i + 10])]
         progress.append(failed[0] if failed else len(low))
         summed += sum(overlaps[: progress[-1]])
-    judged = judge(run, sequence, "vot-anchor").scores
+    judged = score_run(run, sequence, "vot-anchor").scores
     assert min(progress) < 30
     assert judged["robustness"] == pytest.approx(sum(progress) / 60)
     assert judged["accuracy"] == pytest.approx(summed / sum(progress))
@@ -189,7 +189,7 @@ def test_malformed_segments_are_not_scored(make_sequence, forge):
     run = bench.evaluate("static", sequence, protocol="tre:starts=2:least=5")
     forged = replace(run, segments=(run.segments[0], forge(run.segments[1])))
     with pytest.raises(ValueError, match="has an invalid segment"):
-        judge(forged, sequence)
+        score_run(forged, sequence)
 
 
 def test_stored_run_with_malformed_segments_is_damaged(make_sequence, tmp_path):
@@ -215,12 +215,12 @@ def test_segments_that_differ_from_protocol_are_not_scored(make_sequence, text, 
     columns = {name: getattr(run, name)[row_numbers] for name in ("boxes", "visible", "confidence")}
     forged = replace(run, segments=tuple(run.segments[place] for place in places), **columns)
     if text == "sre" and len(places) == count:  # all its segments have the same frames
-        assert judge(forged, sequence).scores
+        assert score_run(forged, sequence).scores
         return
     with pytest.raises(
         ValueError, match=f"which differ from the {count} segments of the protocol {text}"
     ):
-        judge(forged, sequence)
+        score_run(forged, sequence)
 
 
 def test_segment_may_have_a_single_frame(make_sequence):
@@ -229,4 +229,4 @@ def test_segment_may_have_a_single_frame(make_sequence):
     for frame in (0, 4):
         frames = (np.array([frame], np.int32),)
         single = replace(run, segments=frames, boxes=sequence.boxes[[frame]])
-        assert len(judge(single, sequence, "vot-anchor").parts) == 1
+        assert len(score_run(single, sequence, "vot-anchor").parts) == 1

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tests.bench.conftest import Noise, straight_line
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench, datasets
-from trackmark.bench.evaluation.scoring import judge
+from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics.preset import FrameState
 from trackmark.trackers import Estimate
 
@@ -51,7 +51,7 @@ def test_failure_is_followed_by_pause_and_restart(make_sequence):
     on_target = np.isin(run.states, (I, T))
     np.testing.assert_array_equal(run.boxes[on_target], sequence.boxes[on_target])
     assert np.isnan(run.boxes[run.states == S]).all()
-    judged = judge(run, sequence, "vot-supervised")
+    judged = score_run(run, sequence, "vot-supervised")
     assert judged.scores["failures"] == 3
     assert judged.scores["robustness"] == pytest.approx(np.exp(-30 * 3 / 23))
 
@@ -66,7 +66,7 @@ def test_forged_state_is_not_scored(make_sequence, frame, state):
     assert run.states[:12].tolist() == [I, T, T, T, T, F, S, S, S, S, I, T]
     run.states[frame] = state
     with pytest.raises(ValueError, match=r"Supervised run, \d+ frames after its first: state"):
-        judge(run, sequence, "vot-supervised")
+        score_run(run, sequence, "vot-supervised")
 
 
 def test_accuracy_and_eao_equal_hand_computed_values():
@@ -74,7 +74,7 @@ def test_accuracy_and_eao_equal_hand_computed_values():
     sequence = datasets.Sequence("line", Noise(130, 24, 100), straight_line(130), fingerprint="x")
     maker, _ = scripted(sequence, lost={20})
     run = bench.evaluate(maker, sequence, protocol="supervised")
-    scores = judge(run, sequence, "vot-supervised").scores
+    scores = score_run(run, sequence, "vot-supervised").scores
     assert scores["accuracy"] == 1.0
     # Two pieces: frames 0 to 19, zero after the failure; and frames 25 to 129, of which 104 follow
     # the first.
@@ -91,7 +91,7 @@ def test_tracker_without_failure_has_its_one_pass_run(make_sequence):
     np.testing.assert_array_equal(run.boxes, one_pass.boxes)
     assert run.states.tolist() == [I] + [T] * 11
     assert len(seeds) == 2
-    scores = [judge(each, sequence, "vot-supervised").scores for each in (run, one_pass)]
+    scores = [score_run(each, sequence, "vot-supervised").scores for each in (run, one_pass)]
     assert scores[0] == pytest.approx(scores[1], nan_ok=True)
 
 

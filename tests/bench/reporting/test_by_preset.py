@@ -40,7 +40,7 @@ def test_stored_runs_have_scores_of_their_boxes(stored, name):
     for text in SEQUENCES:
         sequence = datasets.load(text)
         run = bench.evaluate("camshift", sequence)
-        result = preset.judge(sequence, RunEstimates(run.boxes, run.visible, run.confidence))
+        result = preset.score(sequence, RunEstimates(run.boxes, run.visible, run.confidence))
         judged.append([result])
         key = next(key for key in result.scores if key in measures)
         assert means[sequence.name, "camshift", key] == pytest.approx(result.scores[key])
@@ -76,7 +76,7 @@ def test_preset_curves_are_drawn(stored):
     scored = replace(scored, curves={name: {} for name in scored.curves})
     assert preset_curves(scored, ["static"], messages.append) == {}
     (message,) = messages
-    assert message.endswith("there is no tracker all of whose runs vot-anchor can judge.")
+    assert message.endswith("there is no tracker all of whose runs vot-anchor can score.")
 
 
 def test_preset_without_judgeable_runs_has_a_note(run_trial, tmp_path):
@@ -128,4 +128,4 @@ def test_means_skip_sequences_with_an_undefined_score(run_trial, tmp_path, otb, 
     label = TOGETHER if preset == "native" else MEANS
     assert cells["s1", "static"][0] == "—"
     assert cells[label, "static"][0] == "1.000 [1.000, 1.000]"
-    assert table.notes == ["—: undefined in a run, which the mean over all sequences leaves out"]
+    assert table.notes == ["—: undefined in a run; the mean over all sequences omits this run"]

@@ -75,9 +75,9 @@ def test_captions_name_the_trace_of_revising_trackers(stored, tmp_path, run_tria
     tables_by_name = {table.name: table for table in tables(stored)}
     assert list(tables_by_name) == ["summary", "sequences", "summary-revised", "sequences-revised"]
     for name, table in tables_by_name.items():
-        words = "revised boxes (what was said in the end)"
+        words = "revised boxes"
         assert (words in table.caption) == name.endswith("-revised")
-        assert ("online boxes (what was said at once)" in table.caption) != (words in table.caption)
+        assert ("online boxes" in table.caption) != (words in table.caption)
     first, last = (overlaps(tables_by_name[name]) for name in ("summary", "summary-revised"))
     assert first["static"] == last["static"]
     (other,) = set(first) - {"static"}
@@ -105,12 +105,12 @@ def pictured(workspace, words, steps, **options):
 
 
 def test_pictures_name_the_trace_that_they_draw(trackmark, ran):
-    online = pictured(ran, "said at once (online)", [0] * 5)
+    online = pictured(ran, "online boxes", [0] * 5)
     show = ("show", "data/Small", "--results", "results/mine", "--output")
     trackmark(*show, "shown.png")
     np.testing.assert_array_equal(cv2.imread(str(ran / "shown.png")), online)
     trackmark(*show, "revised.png", "--trace", "revised")
-    revised = pictured(ran, "said in the end (revised)", [0, 0.5, 1, 1.5, 2])
+    revised = pictured(ran, "revised boxes", [0, 0.5, 1, 1.5, 2])
     np.testing.assert_array_equal(cv2.imread(str(ran / "revised.png")), revised)
     trackmark("report", "results/mine", "--folder", "report")
     strip = cv2.imread(str(ran / "report" / "strip-Small.png"))
@@ -122,7 +122,7 @@ def test_strips_of_a_comparison_have_the_colours_of_its_figures(ran):
     (file,) = write_strips(
         results, ran, print, ["a", reviser, "static"], {"Small": ("static", reviser)}
     )
-    words = "said at once (online)"
+    words = "online boxes"
     shades = {f"{reviser}, {words}": colour(1), "static": colour(2)}
     strip = pictured(ran, words, [0] * 5, shades=shades)
     np.testing.assert_array_equal(cv2.imread(str(file)), strip)

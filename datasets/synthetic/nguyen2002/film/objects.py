@@ -170,7 +170,7 @@ SHADE = (24.0, 22.0, 20.0)  # colour of shadows, BGR
 
 
 def paint_carrier(random: Generator, kind: str, width: float, height: float) -> PaintedSheet:
-    """Paint a carrier of `CARRIERS` around a target with a width and height [pixels]."""
+    """Paint the object in `CARRIERS` that carries a target of this width and height [pixels]."""
     w, h = width / UNIT, height / UNIT
     across, down = 2.6 * w, 6.0 * h
     sheet = PaintedSheet(across, down, UNIT, STEEL)

@@ -182,7 +182,7 @@ def _cloth(random: Generator) -> list[SceneObject]:
 
 
 def _dotted(random: Generator, ink: Array) -> Pattern:
-    """Return a pattern of flowers or dots; every other row is shifted by half a distance."""
+    """Return a pattern of flowers or dots; every other row is shifted by half the spacing."""
     pitch, petals = random.uniform(17, 24), int(random.choice([0, 5, 6]))
     weave = grain(random, 0.05, coarsest=32)
     second = 0.5 + 0.5 * ink[::-1]

@@ -439,7 +439,7 @@ CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 
 def scene(parameters: LightsParameters) -> "LightsScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return LightsScene(parameters.scene)
 
 

@@ -44,7 +44,7 @@ ELBOW_ROOM = 0.5  # minimum distance between people [metres]
 
 
 def scene(parameters: SceneParameters) -> VisitScene:
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return VisitScene(_plan(parameters.scene), "even")
 
 

@@ -45,7 +45,7 @@ OTHERS_BEHIND = 5  # number of people behind the target
 
 
 def scene(parameters: SceneParameters) -> VisitScene:
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return VisitScene(_plan(parameters.scene), "even")
 
 

@@ -52,7 +52,7 @@ FIRST, LAST = 7.0, 41.0  # z at which the rows of bays start and end [metres]
 
 
 def scene(parameters: SceneParameters) -> DrivingScene:
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return DrivingScene(parking_plan(parameters.scene), still=True)
 
 

@@ -57,7 +57,7 @@ FREE = 0.2
 
 
 def scene(parameters: SceneParameters) -> DrivingScene:
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return DrivingScene(traffic_plan(parameters.scene), still=False)
 
 

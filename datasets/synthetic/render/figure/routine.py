@@ -207,7 +207,7 @@ def _sample_glances(random: Generator, operations: list[_Operation]) -> tuple[Ar
 
 
 def _sample_gesture(random: Generator, operations: list[_Operation]) -> Array:
-    """Sample the motion of a hand to the face, in some scenes, while the face is visible."""
+    """Sample the motion of a hand to the visible face and back; in some scenes, no hand moves."""
     time = np.arange(FRAMES, dtype=np.float64)
     hands = np.zeros((FRAMES, 2))
     turned = [o for o in operations[1:] if np.sin(o.facing) > -0.5 and o.end < FRAMES]

@@ -302,7 +302,7 @@ SWAY = 0.25  # standard deviation of the position of the seated person [pixels]
 
 
 def scene(parameters: SceneParameters) -> "HandScene":
-    """Return the renderer with its ground truth, without rendering."""
+    """Return the scene, which gives the ground truth and renders frames on request."""
     return HandScene(parameters.scene)
 
 
