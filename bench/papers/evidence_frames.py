@@ -139,10 +139,8 @@ def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneR
     for sequence, rank in order.sort_values(kind="stable").index[:SHOWN_SCENES]:
         scene_table = table.loc[[(sequence, rank)]]
         ahead = float(order[sequence, rank]) if claim.worse else nan
-        scene, values = (
-            str(scene_table["scene"].iloc[0]),
-            dict(zip(scene_table["tracker"], scene_table["value"], strict=True)),
-        )
+        scene = str(scene_table["scene"].iloc[0])
+        values = dict(zip(scene_table["tracker"], scene_table["value"], strict=True))
         if "" in values:  # a measure of the scene, without a run
             scene_rows.append(SceneRow(scene, [ahead, values[""]], [None, None]))
             continue

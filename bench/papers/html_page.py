@@ -10,14 +10,8 @@ import numpy as np
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, effect_text
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.papers.evidence_frames import (
-    Footage,
-    SceneRow,
-    ShownRun,
-    claim_scenes,
-    film_runs,
-    main_runs,
-)
+from trackmark.bench.papers import evidence_frames
+from trackmark.bench.papers.evidence_frames import Footage, SceneRow, ShownRun
 from trackmark.bench.papers.figures import Drawing, Image
 from trackmark.bench.papers.main_table import main_values
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
@@ -52,15 +46,17 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
     """
     context = report.context
     scenes = {
-        (row.claim.name, setting): claim_scenes(row, setting, context)
+        (row.claim.name, setting): evidence_frames.claim_scenes(row, setting, context)
         for row in report.verdicts
         for setting in SETTINGS
     }
     rows = context.description.main_table.rows
-    runs: MainRuns = [[main_runs(row, setting, context) for setting in SETTINGS] for row in rows]
+    runs: MainRuns = [
+        [evidence_frames.main_runs(row, setting, context) for setting in SETTINGS] for row in rows
+    ]
     linked = [run for scene_rows in scenes.values() for row in scene_rows for run in row.runs]
     linked += [run for row in runs for values in row for run in values]
-    footage = film_runs(linked, context, path.parent.parent, watch)
+    footage = evidence_frames.film_runs(linked, context, path.parent.parent, watch)
     n = context.scenes
     page = Page(
         report.description.title,
