@@ -211,7 +211,7 @@ def summary_text(
     `whole`: with the rows of every sequence, also if there are rows of means.
     """
     option = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
-    more = f" (`trackmark report {folder}{option} --verbose --wide`)"
+    more = f" (`trackmark report {folder}{option} --wide`)"
     report = preset_report(folder, metrics, cells)
     tables = report.tables if whole else map(_means_only, report.tables)
     return "\n".join(on_terminal(table, to_text, more) for table in tables)
