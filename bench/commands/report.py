@@ -65,7 +65,7 @@ class ReportOptions(ScreenOptions):
     by_attribute: bool = output_option(
         "Add scores by attribute of the sequences; see docs/attributes.md."
     )
-    wide: bool = output_option("With --verbose: print all columns of the tables.")
+    wide: bool = output_option("Print all tables with all columns.")
     no_pictures: bool = output_option("Write tables only: no page, no plots.")
 
     @property
@@ -179,7 +179,7 @@ def _print_summary(
         click.echo("\n".join(summary.lines(quiet=options.quiet)))
         for warning in summary.warnings:
             print_event("warning", warning)
-    short = summary is not None and not options.verbose
+    short = summary is not None and not (options.verbose or options.wide)
     further = [table for table in tables if not (short and table.name in NATIVE_TABLES)]
     if further and not (options.quiet and summary is not None):
         click.echo("" if summary is not None else None, nl=summary is not None)

@@ -266,7 +266,7 @@ def _print_scores(execution: "Execution", metrics: Sequence[str], options: Scree
             lines, warnings = summary.lines(quiet=options.quiet), summary.warnings
         others = [name for name in metrics if not lines or options.verbose or name != "native"]
         if others and not (options.quiet and lines):
-            tables = summary_text(folder, cells, others).splitlines()
+            tables = summary_text(folder, cells, others, whole=options.verbose).splitlines()
             lines += [*([""] if lines and tables else []), *tables]
     click.echo("\n".join(lines))
     for warning in warnings:

@@ -200,13 +200,27 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
 
 
 def summary_text(
-    folder: Path, cells: Collection[RunKey], metrics: Sequence[str] = (PRESET,)
+    folder: Path,
+    cells: Collection[RunKey],
+    metrics: Sequence[str] = (PRESET,),
+    *,
+    whole: bool = True,
 ) -> str:
-    """Return the tables of selected runs of an experiment for a terminal."""
+    """Return the tables of selected runs of an experiment for a terminal.
+
+    `whole`: with the rows of every sequence, also if there are rows of means.
+    """
     option = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
     more = f" (`trackmark report {folder}{option} --wide`)"
     report = preset_report(folder, metrics, cells)
-    return "\n".join(on_terminal(table, to_text, more) for table in report.tables)
+    tables = report.tables if whole else map(_means_only, report.tables)
+    return "\n".join(on_terminal(table, to_text, more) for table in tables)
+
+
+def _means_only(table: Table) -> Table:
+    """Return a table with only its rows over all sequences, if it has any."""
+    rows = [row for row in table.rows if row[0].text in (TOGETHER, MEANS)]
+    return replace(table, rows=rows) if rows else table
 
 
 def _judge_runs(

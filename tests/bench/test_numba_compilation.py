@@ -50,7 +50,7 @@ def test_missing_folder_for_kernels_is_reported_with_the_remedy(monkeypatch):
     with pytest.raises(RuntimeError) as caught:
         numba.njit(cache=True)(lambda: 0)
     message = _message_of(caught.value)
-    assert message.endswith(". Set NUMBA_CACHE_DIR to a folder that can be written.")
+    assert message.endswith(". Set NUMBA_CACHE_DIR to a writable folder.")
 
 
 def test_one_process_at_a_time_uses_cached_kernels(tmp_path):

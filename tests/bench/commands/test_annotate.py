@@ -93,11 +93,14 @@ def ask(url, data=None):
             return error.code, error.read()
 
 
-def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, workspace, user):
+def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, workspace, user, monkeypatch):
     source = workspace / "data" / "Small" / "img"
-    seen = {}
+    seen, opened = {}, queue.Queue()
+    monkeypatch.setenv("DISPLAY", ":0")  # with a display, the page is opened
+    monkeypatch.setattr(_box_picker.webbrowser, "open", opened.put)
 
     def act(url):
+        assert opened.get(timeout=300) == url
         seen["page"] = ask(url)[1].decode()
         seen["frame"] = cv2.imdecode(np.frombuffer(ask(url + "frame/3")[1], np.uint8), 1)
         seen["no frame"] = [ask(url + path)[0] for path in ("frame/5", "frame/-1", "else")]
@@ -135,20 +138,6 @@ def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, workspace, u
         "3,7,5,10,12.375,interpolated",
         "4,8,5,10,12.5,marked",
     ]
-
-
-def test_page_is_opened_if_there_is_a_display(trackmark, workspace, user, monkeypatch):
-    opened = queue.Queue()
-    monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr(_box_picker.webbrowser, "open", opened.put)
-
-    def act(url):
-        assert opened.get(timeout=300) == url
-        assert ask(url + "done", b'{"0": [4, 5, 10, 12], "4": [8, 5, 10, 12]}')[0] == 200
-
-    user(act)
-    trackmark("annotate", workspace / "data" / "Small" / "img", "--pick", "--output", "truth.csv")
-    assert (workspace / "truth.csv").is_file()
 
 
 DRAG = """

@@ -131,6 +131,7 @@ def test_copy_of_otb_is_a_table_with_both_targets_of_a_folder(scores, otb100):
     text, by_measure = scores("OTB100", "otb", "otb")
     for name in ("Jogging.1", "Jogging.2", "Walking"):
         assert name in text
+    assert len(text.splitlines()) <= 20
     assert by_measure["success_auc"] == pytest.approx(20 / 21)
 
 

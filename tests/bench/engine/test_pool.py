@@ -40,6 +40,7 @@ ACTS = {
     "LeavesDaemon": "subprocess.Popen(['sleep', DAEMON], env={}, start_new_session=True)",
     "Reads": "self.box = self.box + [np.mean([1.0]), 0, 0, 0]",
     "ChangesItsFile": "Path(__file__).write_text('#')",
+    "Prints": "print(end='.', flush=True)",
 }
 HEAD = f"""
 import _thread, os, subprocess, time
@@ -246,6 +247,13 @@ def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):
     assert len(sizes) > 1
     assert max(sizes) < 100_000
     assert [run.output for run in outcome.runs] == ["loud" * (1 << 12)]
+
+
+def test_output_of_a_run_excludes_that_of_earlier_runs(data):
+    unit = one_unit(data, "Prints")
+    with closing(Pool(Limits())) as workers:
+        outcomes = [outcome for _, outcome in workers.perform([unit, replace(unit)])]
+    assert [outcome.runs[0].output for outcome in outcomes] == ["." * (FRAMES - 1)] * 2
 
 
 def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatch):
