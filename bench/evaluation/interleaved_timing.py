@@ -245,7 +245,7 @@ class Side(Protocol):
     """Object that `take_turns` can time."""
 
     def turn(self, number: int, start: int, stop: int) -> float:
-        """Return the CPU time of some updates on a clip [s]; `start` 0 starts a new tracker."""
+        """Return the CPU time of updates `start` to `stop` [s]; 0 creates a new tracker."""
         ...
 
 

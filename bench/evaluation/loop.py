@@ -45,7 +45,7 @@ MAX_WARM_BYTES = 1 << 29
 
 
 class Observer:
-    """Callbacks of the loop, without effect; `bench.engine.heartbeat.Heartbeat` overrides them."""
+    """Callbacks of the loop, empty by default; `bench.engine.heartbeat.Heartbeat` has others."""
 
     def rows(self, shape: tuple[int, int]) -> NDArray[np.float64]:
         """Return the buffer for the rows of a run that is alone in its process."""

@@ -1,6 +1,6 @@
 """Gaussian mixtures of colours: fit, projection on planes, density, and components.
 
-The functions also accept arrays of mixtures. Their axes precede the axis of the components.
+The functions also accept arrays of mixtures, whose axes precede the axis of components.
 """
 
 from typing import NamedTuple

@@ -329,7 +329,7 @@ def certain_pixels(mask: Mask) -> tuple[Mask, Mask]:
 
 
 def best_posterior(hypotheses: Sequence[Hypotheses]) -> Posterior:
-    """Return the posterior (cells,) of the mixtures with the largest weight of contours."""
+    """Return the posterior (cells,) of the mixtures whose attached contours weigh most in sum."""
     colours, contours = hypotheses[-2:]
     supported = complete_combinations(hypotheses)[-2]
     support = np.zeros(len(colours.weights))

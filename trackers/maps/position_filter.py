@@ -22,7 +22,7 @@ from trackmark.trackers.maps.back_projection import window_size
 from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
 
 ROBUST_PRESET = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
-"""Parameter values in the preset `robust` of every position filter (chosen post hoc)."""
+"""Parameter values that all presets `robust` of position filters share (post hoc)."""
 
 
 class PositionFilterParameters(ColourMotionParameters):
