@@ -128,11 +128,13 @@ def _runner_up(
         return []
     second = behind[0]
     text = f"{second.name} follows with {second.mean:.{digits}f}{measured.suffix}"
+    if second.reason and second.interval:
+        text += f" ({second.reason})"
     if faster := _times_faster(first.milliseconds / second.milliseconds):
         text += f" and is {faster} faster"
     elif slower := _times_faster(second.milliseconds / first.milliseconds):
         text += f" and is {slower} slower"
-    return [f"{text} ({second.reason})." if second.reason and second.interval else f"{text}."]
+    return [f"{text}."]
 
 
 def _wins(ranked: Sequence[RankedTracker], measured: Measured) -> list[str]:

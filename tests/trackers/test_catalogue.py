@@ -98,8 +98,7 @@ def test_tracker_names_are_file_names_with_hyphens():
 def test_unknown_tracker_error_suggests_the_closest(wrong, closest):
     with pytest.raises(TrackerError) as caught:
         trackers.create(wrong)
-    assert f"unknown tracker {wrong!r}. Did you mean {closest!r}?" in str(caught.value)
-    assert all(name in str(caught.value) for name in trackers.names())
+    assert str(caught.value) == f"unknown tracker {wrong!r}. Did you mean {closest!r}?"
 
 
 @pytest.mark.parametrize("name", ["", "base", "__init__", "--init--", "base/catalogue", "../x"])

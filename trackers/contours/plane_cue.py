@@ -95,7 +95,8 @@ def plane_basis(normals: Array, reference_basis: Array) -> Array:
     --------
     >>> plane_basis(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0]
     array([[ 1.,  0.],
-           [ 0.,  0.], [ 0., -1.]])
+           [ 0.,  0.],
+           [ 0., -1.]])
     """
     reference = plane_normal(reference_basis)
     axis = np.cross(reference, normals)[:, np.newaxis]
