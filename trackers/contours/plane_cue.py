@@ -93,9 +93,8 @@ def plane_basis(normals: Array, reference_basis: Array) -> Array:
 
     Examples
     --------
-    >>> plane_basis(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0]
-    array([[ 1.,  0.],
-           [ 0.,  0.], [ 0., -1.]])
+    >>> plane_basis(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0].tolist()
+    [[1.0, 0.0], [0.0, 0.0], [0.0, -1.0]]
     """
     reference = plane_normal(reference_basis)
     axis = np.cross(reference, normals)[:, np.newaxis]
