@@ -76,7 +76,7 @@ class Action(Enum):
 
 
 class Controller:
-    """Decisions on one tracker after its init frame; this class updates it in every frame."""
+    """Decides on each frame after the init frame; by default, the tracker is updated."""
 
     states: NDArray[np.int32] | None = None  # (n,): `bench.metrics.preset.FrameState` of each frame
     source_frames: NDArray[np.int32] | None = None  # (n,): frame of the estimate in each row

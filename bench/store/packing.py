@@ -29,7 +29,7 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 
 def select_group(arrays: Mapping[str, NDArray[Any]], group: str) -> dict[str, NDArray[Any]]:
-    """Return the arrays whose names start with `group/`, and remove this prefix from the names."""
+    """Return the arrays whose names start with `group/`, by their names without this prefix."""
     return {k.partition("/")[2]: a for k, a in arrays.items() if k.startswith(f"{group}/")}
 
 

@@ -35,7 +35,7 @@ _BATCH = 1000  # runs that are scored in one transaction
 
 
 def list_runs(results: Results) -> list[dict[str, Any]]:
-    """Return the rows of finished and failed runs without scores, in order.
+    """Return one row, without scores, per finished or failed run, in order.
 
     The keys are `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on
     tracker, parameters and sequence; `tracker_version` depends on the tracker's code and libraries.

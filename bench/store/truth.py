@@ -54,7 +54,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
 
 
 def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
-    """Store a ground truth, unless it is already stored with image size and shapes.
+    """Store a ground truth, also if a stored one is damaged or lacks its image size or shapes.
 
     Raises `ResultsError` if it cannot be written.
     """
@@ -105,7 +105,7 @@ def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
 
 
 def _image_size(sequence: Sequence) -> tuple[int, int] | None:
-    """Return the size of the images; None if the first is unreadable (its run then fails)."""
+    """Return the size of the images; None if the first image is unreadable (runs then fail)."""
     try:
         return sequence.image_size
     except SequenceError:

@@ -78,9 +78,9 @@ class MixtureEvaluator:
     """Observation model of pairs of mixtures (section 5.3), used by colour cues.
 
     The score of a pair is the mean posterior of the target in the window minus the mean outside.
-    The pair's mixtures lie on the attached plane. The evidence is the posterior of the frame's
-    colours, one row per pair. The first `n_target` components belong to the target. `weights` and
-    `temperature` are passed to `weights_from_scores`, `floor` to `posterior`.
+    The pair's mixtures lie on the attached plane. The evidence for later cues is the posterior of
+    the frame's colours, one row per pair. The first `n_target` components belong to the target.
+    `weights` and `temperature` are passed to `weights_from_scores`, `floor` to `posterior`.
     """
 
     def __init__(self, n_target: int, weights: Weights, temperature: float, floor: float) -> None:

@@ -85,7 +85,7 @@ class ContourCue(ParticleCue):
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
-        """See `Cue.weigh`; needs posteriors of the previous cue. The evidence is the score."""
+        """See `Cue.weigh`; uses posteriors of the previous cue. The score is the evidence."""
         if attached is None:
             raise ValueError("the contour cue needs a colour cue before it in the chain")
         cells = observation.cells

@@ -93,10 +93,8 @@ def plane_basis(normals: Array, reference_basis: Array) -> Array:
 
     Examples
     --------
-    >>> plane_basis(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0]
-    array([[ 1.,  0.],
-           [ 0.,  0.],
-           [ 0., -1.]])
+    >>> plane_basis(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0].tolist()
+    [[1.0, 0.0], [0.0, 0.0], [0.0, -1.0]]
     """
     reference = plane_normal(reference_basis)
     axis = np.cross(reference, normals)[:, np.newaxis]
@@ -115,8 +113,8 @@ class PlaneCue(ParticleCue):
 
     s = H s' + p, normalised to length 1. H is the identity plus noise, p is noise; `spread` is the
     standard deviation of all elements. A plane's score measures how well it separates the colours
-    in the window from those outside (section 5.2). The evidence is the frame's colours on each
-    plane, (planes, cells, 2), in the basis that `plane_basis` returns.
+    in the window from those outside (section 5.2). The evidence for later cues is the frame's
+    colours on each plane, (planes, cells, 2), in the basis that `plane_basis` returns.
 
     `basis` (3, 2) is the basis of the first frame's plane. `weights` and `temperature` are passed
     to `weights_from_scores`. `floor` is passed to `posterior`; it is the density of a background

@@ -30,7 +30,7 @@ class EllipseCounts(NamedTuple):
 
 
 class CodeWindow(NamedTuple):
-    """Codes of a window of an image."""
+    """Bin codes of the pixels in a window of an image."""
 
     codes: Codes  # (window width, window height): bin of each pixel, by column
     left: int  # first column of the window in the image
@@ -287,7 +287,7 @@ def _count(
     pixels: _EllipsePixels,
     parts: Counts,
 ) -> tuple[bool, int, int, int]:
-    """Fill pixels and histogram; return whether the window suffices, and the ellipse's lines."""
+    """Fill pixels and histogram; return whether the window covers the ellipse, and its lines."""
     left, right = _axis_range(x, half_width, 0, window.width)
     top, bottom = _axis_range(y, half_height, 0, window.height)
     n_columns, n_rows = window.codes.shape

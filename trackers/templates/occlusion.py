@@ -13,7 +13,7 @@ FIRST_CANDIDATE = 5  # frames from an occlusion's beginning to the first that ma
 def candidate_offsets(longest: int, candidates: str) -> list[int]:
     """Return the numbers of frames, up to `longest`, after which an occlusion may end.
 
-    `all`: all numbers from 5. `skipped` (section 2.4): 5, 7, 11, 19, 35 and so on, in steps that
+    `all`: all numbers ≥ 5. `skipped` (section 2.4): 5, 7, 11, 19, 35 and so on, in steps that
     double.
 
     Examples
