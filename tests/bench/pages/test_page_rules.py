@@ -45,29 +45,38 @@ class Still(Failing):
 
 
 @pytest.fixture(scope="module")
-def extremes(tmp_path_factory, without_processes):
-    """Provide pages of extreme experiments by name."""
+def write_extreme(tmp_path_factory, without_processes):
+    """Provide a function that runs an experiment and writes its page."""
     folder = tmp_path_factory.mktemp("extremes")
-    (folder / "failing.py").write_text(FAILING)
-    file, scene = folder / "failing.py", "plain/target:length=12"
-    failing, twins = f"{file}:Failing", (f"{file}:Still:as=one", f"{file}:Still:as=twin")
-    named = [f"{failing}:as={LONG}{n}" for n in range(9)]
-    experiments = {
-        "one": (("static",), (scene,)),
-        "failed": ((failing,), (scene, f"{scene}:scene=1")),
-        "ties": (twins, (scene, f"{scene}:scene=1")),
-        "many": (
-            ("static", "camshift", *named),
-            tuple(f"{scene}:scene={n}" for n in range(14)),
-        ),
-    }
-    pages = {}
-    for name, (trackers, sources) in experiments.items():
-        experiment = Experiment(name, trackers, tuple(map(SequenceSource, sources)))
+    file = folder / "failing.py"
+    file.write_text(FAILING)
+
+    def write(name, trackers, n_scenes):
+        named = tuple(tracker.replace("FILE", str(file)) for tracker in trackers)
+        scenes = (f"plain/target:length=12:scene={n}" for n in range(n_scenes))
+        experiment = Experiment(name, named, tuple(map(SequenceSource, scenes)))
         with without_processes():
             stored = bench.run(experiment, folder / name, jobs=1)
-        pages[name] = write_experiment_page(stored, folder / "pages" / name)
-    return pages
+        return write_experiment_page(stored, folder / "pages" / name)
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def extremes(write_extreme):
+    """Provide pages of extreme experiments by name."""
+    return {
+        "one": write_extreme("one", ["static"], 1),
+        "failed": write_extreme("failed", ["FILE:Failing"], 2),
+        "ties": write_extreme("ties", ["FILE:Still:as=one", "FILE:Still:as=twin"], 2),
+    }
+
+
+@pytest.fixture(scope="module")
+def many(write_extreme):
+    """Provide a page of 11 trackers, nine of them with long names, on 14 sequences."""
+    named = [f"FILE:Failing:as={LONG}{n}" for n in range(9)]
+    return write_extreme("many", ["static", "camshift", *named], 14)
 
 
 @pytest.fixture(scope="session")
@@ -83,17 +92,8 @@ def violations(opened, axe):
     return [(entry["id"], entry["nodes"][0]["html"][:200]) for entry in entries]
 
 
-@pytest.mark.parametrize(
-    ("width", "dark"),
-    [
-        (1280, False),
-        (390, True),
-        *(pytest.param(*view, marks=pytest.mark.slow) for view in ((1280, True), (390, False))),
-        *(pytest.param(320, dark, marks=pytest.mark.slow) for dark in (False, True)),
-    ],
-)
-def test_page_is_accessible_and_has_no_sideways_scroll(chromium, extremes, page, axe, width, dark):
-    for path in (page, *extremes.values()):
+def check_accessibility(chromium, axe, paths, width, dark):
+    for path in paths:
         chromium.console.clear()
         chromium.size(width, 900, dark=dark, mobile=width < 400, still=True)
         chromium.open(path.as_uri())
@@ -109,6 +109,17 @@ def test_page_is_accessible_and_has_no_sideways_scroll(chromium, extremes, page,
         assert chromium.run(cut) == 0
         assert violations(chromium, axe) == []
         assert chromium.console == []
+
+
+def test_page_is_accessible_and_has_no_sideways_scroll(chromium, extremes, page, axe):
+    check_accessibility(chromium, axe, (page, *extremes.values()), 390, dark=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 390, 320])
+@pytest.mark.parametrize("dark", [False, True])
+def test_page_of_any_width_is_accessible(chromium, extremes, page, many, axe, width, dark):
+    check_accessibility(chromium, axe, (page, many, *extremes.values()), width, dark)
 
 
 def test_open_player_is_accessible(opened_page, axe):
@@ -225,8 +236,8 @@ class Texts(HTMLParser):
             self.sections[-1] += text
 
 
-def test_captions_are_short_and_nothing_is_empty(extremes, page):
-    for path in (page, *extremes.values()):
+def check_texts(*paths):
+    for path in paths:
         text = path.read_text()
         texts = Texts(text.partition("</main>")[0])
         assert texts.captions
@@ -236,6 +247,15 @@ def test_captions_are_short_and_nothing_is_empty(extremes, page):
             cells = re.findall(r"<td[^>]*>(.*?)</td>", table, re.S)
             dashes = [re.sub("<.*?>", "", cell).strip() in ("—", "–") for cell in cells]
             assert not all(dashes) or "heat" in text.partition(table)[0][-900:]
+
+
+def test_captions_are_short_and_nothing_is_empty(extremes, page):
+    check_texts(page, *extremes.values())
+
+
+@pytest.mark.slow
+def test_captions_of_a_large_page_are_short(many):
+    check_texts(many)
 
 
 def test_extreme_pages_state_their_answer(extremes):
