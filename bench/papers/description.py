@@ -112,7 +112,7 @@ class SensitivityColumn(Entry):
 
 
 class SensitivityRow(Entry):
-    """Choice that the paper leaves open, with the options that replace those of a setting.
+    """Choice that the paper leaves open, and the options that differ from those of a setting.
 
     `change`: options by tracker, which is named as in `paper.toml` or by its registered name.
     """

@@ -93,7 +93,7 @@ class JudgedRun:
 
     @cached_property
     def on_target(self) -> NDArray[np.bool_]:
-        """True in frames in which the target is tracked by the paper's `on_target`, shape (n,)."""
+        """True in frames with a positive value of the paper's measure `on_target`, shape (n,)."""
         name = self.description.on_target
         return np.asarray(series(name, self.description.name)(self), np.float64) > 0
 

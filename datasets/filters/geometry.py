@@ -181,7 +181,7 @@ def _map_boxes(sequence: Sequence, scale: Array, shift: Array) -> dict[str, Any]
 def _map_masks(
     sequence: Sequence, change: Callable[[Mask, int], NDArray[Any]]
 ) -> Callable[[int], Mask | None]:
-    """Return a function that returns the changed mask of a frame, or None if there is no mask."""
+    """Return a function that returns the changed mask of a frame; None without a mask."""
 
     def mask(frame: int) -> Mask | None:
         original = sequence.mask(frame)

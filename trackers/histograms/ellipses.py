@@ -91,7 +91,7 @@ def ellipse_counts(
 
 @njit(cache=True)
 def _slots_of_pixels(codes: Codes, slots: Codes) -> Codes:
-    """Return each pixel's slot (0: bin not requested): counting is faster in short histograms."""
+    """Return the index of each pixel in a short histogram of the requested bins; 0 for others."""
     places = np.empty(codes.shape, np.uint16)
     for row in range(codes.shape[0]):
         for column in range(codes.shape[1]):

@@ -20,9 +20,9 @@ SEQUENCE, FRAMES = "1", 8
 
 
 class _Histograms:
-    """Colour histograms of the particles of a frame, with one call per region of a particle.
+    """Colour histograms of the particles of a frame, computed region by region.
 
-    Particles are distributed as after one step with the paper's noise from the init box.
+    The particles are at the init box, moved by one step of the paper's noise.
     """
 
     def __init__(self, parameters: MultipartParameters, parts: int) -> None:
