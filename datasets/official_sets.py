@@ -36,8 +36,8 @@ def _got10k(name: str, size: int) -> OfficialSet:
 
 
 # Sources: Wu, Lim, Yang, IEEE TPAMI 2015, with the names in the GOT-10k toolkit; Huang, Zhao,
-# Huang, IEEE TPAMI 2021; Fan et al., CVPR 2019 and IJCV 2021; Müller et al., ECCV 2018; Müller, Smith,
-# Ghanem, ECCV 2016; Kiani Galoogahi et al., ICCV 2017.
+# Huang, IEEE TPAMI 2021; Fan et al., CVPR 2019 and IJCV 2021; Müller et al., ECCV 2018; Müller,
+# Smith, Ghanem, ECCV 2016; Kiani Galoogahi et al., ICCV 2017.
 SETS = (
     OfficialSet("OTB-50", "otb", 50, frozenset(_OTB_50.split())),
     OfficialSet("OTB-100", "otb", 100, frozenset((_OTB_50 + _OTB_OTHERS).split())),
