@@ -31,14 +31,8 @@ class Drawing(BaseModel):
     absent: list[tuple[int, int]] = []  # first and last frame, both included
 
 
-def draft_file(target: Path) -> Path:
-    """Return the file of unsaved changes of a ground-truth file."""
-    return target.with_name(f"{target.name}.draft")
-
-
-def read_draft(target: Path) -> Drawing | None:
-    """Return the unsaved changes of a ground-truth file, None if there are none."""
-    draft = draft_file(target)
+def read_draft(draft: Path) -> Drawing | None:
+    """Return the drawing in a file of unsaved changes, None if there is no such file."""
     try:
         return Drawing.model_validate_json(draft.read_bytes()) if draft.exists() else None
     except ValidationError:
@@ -48,8 +42,8 @@ def read_draft(target: Path) -> Drawing | None:
 class BoxPicker(ThreadingHTTPServer):
     """Server of the page and the frames, for this machine only and at a random address.
 
-    `saved`: content of the file `target`; `drawing`: what the page shows first. `save` writes the
-    file, or raises `OSError` or `ValueError`. Unsaved changes are kept in the file of `draft_file`.
+    `saved`: content of the file `target`; `drawing`: what the page shows first. `draft`: file of
+    unsaved changes. `save` writes the file `target`, or raises `OSError` or `ValueError`.
     """
 
     daemon_threads = True  # a browser keeps unused connections open
@@ -58,13 +52,14 @@ class BoxPicker(ThreadingHTTPServer):
         self,
         sequence: datasets.Sequence,
         target: Path,
+        draft: Path,
         saved: Drawing,
         drawing: Drawing,
         save: Callable[[Drawing], object],
     ) -> None:
         super().__init__(("127.0.0.1", 0), _Handler)
         self.sequence, self.saved, self.drawing, self.save = sequence, saved, drawing, save
-        self.target, self.draft = target, draft_file(target)
+        self.target, self.draft = target, draft
         self.root = f"/{secrets.token_urlsafe(16)}/"
         self.url = f"http://127.0.0.1:{self.server_port}{self.root}"
         self.reading = threading.Lock()  # a sequence is read by one thread at a time

@@ -105,7 +105,7 @@ def command(options: AnnotateOptions) -> None:
         write_file(target, lambda file: truth_file.write(file, truth, comments))
 
     if options.pick:
-        saved = Drawing()
+        saved, draft = Drawing(), target.with_name(f"{target.name}.draft")
         if target.exists() and not options.force:
             saved = _read_drawing(target)
             comments = [
@@ -114,10 +114,10 @@ def command(options: AnnotateOptions) -> None:
                 if line[:1] == "#"
             ]
             notes = notes or [text for text in comments if not text.startswith(OPENINGS)]
-        draft = saved if options.force else read_draft(target) or saved
-        drawing = Drawing(boxes=draft.boxes | boxes, absent=draft.absent + drawing.absent)
+        start = saved if options.force else read_draft(draft) or saved
+        drawing = Drawing(boxes=start.boxes | boxes, absent=start.absent + drawing.absent)
         check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
-        with BoxPicker(sequence, target, saved, drawing, save) as picker:
+        with BoxPicker(sequence, target, draft, saved, drawing, save) as picker:
             drawing = picker.run()
     truth = _truth(drawing, len(sequence), (width, height))
     strip = target.with_name(f"{target.stem}-check.png")
