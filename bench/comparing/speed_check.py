@@ -19,6 +19,7 @@ from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, run_seed, split_text
+from trackmark.bench.external.definition import is_external
 from trackmark.bench.statistics.speed import (
     Pace,
     Sample,
@@ -157,6 +158,10 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
     """
     name = now.name
     place = in_file(name)
+    if is_external(name, now.options or {}):
+        raise BaselineError(
+            f"{name} runs in a process of its own, and cannot be taken from {revision}. Omit it."
+        )
     if place is None and is_outside(name):
         raise BaselineError(
             f"{name} comes from an installed package, and cannot be taken from {revision}. Give "
