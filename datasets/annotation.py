@@ -101,7 +101,7 @@ def _check_box(frame: int, box: NDArray[np.float64], size: tuple[int, int] | Non
 
 
 def _check_absent(first: int, last: int, marked: list[int], n_frames: int) -> None:
-    """Refuse an interval without the target that is invalid or contains a key frame."""
+    """Refuse an interval of absence that is invalid or contains a key frame."""
     _check_frame(first, n_frames)
     _check_frame(last, n_frames)
     if last < first:
