@@ -148,7 +148,7 @@ def _metrics(name: str) -> Description:
     lines.append(f"judges       runs by the protocol {preset.protocol!r}")
     lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
     lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
-    lines.append("scores, and those of a perfect tracker")
+    lines.append("scores, with the score of a perfect tracker")
     width = max(map(len, preset.columns))
     for key, column in preset.columns.items():
         perfect = "" if column.perfect is None else f"{column.perfect:.3g}"
