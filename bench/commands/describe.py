@@ -69,7 +69,7 @@ def _tracker(name: str) -> Description | None:
     from trackmark.bench.external.definition import is_external, split_table
     from trackmark.trackers.base.catalogue import in_file
 
-    outside = split_table(name) or in_file(name)
+    outside = split_table(name) or in_file(name) or name.startswith("trax:")
     if not (outside or name.partition(":")[0] in trackers.names()):
         return None
     plain, options = split_text(name)

@@ -154,7 +154,10 @@ HOSTILE = {
     ),
     "two sizes": (two_sizes, r"walk: 2\.png has 20x10 pixels, others have 48x32"),
     "large bitmap": (large_bitmap, r"1\.bmp: frame 0 cannot be read"),
-    "GIF named PNG": (disguised_gif, r"1\.png: frame 0 cannot be read \(not an image of JPEG, PNG"),
+    "GIF named PNG": (
+        disguised_gif,
+        r"1\.png: frame 0 cannot be read \(not an image in the format JPEG, PNG",
+    ),
     "folder in Latin-1": (latin_folder_name, r"caf\\udce9: this name is not UTF-8"),
     "file in Latin-1": (latin_file_name, r"\\udce9\.png: this name is not UTF-8"),
     "damaged image": (damaged_first_image, r"00000\.jpg: damaged, or not an image"),

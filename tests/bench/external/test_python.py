@@ -18,7 +18,6 @@ from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import describe_tracker, resolve_trackers
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
-from trackmark.bench.external import process
 from trackmark.bench.external.python import WORKER
 from trackmark.trackers import Randomness, TrackerError, static
 
@@ -34,25 +33,13 @@ FAILURES = {
 }
 
 
+pytestmark = pytest.mark.usefixtures("clock_of_hangs")
+
+
 @pytest.fixture
 def noise(tmp_path, otb):
     """Return a sequence of 8 frames."""
     return datasets.load(str(otb(tmp_path / "Noise", 8)))
-
-
-@pytest.fixture(autouse=True)
-def clock_of_hangs(tmp_path, monkeypatch):
-    """Let time pass only while a tracker hangs, however busy the machine is."""
-    marker = tmp_path / "hangs"
-    monkeypatch.setenv("HANGS", str(marker))
-    seconds = 0.0
-
-    def monotonic():
-        nonlocal seconds
-        seconds += 100 * marker.exists()
-        return seconds
-
-    monkeypatch.setattr(process, "monotonic", monotonic)
 
 
 def content(run):
