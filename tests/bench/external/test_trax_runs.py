@@ -59,7 +59,7 @@ def test_run_equals_that_of_static_in_process(folder):
     assert not run.failure
     assert run.boxes.tobytes() == expected.boxes.tobytes()
     assert run.identity.tracker == "mine"
-    assert run.circumstances["times_include_transfer"]
+    assert run.circumstances["clock"] == "wall time with transfer"
     segments = bench.evaluate(specification(), sequence, protocol="tre:starts=3")
     assert not segments.failure
     assert not living_trackers()
