@@ -94,6 +94,11 @@ class LineProcess:
         self._tail = bytearray()
         self._stderr_open = True
 
+    @property
+    def closed(self) -> bool:
+        """True after `close` and after every error."""
+        return not self._end.alive
+
     def send(self, data: bytes, seconds: float) -> None:
         """Write bytes to the process.
 
