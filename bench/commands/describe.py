@@ -72,13 +72,15 @@ def _tracker(name: str) -> Description | None:
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_files import describe_tracker
     from trackmark.bench.experiments.tracker_spec import split_text
+    from trackmark.bench.external.definition import is_external, split_table
     from trackmark.trackers.base.catalogue import in_file
 
-    if not (in_file(name) or name.partition(":")[0] in trackers.names()):
+    outside = split_table(name) or in_file(name) or name.startswith("trax:")
+    if not (outside or name.partition(":")[0] in trackers.names()):
         return None
     plain, options = split_text(name)
     try:
-        data = describe_tracker(plain)
+        data = describe_tracker(name if is_external(plain, options) else plain)
     except trackers.TrackerError as error:
         data = _unusable(plain, error)
         return data, [data["name"], "", data["summary"], "", data["unusable"]]
@@ -149,10 +151,10 @@ def _metrics(name: str) -> Description:
     }
     lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
     lines.append(f"agrees with  {preset.agrees_with or 'no toolkit'}")
-    lines.append(f"judges       runs by the protocol {preset.protocol!r}")
+    lines.append(f"scores       runs by the protocol {preset.protocol!r}")
     lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
     lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
-    lines.append("scores, and those of a perfect tracker")
+    lines.append("columns, with the score of a perfect tracker")
     width = max(map(len, preset.columns))
     for key, column in preset.columns.items():
         perfect = "" if column.perfect is None else f"{column.perfect:.3g}"
@@ -162,7 +164,7 @@ def _metrics(name: str) -> Description:
 
 def _protocol_lines(data: dict[str, Any]) -> list[str]:
     lines = [f"protocol {data['name']}", "", data["summary"], "", data["definition"], ""]
-    lines.append(f"tables by    the metrics preset {data['preset']} by default")
+    lines.append(f"preset       {data['preset']} (metrics preset of its runs by default)")
     return lines + _setting_lines("parameters", data["knobs"])
 
 

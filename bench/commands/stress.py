@@ -52,7 +52,9 @@ class StressOptions(ScreenOptions, EngineOptions):
     runs: int = option(
         "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
     )
-    against: str = option("Tracker that the breaking points are divided by.", default="camshift")
+    against: str = option(
+        "Baseline tracker, by whose breaking points the others are divided.", default="camshift"
+    )
     recorded: str | None = option(
         "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
     )
@@ -98,7 +100,9 @@ def command(options: StressOptions) -> int:
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
     knobs = {parse_difficulty(text, sequences.sequences): None for text in knob_texts}
     if len({knob.name for knob in knobs}) < len(knobs):
-        raise click.UsageError("--knob: a name is given twice, with different ranges.")
+        raise click.UsageError(
+            "--knob: a name is given twice, with different ranges. Give each name once."
+        )
     series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
     title = f"{options.name}: {len(texts)} trackers, {', '.join(knob.name for knob in knobs)}"
     with RunProgress(title, options.output / options.name) as progress:
@@ -149,7 +153,7 @@ class _Runner:
 def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series]":
     """Return the completed series; in each round, every series gets a batch of runs.
 
-    Trackers whose next runs use the same sequences run in lockstep.
+    Trackers whose next runs use the same sequences share an execution.
     """
     current = list(series)
     while any(entry.next_runs() for entry in current):

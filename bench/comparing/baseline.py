@@ -37,7 +37,7 @@ LIBRARIES = ("numpy", "numba", "opencv-python-headless", "scipy")
 
 FOLDER = Path("baselines")
 
-_DIGITS = 8  # of a digest
+_DIGITS = 8  # hexadecimal digits of a stored digest
 _NO_BOX = -(2**31)
 _REMEDY = "Restore the file, or recreate it with `trackmark baseline --force`."
 
@@ -312,13 +312,15 @@ def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _
     for name, entry in entries.items():
         for key, values in (("overlap", entry.overlap), ("boxes", entry.boxes)):
             if n not in (1, seeds) or len(values) != n:
-                runs = f"1 or {seeds} (seeds)" if n not in (1, seeds) else f"{n}, one per run"
+                runs = (
+                    f"1 or {seeds} (one per seed)" if n not in (1, seeds) else f"{n}, one per run"
+                )
                 place = _place(("trackers", tracker, name, key))
                 _refuse(path, place, values, f"{len(values)} values; expected {runs}.")
 
 
 def _place(location: Sequence[int | str]) -> str:
-    """Return the description of a key for messages."""
+    """Return the place of a key in the file, in words, for messages."""
     if location[0] != "trackers" or len(location) < 2:
         return ".".join(map(str, location))
     kinds = zip(("tracker", "sequence"), location[1:3], strict=False)

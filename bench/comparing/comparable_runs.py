@@ -32,11 +32,12 @@ class AllFailedError(ComparisonError):
 def of_protocol(
     runs: pd.DataFrame, stored: str, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, ScoreMeasure]:
-    """Return the runs by one protocol, relabelled as one-pass, and the measure with its title.
+    """Return the runs by one protocol, relabelled as one-pass, and the measure with a new title.
 
     `runs`: as `bench.load_results` returns them. `stored`: stored name of the protocol. Timing runs
-    are kept. Only one-pass runs have a first loss. The title mentions one-pass evaluation only if
-    runs by other protocols exist. Raises `ComparisonError` if no run is by the protocol.
+    are kept. `first_loss` is NaN except for one-pass runs. The title names the protocol, but
+    one-pass evaluation only if runs by other protocols exist. Raises `ComparisonError` if no run is
+    by the protocol.
     """
     protocols = runs["protocol"].astype(str)
     others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]
@@ -221,6 +222,6 @@ def _parse_score(text: str, place: str, measure: ScoreMeasure) -> float:
     if score < 0 or (score > 1 and not in_pixels):
         expected = "of pixels, 0 or more" if in_pixels else "from 0 to 1"
         raise ComparisonError(
-            f"{place}: {score:g} is not a {measure.name}. Expected is a number {expected}."
+            f"{place}: {score:g} is not a valid {measure.name}. Expected: a number {expected}."
         )
     return score

@@ -17,12 +17,13 @@ import select
 import shlex
 import signal
 import subprocess
+import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
-from typing import IO
+from typing import IO, Any
 
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import TrackerError
@@ -40,6 +41,26 @@ _MAX_UNREAD = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
+
+
+SHARED_MEMORY = "/dev/shm"  # noqa: S108  # names of files in it have a random part
+
+
+def frame_file_options() -> dict[str, Any]:
+    """Return arguments for `tempfile`: files for frames are in memory, and name their process."""
+    folder = SHARED_MEMORY if os.access(SHARED_MEMORY, os.W_OK) else None
+    return {"prefix": f"{_frame_files(os.getpid())}-", "dir": folder}
+
+
+def delete_frame_files(pid: int) -> None:
+    """Delete the files for frames of a process that was killed."""
+    for folder in {SHARED_MEMORY, tempfile.gettempdir()}:
+        for file in Path(folder).glob(f"{_frame_files(pid)}-*"):
+            file.unlink(missing_ok=True)
+
+
+def _frame_files(pid: int) -> str:
+    return f"trackmark-frames-{pid}"
 
 
 class ExternalTrackerError(TrackerError):
@@ -169,7 +190,12 @@ class LineProcess:
             poller.register(self._stderr, select.POLLIN)
         if sending:
             poller.register(self._stdin, select.POLLOUT)
-        ready = dict(poller.poll(max(0.0, limit - monotonic()) * 1000))
+        while not (ready := dict(poller.poll(min(max(0.0, limit - monotonic()), 1.0) * 1000))):
+            # A descendant that still runs can keep the streams of an ended process open.
+            if self._process.poll() is not None:
+                raise self._ended()
+            if monotonic() >= limit:
+                return False
         if self._stderr in ready:
             self._stderr_open = self._keep(_read(self._stderr))
         if self._stdout in ready:
@@ -179,7 +205,7 @@ class LineProcess:
             self._lines += chunk
             if len(self._lines) > _MAX_UNREAD:
                 raise self.fail(f"wrote more than {_MAX_UNREAD >> 20} MiB without a line end")
-        return bool(ready)
+        return True
 
     def _ended(self) -> ExternalTrackerError:
         """Return the error for a process that has closed its stdin or stdout."""

@@ -110,7 +110,7 @@ def test_families_are_units_unless_scenes_are_forced(make_runs):
     by_family, by_scene = (compare(runs, OVERLAP, by_scene=forced) for forced in (0, 1))
     differences = by_scene.pairs[0].differences
     assert by_family.pairs[0].by_unit == pytest.approx(differences.reshape(2, 5).mean(axis=1))
-    remedy = "--unit scene answers for new scenes of these families"
+    remedy = "use --unit scene for conclusions about new scenes of these families"
     assert remedy in " ".join(screen_lines(by_family))
     reason = f"only 2 of 6 families; {remedy}"
     assert as_data(by_family)["pairs"][0]["reason"] == reason
@@ -301,7 +301,10 @@ def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
         ("tracker,sequence,mean_overlap\n,s0,.5\n", "line 2: the tracker has no name"),
         ("tracker,sequence,mean_overlap\nM,s0,.5\nM, ,.5\n", "line 3: the sequence has no name"),
         ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "no row has a sequence"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is not a mean_overlap"),
+        (
+            "tracker,sequence,mean_overlap\nMEEM,s0,62.5\n",
+            "line 2: 62.5 is not a valid mean_overlap",
+        ),
         ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "tracker MEEM has no score on s1"),
         ("", "not a CSV file"),
     ],
