@@ -54,7 +54,10 @@ def compared_measure(
     measure = measures[name]
     if preset != PRESET:
         if margin is None and measure.direction == "lower":
-            raise ComparisonError(f"{name} has no default equivalence margin. Give a margin.")
+            raise ComparisonError(
+                f"{name} has no default equivalence margin. Give one with --margin, or margin= in "
+                "Python."
+            )
         title = f"{measure.title} ({preset})"
         if definitions.combine is not mean_of_sequences:  # `report` prints a different mean
             title = f"mean of sequences' {title}"
