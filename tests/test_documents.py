@@ -152,7 +152,7 @@ def test_readme_tracker_runs(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     names = {}
     exec(snippet, names)
-    means = names["results"].means()["mean_overlap"]
+    means = names["means"]["mean_overlap"]
     printed = re.search(r"# Matcher ([\d.]+), camshift ([\d.]+)", snippet)
     assert [f"{mean:.3f}" for mean in means] == list(printed.groups())
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import ModuleType
 
 from trackmark.bench.metrics.preset import Preset
-from trackmark.datasets.spec_string import close_match
+from trackmark.datasets.spec_string import name_hint
 
 __all__ = ["describe", "names"]
 
@@ -31,10 +31,8 @@ def canonical_name(name: str) -> str:
         return name
     aliases = _aliases()
     if name not in aliases:
-        valid_names = sorted([*names(), *aliases])
-        hint = close_match(name, valid_names)
-        expected = ", ".join(valid_names)
-        raise ValueError(f"Unknown metrics preset {name!r}.{hint} Expected: {expected}.")
+        hint = name_hint(name, sorted([*names(), *aliases]))
+        raise ValueError(f"Unknown metrics preset {name!r}.{hint}")
     return aliases[name]
 
 
