@@ -123,10 +123,8 @@ def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
             )
         default = options[name]["default"]
         if not ends or type(default) not in (int, float):
-            raise ExperimentError(
-                f"--knob {text}: parameter without numbers, or without range. "
-                f"Expected: a parameter with numbers, {name}=FROM..TO."
-            )
+            problem = "the parameter is not a number" if ends else "the range is missing"
+            raise ExperimentError(f"--knob {text}: {problem}. Expected: {name}=FROM..TO.")
     _, bracket, unit = options[name]["meaning"].rpartition("[")
     unit = unit.rstrip("]") if bracket else "share"
     return Difficulty(name, unit, ends[0], ends[1], isinstance(default, int), is_filter=False)
