@@ -9,14 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from trackmark.reports.figures import (
-    CROWDED,
-    OTHERS,
-    add_legend,
-    bare_figure,
-    line_style,
-    named_line,
-)
+from trackmark.reports.figures import add_legend, bare_figure, line_style, named_line
 from trackmark.reports.palette import colour
 
 COLUMNS = 3
@@ -37,26 +30,21 @@ def attribute_plot(
     """Draw a dot per sequence, and means of bins of sequences with their 95 % intervals.
 
     `panels`: scores by attribute with its unit; a label has the same colour in each panel.
-    `quantity`: name of the score with its unit. With more than `CROWDED` labels an attribute has
-    several panels: each shows some labels, with the lines of the others in grey.
+    `quantity`: name of the score with its unit.
     """
     labels = list(dict.fromkeys(entry.label for group in panels.values() for entry in group))
-    share = ceil(len(labels) / ceil(len(labels) / CROWDED))
-    groups = [labels[first : first + share] for first in range(0, len(labels), share)]
-    places = [(name, group) for name in panels for group in groups]
-    rows = ceil(len(places) / COLUMNS)
+    rows = ceil(len(panels) / COLUMNS)
     figure = bare_figure(title, 0.6 + 2.2 * rows)
     grid = figure.subplots(rows, COLUMNS, sharey=True, squeeze=False)
-    for axes in grid.ravel()[len(places) :]:
+    for axes in grid.ravel()[len(panels) :]:
         axes.set_visible(False)
-    for number, (axes, (name, group)) in enumerate(zip(grid.ravel(), places, strict=False)):
+    for number, (axes, (name, entries)) in enumerate(
+        zip(grid.ravel(), panels.items(), strict=False)
+    ):
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
-        for entry in panels[name]:
-            if entry.label in group:
-                _draw(axes, entry, labels.index(entry.label))
-            else:
-                axes.plot(*entry.bins[:, :2].T, **OTHERS)
+        for entry in entries:
+            _draw(axes, entry, labels.index(entry.label))
         axes.set_xlabel(name, fontsize=9)
         axes.tick_params(labelsize=8)
         if number % COLUMNS == 0:

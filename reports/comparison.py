@@ -7,15 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.reports.figures import (
-    CROWDED,
-    OTHERS,
-    add_legend,
-    draw_line,
-    fold,
-    new_figure,
-    split_into_panels,
-)
+from trackmark.reports.figures import add_legend, draw_line, fold, new_figure
 from trackmark.reports.palette import colour
 from trackmark.reports.plots import logarithmic_axis
 
@@ -93,26 +85,19 @@ def breaking_plot(
 
     Dots are groups of runs. A bar at one half is the 95 % interval of the breaking point.
     """
-    figure, (whole,) = new_figure(title, 4.0)
-    whole.set(xlabel=quantity, ylabel="share of runs that survive")
-    crowded = len(curves) > CROWDED
-    panels = split_into_panels(figure, whole, list(curves)) if crowded else [whole] * len(curves)
-    for position, (axes, (name, curve)) in enumerate(zip(panels, curves.items(), strict=True)):
-        for other in curves.values() if crowded else ():
-            axes.plot(other.levels, other.survival, **OTHERS)
+    figure, (axes,) = new_figure(title, 4.0)
+    for position, (name, curve) in enumerate(curves.items()):
         draw_line(axes, curve.levels, curve.survival, name, position)
         options: dict[str, Any] = {"color": colour(position), "alpha": 0.5, "linewidths": 0}
         axes.scatter(curve.group_levels, curve.shares, 8 * curve.counts, **options)
         ends = [curve.low, curve.high]
-        height = 0.5 if crowded else 0.5 - 0.015 * position  # below each other
+        height = 0.5 - 0.015 * position  # below each other
         axes.plot(ends, [height, height], color=colour(position), linewidth=4, alpha=0.6)
     levels = next(iter(curves.values())).levels
-    for axes in dict.fromkeys(panels):
-        axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":", zorder=0)
-        axes.set_ylim(-0.03, 1.03)
-        if logarithmic:
-            logarithmic_axis(axes, (1,) if crowded else (1, 2, 5))
-        axes.set_xlim(levels[0], levels[-1])
-    if not crowded:
-        add_legend(figure)
+    axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":", zorder=0)
+    if logarithmic:
+        logarithmic_axis(axes)
+    axes.set(xlabel=quantity, ylabel="share of runs that survive")
+    axes.set(xlim=(levels[0], levels[-1]), ylim=(-0.03, 1.03))
+    add_legend(figure)
     return figure

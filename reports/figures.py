@@ -1,10 +1,9 @@
 """Common parts of all figures: title, legend outside of the axes, reproducible files."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +21,8 @@ from trackmark.reports.files import write_file
 from trackmark.reports.palette import LINE_STYLES, MARKERS, colour
 from trackmark.reports.printable import printable
 
-CROWDED = 7
-"""Maximum number of lines in one plot; more lines get a panel each."""
-
-_COLUMNS = 3  # of panels
 _MAX_ALL_MARKED = 10  # number of points of a line up to which each has a marker
 _MARKER_DISTANCE = 0.2  # distance of the markers of longer lines, as a share of the diagonal
-_STYLE = ("color", "linestyle", "linewidth", "drawstyle", "marker", "markersize", "markevery")
-
-OTHERS: Mapping[str, Any] = {"color": "0.85", "linewidth": 0.7}
-"""Style of other lines behind the line of a panel."""
 
 _MAX_NAMED_ROWS = 100
 """Maximum number of rows of a heat map with names and numbers."""
@@ -97,46 +88,6 @@ def add_legend(figure: Figure, heading: str = "") -> None:
     figure.set_figheight(figure.get_figheight() + extent.height / figure.dpi)
 
 
-def add_names(figure: Figure, axes: Axes, heading: str = "") -> None:
-    """Name the lines of the single axes of a figure: in a legend, or in a panel each if crowded.
-
-    A panel shows the other lines in grey. Panels contain lines only, no bands.
-    """
-    lines = axes.get_lines()
-    if len(lines) <= CROWDED:
-        add_legend(figure, heading)
-        return
-    limits = {name: getattr(axes, f"get_{name}")() for name in ("xlim", "ylim", "xscale")}
-    panels = split_into_panels(figure, axes, [str(line.get_label()) for line in lines])
-    for panel, line in zip(panels, lines, strict=True):
-        for other in lines:
-            style = {"drawstyle": other.get_drawstyle(), **OTHERS}
-            panel.plot(*other.get_data(), **style)
-        style = {name: getattr(line, f"get_{name}")() for name in _STYLE}
-        panel.plot(*line.get_data(), **style)
-        panel.set(**limits)
-    if heading:
-        figure.text(0.99, 0.99, heading, ha="right", va="top", fontsize=8)
-
-
-def split_into_panels(figure: Figure, axes: Axes, labels: Sequence[str]) -> list[Axes]:
-    """Replace the single axes of a figure by one panel per label with equal axis labels."""
-    rows = ceil(len(labels) / _COLUMNS)
-    axes.remove()
-    figure.set_figheight(1.0 + 1.8 * rows)
-    grid = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
-    for panel in grid[len(labels) :]:
-        panel.set_visible(False)
-    panels = list(grid[: len(labels)])
-    for panel, label in zip(panels, labels, strict=True):
-        panel.set_title(fold(label, 32), fontsize=7)
-        panel.tick_params(labelsize=7)
-        panel.grid(alpha=0.3)
-    figure.supxlabel(axes.get_xlabel(), fontsize=9)
-    figure.supylabel(axes.get_ylabel(), fontsize=9)
-    return panels
-
-
 def draw_image(axes: Axes, image: NDArray[Any]) -> None:
     """Draw a BGR image (height, width, 3), or a map (height, width) from black, 0, to white, 1.
 
@@ -181,7 +132,7 @@ def draw_line(
     """
     n_finite = np.isfinite(np.asarray(y, float)).sum()
     if n_finite > _MAX_ALL_MARKED:  # `markevery` fails without finite points
-        start = _MARKER_DISTANCE * (position % CROWDED) / CROWDED  # markers of lines differ
+        start = _MARKER_DISTANCE * (position % 7) / 7  # markers of lines have different places
         options = {"markevery": (start, _MARKER_DISTANCE)} | options
     axes.plot(np.asarray(x), np.asarray(y), **named_line(label, position), **options)
 

@@ -17,7 +17,7 @@ Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 TRUTH = "truth"
 """Label of the ground truth, which is drawn as white dashes on a thin black line."""
 
-BACKGROUND = 28  # grey level around images
+BACKGROUND = 16  # grey level around images
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # coordinates in cv2 are multiples of 2**-4 px

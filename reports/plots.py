@@ -8,15 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from trackmark.reports.figures import (
-    CROWDED,
-    add_legend,
-    add_names,
-    draw_line,
-    named_line,
-    new_figure,
-)
+from trackmark.reports.figures import add_legend, draw_line, named_line, new_figure
 from trackmark.reports.page.content import Chart, Line
+from trackmark.reports.page.svg import CROWDED
 from trackmark.reports.palette import colour
 
 
@@ -28,27 +22,23 @@ def chart_plot(chart: Chart, title: str, trackers: Sequence[str] = ()) -> Figure
     """
     figure, (axes,) = new_figure(title, 4.0 if chart.kind == "dots" else 4.5)
     lines = {line.position: line for line in chart.lines}
-    missing = {n: _missing(name, n) for n, name in enumerate(trackers) if n not in lines}
-    for _, line in sorted((lines | missing).items()):
-        _draw(axes, line, chart.kind, shaded=len(lines | missing) < CROWDED)
+    for position, name in enumerate(trackers):
+        incomplete = Line(f"{name} (incomplete)", position, [np.nan], [np.nan])
+        lines.setdefault(position, incomplete)
+    for _, line in sorted(lines.items()):
+        _draw(axes, line, chart.kind, shaded=len(lines) < CROWDED)
     axes.set(xlabel=chart.x, ylabel=chart.y)
     if chart.top is not None:
         axes.set_ylim(0, 1.02 * chart.top)
-    if chart.kind != "dots":
-        _limit(axes, chart)
-    if chart.logarithmic:
-        logarithmic_axis(axes, (1, 2, 5))
     if chart.kind == "dots":
         axes.margins(x=0.15)
-        add_legend(figure)
     else:
-        heading = f"tracker ({chart.value_name})" if chart.value_name else "tracker"
-        add_names(figure, axes, heading if chart.kind == "line" else "")
+        _limit(axes, chart)
+    if chart.logarithmic:
+        logarithmic_axis(axes)
+    heading = f"tracker ({chart.value_name})" if chart.value_name else "tracker"
+    add_legend(figure, heading if chart.kind == "line" else "")
     return figure
-
-
-def _missing(name: str, position: int) -> Line:
-    return Line(f"{name} (incomplete)", position, [np.nan], [np.nan])
 
 
 def _draw(axes: Axes, line: Line, kind: str, *, shaded: bool) -> None:
@@ -79,9 +69,9 @@ def _limit(axes: Axes, chart: Chart) -> None:
             axes.set_xlim(right=float(np.nanmax(ends)))
 
 
-def logarithmic_axis(axes: Axes, digits: Sequence[int]) -> None:
-    """Make the abscissa logarithmic, with plain tick labels that begin with `digits`."""
+def logarithmic_axis(axes: Axes) -> None:
+    """Make the abscissa logarithmic, with plain tick labels that begin with 1, 2 or 5."""
     axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=digits))
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_locator(NullLocator())
