@@ -4,7 +4,7 @@ import json
 import os
 import re
 from base64 import b64encode
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
 from itertools import chain
 from math import isfinite
@@ -23,7 +23,7 @@ from trackmark.reports.page.paper_cards import SYMBOLS
 from trackmark.reports.page.svg import TOP, at_reference, chart_svg
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
-from trackmark.reports.tables import MISSING, number_in, number_rests, text_columns
+from trackmark.reports.tables import MISSING, text_columns
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -145,8 +145,6 @@ def _environment() -> "Environment":
     environment.filters["code"] = _with_code
     environment.filters["divided"] = _divided
     environment.filters["texts"] = text_columns
-    environment.filters["rests"] = lambda table: list(map(_em, number_rests(table)))
-    environment.filters["beneath"] = _beneath
     environment.filters["address"] = _address_of
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
     return environment
@@ -173,23 +171,6 @@ def _divided(text: str) -> "Markup":
     if len(text) > _MIN_WRAPPED:
         escaped = re.sub(r"(?<=[:=/,])(?=\w)", "<wbr>", escaped)
     return Markup(escaped)  # noqa: S704  # escaped
-
-
-def _em(texts: Collection[str]) -> float:
-    """Return the width [em] that suffices for each of the texts in any usual font, also in bold."""
-    widths = (sum(0.45 if sign in " .,:;[]()" else 0.7 for sign in text) for text in texts)
-    return round(max(widths, default=0.0), 2)
-
-
-def _beneath(text: str, em: float) -> "Markup":
-    """Return a cell's text with `em` of room after the units digit, so that numbers align."""
-    from markupsafe import Markup, escape
-
-    number = number_in(text) if em else None
-    if number is None:
-        return _divided(text)
-    rest = escape(one_line(number.rest))
-    return Markup(f'{escape(number.whole)}<i style="min-width:{em}em">{rest}</i>')  # noqa: S704
 
 
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
