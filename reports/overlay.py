@@ -1,6 +1,6 @@
 """Boxes, ellipses and contours on images, with sub-pixel accuracy, and their legend."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Literal, TypeAlias
@@ -24,8 +24,8 @@ _SHIFT = 4  # coordinates in cv2 are multiples of 2**-4 px
 _DASH = 4.0
 _DARK, _LIGHT = (0, 0, 0), (255, 255, 255)
 _MIN_RULER_STEP = 60  # distance between numbers of a ruler, so that they do not overlap [px]
-_MAX_COORDINATE = 1e8
-"""Largest coordinate that is drawn [px]: products of larger ones could overflow."""
+_MAX_COORDINATE = 1e5
+"""Largest coordinate that is drawn [px]: OpenCV cannot draw much larger ones."""
 
 
 def overlay(
@@ -49,28 +49,21 @@ def overlay(
     drawn = np.asarray(cv2.resize(image, size, interpolation=interpolation), np.uint8)
     # Sizes are whole pixels: the actual factors differ slightly from `scale`.
     factors = np.divide(drawn.shape[1::-1], image.shape[1::-1])
-    scales = factors if shape == "contour" else np.tile(factors, 2)
-    placed = {
-        label: np.clip(np.asarray(box, np.float64), -_MAX_COORDINATE, _MAX_COORDINATE) * scales
-        for label, box in boxes.items()
-        if shape == "contour" or np.isfinite(box).all()
-    }
-    truth = placed.pop(TRUTH, None)
+    placed = {label: _polygons(box, shape, factors) for label, box in boxes.items()}
+    truth = placed.pop(TRUTH, [])
     # The dark line of the ground truth is below all boxes, its light dashes are above: it is
     # visible on any background, and both are visible if a box has the same position.
-    if truth is not None:
-        _draw(drawn, truth, shape, _DARK, 1)
-    for label, box in placed.items():
+    _draw(drawn, truth, _DARK, 1)
+    for label, polygons in placed.items():
         # A dark line below keeps every colour visible on any background.
-        _draw(drawn, box, shape, _DARK, 3)
-        _draw(drawn, box, shape, to_bgr(colours[label]), 2)
+        _draw(drawn, polygons, _DARK, 3)
+        _draw(drawn, polygons, to_bgr(colours[label]), 2)
     for label, line in lines.items():
-        outline = np.clip(np.asarray(line, np.float64), -_MAX_COORDINATE, _MAX_COORDINATE) * factors
+        outline = _polygons(line, "contour", factors)
+        _draw(drawn, outline, _DARK, 2)
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
-        _draw(drawn, outline, "contour", _DARK, 2)
-        _draw(drawn, outline, "contour", shade, 1, dashed=label == TRUTH)
-    if truth is not None:
-        _draw(drawn, truth, shape, to_bgr(TRUTH_COLOUR), 1, dashed=True)
+        _draw(drawn, outline, shade, 1, dashed=label == TRUTH)
+    _draw(drawn, truth, to_bgr(TRUTH_COLOUR), 1, dashed=True)
     if words:
         write_words(drawn, words, (5, 17))
     return drawn
@@ -94,7 +87,7 @@ def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDA
         for x, label in row:
             shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
             ends = np.array([[x, y], [x + key, y]], np.float64)
-            _draw_line(band, ends, shade, 2, dashed=label == TRUTH)
+            _draw(band, [ends], shade, 2, dashed=label == TRUTH)
             write_words(band, label, (x + key + 8, y + 5))
     return band
 
@@ -132,54 +125,43 @@ def draw_ruler(image: NDArray[np.uint8], scale: float) -> None:
             write_words(image, f"{pixel:g}", (12, offset + 5))
 
 
+def _polygons(
+    box: NDArray[np.float64], shape: Shape, factors: NDArray[np.float64]
+) -> list[NDArray[np.float64]]:
+    """Return the closed outlines of a shape, (points, 2), in an enlarged image; none for NaN."""
+    box = np.asarray(box, np.float64)
+    if shape == "contour":
+        parts = np.split(box, np.flatnonzero(np.isnan(box[:, 0])))
+        outlines = [part[np.isfinite(part[:, 0])] for part in parts]
+    elif shape == "box":
+        outlines = [box[:2] + box[2:] * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])]
+    else:  # the sides are as long as two dashes
+        n_sides = np.clip(np.pi * (box[2:] * factors).mean() / (2 * _DASH), 24, 400)
+        angles = np.linspace(0, 2 * np.pi, int(np.nan_to_num(n_sides)), endpoint=False)
+        unit = np.column_stack([np.cos(angles), np.sin(angles)])
+        outlines = [box[:2] + box[2:] * (1 + unit) / 2]
+    return [
+        np.vstack([ring, ring[:1]]).clip(-_MAX_COORDINATE, _MAX_COORDINATE) * factors
+        for ring in outlines
+        if np.isfinite(ring).all()
+    ]
+
+
 def _draw(
     image: NDArray[np.uint8],
-    box: NDArray[np.float64],
-    shape: Shape,
+    lines: Sequence[NDArray[np.float64]],
     shade: tuple[int, int, int],
     thickness: int,
     *,
     dashed: bool = False,
 ) -> None:
-    if shape == "contour":
-        for polygon in np.split(box, np.flatnonzero(np.isnan(box[:, 0]))):
-            ring = polygon[np.isfinite(polygon[:, 0])]
-            _draw_line(image, np.vstack([ring, ring[:1]]), shade, thickness, dashed=dashed)
-        return
-    x, y, width, height = box
-    if shape == "box":
-        corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]]
-        _draw_line(image, np.array(corners), shade, thickness, dashed=dashed)
-        return
-    # An even number of sides, each about as long as a dash: every other side is a gap.
-    sides = 2 * int(np.clip(np.pi * (width + height) / 4 / _DASH, 12, 400))
-    angles = np.linspace(0, 2 * np.pi, sides + 1)
-    unit = np.column_stack([np.cos(angles), np.sin(angles)])
-    rim = np.array([x, y]) + np.array([width, height]) * (1 + unit) / 2
-    for side in list(pairwise(rim))[:: 2 if dashed else 1]:
-        _draw_line(image, np.array(side), shade, thickness, dashed=False)
-
-
-def _draw_line(
-    image: NDArray[np.uint8],
-    points: NDArray[np.float64],
-    shade: tuple[int, int, int],
-    thickness: int,
-    *,
-    dashed: bool,
-) -> None:
-    """Draw a line through points in continuous coordinates (pixel i spans [i, i + 1))."""
-    for start, stop in pairwise(points):
+    """Draw lines through points in continuous coordinates (pixel i spans [i, i + 1))."""
+    for start, stop in (ends for line in lines for ends in pairwise(line)):
         length = float(np.hypot(*(stop - start)))
         pieces = max(1, int(length / (2 * _DASH))) if dashed else 1
         for piece in range(pieces):
-            first = start + (stop - start) * piece / pieces
-            last = start + (stop - start) * (piece + (0.5 if dashed else 1.0)) / pieces
-            ends = [_fixed_point(end) for end in (first, last)]
-            cv2.line(image, ends[0], ends[1], shade, thickness, cv2.LINE_AA, _SHIFT)
-
-
-def _fixed_point(point: NDArray[np.float64]) -> tuple[int, int]:
-    """Convert to coordinates of cv2, which count from pixel centres and have a limited range."""
-    x, y = np.clip(np.round((point - 0.5) * (1 << _SHIFT)), -(1 << 24), 1 << 24).astype(int)
-    return int(x), int(y)
+            shares = np.array([[piece], [piece + (0.5 if dashed else 1.0)]]) / pieces
+            # Coordinates of OpenCV count from pixel centres.
+            ends = (start + (stop - start) * shares - 0.5) * (1 << _SHIFT)
+            first, last = np.round(ends).astype(int).tolist()
+            cv2.line(image, first, last, shade, thickness, cv2.LINE_AA, _SHIFT)

@@ -1,71 +1,64 @@
 """Tables for a terminal: the most important columns that fit its width."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby
 
 from trackmark.reports.printable import one_line, width, wrap
+from trackmark.reports.renderers import to_text
 from trackmark.reports.tables import MISSING, Cell, Table
 
 _MIN_COLUMNS = 2  # columns of scores that are never omitted
 
 
-def on_terminal(table: Table, render: Callable[[Table], str], more: str = "") -> str:
+def on_terminal(table: Table, more: str = "") -> str:
     """Render a table in the width of a terminal if possible.
 
-    `render`: converts a table to text with its caption in the first line. `more`: advice on how to
-    print the omitted columns.
+    `more`: advice on how to print the omitted columns.
     """
-    narrow, left_out = fit_to_terminal(
-        table, lambda candidate: _width_of(render(replace(candidate, notes=[])))
-    )
-    caption, _, body = render(replace(narrow, notes=[])).partition("\n")
+    narrow, left_out = _fit_to_terminal(table)
     notes = [one_line(note) for note in narrow.notes]
     notes += [f"Left out: {'; '.join(left_out)}{more}."] if left_out else []
+    caption, _, body = to_text(replace(narrow, notes=[])).partition("\n")
     return f"{wrap(caption)}\n{body}" + "".join(f"{wrap(note)}\n" for note in notes)
 
 
-def terminal_lines(table: Table, render: Callable[[Table], str]) -> list[str]:
+def terminal_lines(table: Table) -> list[str]:
     """Return caption, rows and notes in lines of the terminal's width if possible.
 
     Columns that do not fit are omitted. There is no rule between heads and rows.
     """
-
-    def rows(candidate: Table) -> list[str]:
-        lines = render(replace(candidate, notes=[])).splitlines()[1:]
-        return [line for line in lines if line.strip("- ")]
-
-    narrow, _ = fit_to_terminal(table, lambda candidate: max(map(len, rows(candidate)), default=0))
+    narrow, _ = _fit_to_terminal(table)
+    rows = [line for line in _lines(narrow) if line.strip("- ")]
     texts = [table.caption, *map(one_line, table.notes)]
     caption, *notes = [wrap(text).splitlines() for text in texts]
-    return [*caption, *rows(narrow), *(line for note in notes for line in note)]
+    return [*caption, *rows, *(line for note in notes for line in note)]
 
 
-def _width_of(text: str) -> int:
-    """Return the width of a table as text without its caption."""
-    return max(map(len, text.splitlines()[1:]), default=0)
+def _lines(table: Table) -> list[str]:
+    """Return the lines of a table as text without its caption and notes."""
+    return to_text(replace(table, notes=[])).splitlines()[1:]
 
 
-def fit_to_terminal(table: Table, table_width: Callable[[Table], int]) -> tuple[Table, list[str]]:
+def _fit_to_terminal(table: Table) -> tuple[Table, list[str]]:
     """Return the table in the `width` of a terminal, and the heads of omitted columns.
 
     The reason of missing means is printed once per row. If the table is still too wide, the first
     of two labels gets separate lines if rows share it. Then columns are omitted, starting with the
     highest rank.
     """
-    shortened = replace(table, rows=list(map(_shorten_reasons, table.rows)), notes=[*table.notes])
-    grouped = False
+    shortened = narrow = replace(table, rows=list(map(_shorten_reasons, table.rows)))
     shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
+    may_group, grouped = table.n_labels == 2 and shared, False
     left_out: list[int] = []
     order = sorted(range(len(table.ranks)), key=lambda column: (table.ranks[column], column))
-    while table_width(_without_columns(shortened, left_out, grouped=grouped)) > width():
-        if table.n_labels == 2 and shared and not grouped:
+    while max(map(len, _lines(narrow)), default=0) > width():
+        if may_group and not grouped:
             grouped = True
         elif len(order) > _MIN_COLUMNS:
             left_out.append(order.pop() + table.n_labels)
         else:
             break
-    narrow = _without_columns(shortened, left_out, grouped=grouped)
+        narrow = _without_columns(shortened, left_out, grouped=grouped)
     return narrow, [table.heads[i] for i in sorted(left_out)]
 
 

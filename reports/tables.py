@@ -8,8 +8,8 @@ runs. A failed run has the worst score.
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -30,9 +30,10 @@ _FRAME = re.compile(r"^(frame \d+|\S+\.(?:png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", 
 
 _NO_FRAME = "none"  # instead of a frame number
 _NUMBER = re.compile(
-    r"([\[(~<>≤≥]*\s*[+-]?\d*)(?:(?<=\d)\.?\d*|\.\d+)(?:e[+-]?\d+)?(?=$|[\s,;%\])±–*])",
+    r"[\[(~<>≤≥]*\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?(?=$|[\s,;%\])±–*])",
     re.IGNORECASE | re.ASCII,
 )
+"""Number at the start of a text, such as `~3.1`, `[-0.2, 0.1]` or `54 of 99`."""
 
 
 @dataclass(frozen=True)
@@ -166,21 +167,13 @@ def summary_table(
     by_pass, _, _ = means(runs, tracker * len(repetitions) + repetition)
     _, spread, _ = means(by_pass, by_pass.index // len(repetitions))
     spread = spread.where(times["min"] == times["max"])
-    entries = _entries(
-        _missing_reasons(runs, tracker, measures), mean, spread, mean * np.nan, measures
-    )
+    reasons = _missing_reasons(runs, tracker, measures)
+    entries = _entries(reasons, mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
         entries = _with_uncertainty(entries, by_unit, len(units), measures, uncertainties)
-    return Table(
-        name="summary",
-        caption=f"{title}: {means_over(sequences, len(units))}; metrics preset {preset}. {meaning}",
-        heads=["tracker", *(measure.head for measure in measures)],
-        n_labels=1,
-        rows=_rows([[tracker] for tracker in trackers], entries, measures),
-        notes=notes_of(runs, measures[0].name),
-        data=_tidy([{"tracker": name} for name in trackers], entries, measures, preset),
-        ranks=[measure.rank for measure in measures],
-    )
+    caption = f"{title}: {means_over(sequences, len(units))}; metrics preset {preset}. {meaning}"
+    labels = [{"tracker": name} for name in trackers]
+    return _table("summary", caption, labels, entries, runs, measures, preset)
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -203,35 +196,53 @@ def sequence_table(
     reasons = _missing_reasons(runs, cells, measures)
     entries = _entries(reasons, mean, spread, mean, measures)
     labels = [
-        [sequences[cell // len(trackers)], trackers[cell % len(trackers)]] for cell in mean.index
+        {"sequence": sequences[cell // len(trackers)], "tracker": trackers[cell % len(trackers)]}
+        for cell in mean.index
     ]
-    named = [dict(zip(("sequence", "tracker"), pair, strict=True)) for pair in labels]
-    return Table(
-        name="sequences",
-        caption=(
-            f"{title}: every sequence; metrics preset {preset}. Means and ± standard deviations "
-            "over repetitions."
-        ),
-        heads=["sequence", "tracker", *(measure.head for measure in measures)],
-        n_labels=2,
-        rows=_rows(labels, entries, measures),
-        notes=notes_of(runs, measures[0].name),
-        data=_tidy(named, entries, measures, preset),
-        ranks=[measure.rank for measure in measures],
+    caption = (
+        f"{title}: every sequence; metrics preset {preset}. Means and ± standard deviations over "
+        "repetitions."
     )
+    return _table("sequences", caption, labels, entries, runs, measures, preset)
 
 
-@dataclass(frozen=True)
-class _Entry:
-    """Mean with its spread over repetitions; NaN if a run is missing."""
+class _Entry(NamedTuple):
+    """Mean of a measure; the fields are the columns of the data of a table."""
 
-    mean: float
-    spread: float = float("nan")
-    missing: str = ""  # reason of a missing mean
-    runs: int = 0
-    out_of: float = float("nan")
-    interval: tuple[float, float] | None = None
+    mean: float = math.nan
+    standard_deviation: float = math.nan  # over repetitions; NaN if a run is missing
+    low: float = math.nan
+    high: float = math.nan
     marked: bool = False
+    out_of: float = math.nan
+    runs: int = 0
+    lacking: str = ""  # reason of a missing mean
+
+
+def _table(
+    name: str,
+    caption: str,
+    labels: Sequence[Mapping[str, str]],
+    entries: Sequence[Sequence[_Entry]],
+    runs: pd.DataFrame,
+    measures: Sequence[ScoreMeasure],
+    preset: str,
+) -> Table:
+    """Return a table of entries; `labels`: labels of each row by heading."""
+    rows = [
+        [Cell(text) for text in label.values()]
+        + [Cell(_cell_text(*pair), pair[0].marked) for pair in zip(row, measures, strict=True)]
+        for label, row in zip(labels, entries, strict=True)
+    ]
+    data = [
+        {**label, "preset": preset, "measure": measure.name, **entry._asdict()}
+        for label, row in zip(labels, entries, strict=True)
+        for measure, entry in zip(measures, row, strict=True)
+    ]
+    heads = [*(labels[0] if labels else ()), *(measure.head for measure in measures)]
+    notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
+    n_labels = len(heads) - len(measures)
+    return Table(name, caption, heads, n_labels, rows, notes, pd.DataFrame(data), ranks)
 
 
 def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
@@ -295,25 +306,12 @@ def _entries(
     ]
     return [
         [
-            _Entry(math.nan, missing=why, runs=runs)
+            _Entry(runs=runs, lacking=why)
             if why
             else _Entry(means[row], spreads[row], runs=runs, out_of=totals[row])
             for means, spreads, totals in columns
         ]
         for row, (runs, why) in enumerate(reasons)
-    ]
-
-
-def _rows(
-    labels: list[list[str]], entries: list[list[_Entry]], measures: Sequence[ScoreMeasure]
-) -> list[list[Cell]]:
-    return [
-        [Cell(text) for text in names]
-        + [
-            Cell(_cell_text(entry, measure), entry.marked)
-            for entry, measure in zip(row, measures, strict=True)
-        ]
-        for names, row in zip(labels, entries, strict=True)
     ]
 
 
@@ -339,54 +337,31 @@ def _with_uncertainty(
         defined = ~np.isnan(table).all(axis=0)
         intervals, marks = uncertainties(table[:, defined], measure)
         for row, interval, marked in zip(present, intervals, marks, strict=True):
-            entry = extended[row][column]
-            extended[row][column] = replace(entry, interval=interval, marked=marked)
+            low, high = interval or (math.nan, math.nan)
+            entry = extended[row][column]._replace(low=low, high=high, marked=marked)
+            extended[row][column] = entry
     return extended
 
 
 def _cell_text(entry: _Entry, measure: ScoreMeasure) -> str:
-    if entry.missing:
-        return f"{MISSING} ({entry.missing})"
+    if entry.lacking:
+        return f"{MISSING} ({entry.lacking})"
     if np.isnan(entry.mean):
         return MISSING
     if measure.never and entry.mean == entry.out_of:
         return measure.never
-    counted = bool(measure.out_of) and entry.mean.is_integer() and not entry.spread > 0
-    digits = 0 if counted else measure.decimals
-    text = f"{entry.mean * measure.scale:.{digits}f}"
-    if entry.interval is not None:
-        low, high = (f"{end * measure.scale:.{digits}f}" for end in entry.interval)
-        text += f" [{low}, {high}]"
-    elif np.isfinite(entry.spread):
-        text += f" ±{entry.spread * measure.scale:.{digits}f}"
+    spread = entry.standard_deviation
+    is_count = bool(measure.out_of) and entry.mean.is_integer() and not spread > 0
+    digits = 0 if is_count else measure.decimals
+    mean, spread, low, high = (
+        f"{value * measure.scale:.{digits}f}" for value in (entry.mean, spread, *entry[2:4])
+    )
+    text = f"{mean} [{low}, {high}]" if np.isfinite(entry.low) else mean
+    if np.isfinite(entry.standard_deviation) and not np.isfinite(entry.low):
+        text += f" ±{spread}"
     if np.isfinite(entry.out_of) and not measure.never:
         text += f" of {entry.out_of * measure.scale:.0f}"
     return text
-
-
-def _tidy(
-    labels: list[dict[str, str]],
-    entries: list[list[_Entry]],
-    measures: Sequence[ScoreMeasure],
-    preset: str,
-) -> pd.DataFrame:
-    return pd.DataFrame(
-        {
-            **label,
-            "preset": preset,
-            "measure": measure.name,
-            "mean": entry.mean,
-            "standard_deviation": entry.spread,
-            "low": entry.interval[0] if entry.interval else math.nan,
-            "high": entry.interval[1] if entry.interval else math.nan,
-            "marked": entry.marked,
-            "out_of": entry.out_of,
-            "runs": entry.runs,
-            "lacking": entry.missing,
-        }
-        for label, row in zip(labels, entries, strict=True)
-        for measure, entry in zip(measures, row, strict=True)
-    )
 
 
 def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":
@@ -455,23 +430,6 @@ def timed_by(runs: pd.DataFrame) -> str:
     return "warm_seconds" if warm.notna().sum() == decoded.notna().sum() else "cpu_seconds"
 
 
-class Number(NamedTuple):
-    """Text that starts with a number: the part up to the units digit, and the rest."""
-
-    whole: str
-    rest: str
-
-
-def number_in(text: str) -> Number | None:
-    """Split a text that starts with a number, such as `~3.1`, `[-0.2, 0.1]` or `54 of 99`.
-
-    >>> number_in("0.784 ±0.204")
-    Number(whole='0', rest='.784 ±0.204')
-    """
-    match = _NUMBER.match(text)
-    return Number(match[1], text[match.end(1) :]) if match else None
-
-
 def text_columns(table: Table) -> list[bool]:
     """Return for each column whether it has texts: labels, or mostly cells without a number.
 
@@ -481,21 +439,8 @@ def text_columns(table: Table) -> list[bool]:
     for column in range(len(table.heads)):
         cells = [row[column].text for row in table.rows]
         filled = [text for text in cells if text not in ("", _NO_FRAME) and text[0] != MISSING]
-        n_numbers = sum(number_in(text) is not None for text in filled)
+        n_numbers = sum(_NUMBER.match(text) is not None for text in filled)
         has_statements = any(";" in text for text in filled)
         is_text = column < table.n_labels or has_statements or 2 * n_numbers < len(filled)
         are_texts.append(is_text)
     return are_texts
-
-
-def number_rests(table: Table) -> list[set[str]]:
-    """Return the texts after the units digits by column, which are needed to align numbers.
-
-    The set is empty for a column of texts, and for a column whose rests have equal lengths.
-    """
-    rests_by_column = []
-    for column, text in enumerate(text_columns(table)):
-        cells = [] if text else [number_in(row[column].text) for row in table.rows]
-        rests = {number.rest for number in cells if number is not None}
-        rests_by_column.append(rests if len({*map(len, rests)}) > 1 else set())
-    return rests_by_column

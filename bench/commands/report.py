@@ -197,7 +197,7 @@ def _print(tables: "list[Table]", options: ReportOptions) -> None:
     if options.as_json:
         render = to_json
     elif not is_text and not options.wide:
-        render = functools.partial(on_terminal, render=render, more=" (--wide)")
+        render = functools.partial(on_terminal, more=" (--wide)")
     if tables:
         click.echo("\n".join(map(render, tables)))
 
