@@ -314,8 +314,6 @@ def test_numbers_of_a_column_are_on_the_right(chromium, tmp_path):
     )
     assert ">plain/<wbr>target:<wbr>noise=<wbr>30:<wbr>scene=<wbr>4<" in path.read_text()
     chromium.open(path.as_uri())
-    sides = "[...document.querySelector('tbody tr').cells].map(cell => getComputedStyle(cell).textAlign)"
-    assert chromium.run(sides) == ["left", "right", "right", "left", "left"]
     sides = """[...document.querySelectorAll("tbody tr")].map(row => [...row.cells]
         .map(cell => getComputedStyle(cell).textAlign))"""
     assert {tuple(row) for row in chromium.run(sides)} == {
