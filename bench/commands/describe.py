@@ -5,7 +5,7 @@ import json
 from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +19,9 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import patience, progress_bar
 from trackmark.reports.printable import wrap
+
+if TYPE_CHECKING:
+    from trackmark.datasets.official_sets import Coverage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,7 +208,23 @@ def _several(name: str) -> Description | None:
         "taken for": "; ".join(formats) or "built-in sequences",
     }
     lines = [f"{key:12} {value}" for key, value in data.items()]
-    return {**data, "of them": names}, lines + [f"  {text}" for text in names]
+    coverages = [entry for text in formats for entry in _coverages(text, names)]
+    lines += [f"{'official':12} {entry}" for entry in coverages]
+    official = [
+        {"name": entry.official.name, "sequences": entry.official.size, "missing": entry.missing}
+        for entry in coverages
+    ]
+    return {**data, "official": official, "of them": names}, lines + [f"  {x}" for x in names]
+
+
+def _coverages(expected: str, paths: list[str]) -> "list[Coverage]":
+    """Compare a folder's sequences with the official sets of their format."""
+    from trackmark.datasets import official_sets, readers
+
+    reader = next(stem for stem, text in readers.formats().items() if text == expected)
+    # OTB calls the targets of a folder `Jogging.1` and `Jogging.2`.
+    names = [Path(path).name.replace(":target=", ".") for path in paths]
+    return official_sets.compare(reader, names)
 
 
 def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:

@@ -64,7 +64,7 @@ class Worker:
         self.channel, theirs = socket.socketpair()
         memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
         descriptors = [theirs.fileno(), self._shared.fileno(), self._trace.fileno()]
-        self._process_tree = ProcessTree(
+        self._process_tree = ProcessTree.run_module(
             "trackmark.bench.engine.worker",
             [*descriptors, os.getpid(), memory],
             stdin=subprocess.DEVNULL,

@@ -93,7 +93,7 @@ def _ask_child(question: str, texts: list[str]) -> dict[str, Any]:
 def _child(request: str) -> tuple[str, list[bytes]]:
     """Run the child process; return how it ended, and the lines that it wrote."""
     with tempfile.TemporaryFile() as answers:
-        child = ProcessTree(
+        child = ProcessTree.run_module(
             "trackmark.bench.experiments.tracker_files",
             [answers.fileno()],
             stdin=subprocess.PIPE,

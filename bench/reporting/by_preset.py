@@ -180,6 +180,27 @@ def runs_by(
     return runs.drop(columns=columns, errors="ignore").join(_scores(results, columns))
 
 
+def scores_by_group(
+    folder: Path, name: str, runs: pd.DataFrame, groups: Mapping[str, Collection[str]], stored: str
+) -> dict[str, dict[str, PresetResult]]:
+    """Return the results of a preset over groups of sequences, by group and tracker.
+
+    `runs`: as `load_results` returns them. `groups`: names of sequences by group. `stored`: stored
+    name of the protocol. A tracker is omitted if one of its runs has no score.
+    """
+    runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
+    runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+    table = _PresetTable(name, runs, _judge_runs(folder, [name], runs)[name], "")
+    return {
+        group: {
+            str(tracker): _overall(table.preset, rows[rows["sequence"].isin(members)], table.judged)
+            for tracker, rows in table.runs.groupby("tracker", sort=False)
+            if tracker in table.together
+        }
+        for group, members in groups.items()
+    }
+
+
 def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
     """Return the scores of a run by preset; None for a preset that cannot score the run.
 

@@ -27,6 +27,7 @@ from trackmark.trackers.base.parameters import (
     closest_match,
     unknown_name_error,
 )
+from trackmark.trackers.base.plain import is_plain, to_plugin
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
@@ -326,21 +327,25 @@ def _error_text(error: BaseException, file: str) -> str:
 
 
 def _only_tracker(module: ModuleType, file: Path) -> str:
-    """Return the name of the only tracker class in a file; raise TrackerError if ambiguous."""
-    trackers = {
+    """Return the name of the only tracker class in a file; raise TrackerError if ambiguous.
+
+    Plain trackers count only if the file defines no `TrackerPlugin`.
+    """
+    defined = {
         key: value
         for key, value in vars(module).items()
-        if isinstance(value, type)
-        and issubclass(value, TrackerPlugin)
-        and value.__module__ == module.__name__
+        if isinstance(value, type) and value.__module__ == module.__name__
     }
+    trackers = {key: value for key, value in defined.items() if issubclass(value, TrackerPlugin)}
+    trackers = trackers or {key: value for key, value in defined.items() if is_plain(value)}
     classes = [key for key in trackers if not inspect.isabstract(trackers[key])] or list(trackers)
     exported = [key for key in classes if key in getattr(module, "__all__", classes)]
     if len(exported) == 1:
         return exported[0]
     if not classes:
         raise TrackerError(
-            f"{file}: the file defines no class derived from trackers.TrackerPlugin."
+            f"{file}: the file defines no tracker. Expected: a class with the methods "
+            "init(image, box) and update(image)."
         )
     raise TrackerError(
         f"{file}: the file defines several trackers: {', '.join(classes)}. Select one, for "
@@ -349,10 +354,10 @@ def _only_tracker(module: ModuleType, file: Path) -> str:
 
 
 def _validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
-    if not (isinstance(plugin, type) and issubclass(plugin, TrackerPlugin)):
-        raise TrackerError(
-            f"tracker {name!r}: {plugin!r} is not a class derived from trackers.TrackerPlugin."
-        )
+    if not isinstance(plugin, type):
+        raise TrackerError(f"tracker {name!r}: {plugin!r} is not a class.")
+    if not issubclass(plugin, TrackerPlugin):
+        return to_plugin(plugin, name)
     presets: Any = plugin.presets
     if inspect.isabstract(plugin):
         missing_methods = ", ".join(sorted(plugin.__abstractmethods__))

@@ -127,7 +127,9 @@ def test_copy_of_got10k_is_a_table_by_one_path(trackmark, scores, got10k):
         assert [name[-1] for name in described["of them"]] == ["1", "2"]
 
 
-def test_copy_of_otb_is_a_table_with_both_targets_of_a_folder(scores, otb100):
+def test_copy_of_otb_is_a_table_with_both_targets_of_a_folder(trackmark, scores, otb100):
+    described = trackmark("describe", "OTB100").stdout
+    assert "OTB-100: 3 of 100 sequences, missing: Basketball, Biker" in " ".join(described.split())
     text, by_measure = scores("OTB100", "otb", "otb")
     for name in ("Jogging.1", "Jogging.2", "Walking"):
         assert name in text
