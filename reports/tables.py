@@ -7,11 +7,10 @@ runs. A failed run has the worst score.
 
 import math
 import re
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -152,28 +151,22 @@ def summary_table(
         Average over the runs that have a score. By default the mean is missing if one is missing.
     """
     runs = complete(runs)
-    (tracker, trackers), (sequence, sequences) = _numbers(runs)
-    unit_of = runs.groupby(sequence)["unit"].first().tolist() if "unit" in runs else sequences
-    unit, units = pd.factorize(np.array(unit_of))
-    means = partial(_statistics, measures=measures, skip_undefined=skip_undefined)
-    by_cell, _, sizes = means(runs, tracker * len(sequences) + sequence)
-    cell_tracker = by_cell.index // len(sequences)
-    cell_sequence = by_cell.index % len(sequences)
-    by_unit, _, _ = means(by_cell, cell_tracker * len(units) + unit[cell_sequence])
-    mean, _, _ = means(by_unit, by_unit.index // len(units))
+    runs = runs.assign(unit=runs["unit" if "unit" in runs else "sequence"])
+    sequences, n_units = [*map(str, runs["sequence"].unique())], runs["unit"].nunique()
+    mean_by = partial(_statistic, "mean", measures, skip_undefined=skip_undefined)
+    by_sequence = mean_by(["tracker", "unit", "sequence"], runs)
+    by_unit = mean_by(["tracker", "unit"], by_sequence)
+    mean = mean_by(["tracker"], by_unit)
     # The spread over repetitions is defined if all sequences have equally many.
-    times = sizes.groupby(cell_tracker).agg(["min", "max"])
-    repetition, repetitions = pd.factorize(runs["repetition"])
-    by_pass, _, _ = means(runs, tracker * len(repetitions) + repetition)
-    _, spread, _ = means(by_pass, by_pass.index // len(repetitions))
-    spread = spread.where(times["min"] == times["max"])
-    reasons = _missing_reasons(runs, tracker, measures)
-    entries = _entries(reasons, mean, spread, mean * np.nan, measures)
+    by_pass = mean_by(["tracker", "repetition"], runs)
+    spread = _statistic("std", measures, ["tracker"], by_pass, skip_undefined=skip_undefined)
+    sizes = runs.groupby(["tracker", "sequence"], **_GROUPS).size().groupby("tracker", **_GROUPS)
+    spread = spread.where(sizes.min() == sizes.max())
+    entries = _entries(runs, mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
-        entries = _with_uncertainty(entries, by_unit, len(units), measures, uncertainties)
-    caption = f"{title}: {means_over(sequences, len(units))}; metrics preset {preset}. {meaning}"
-    labels = [{"tracker": name} for name in trackers]
-    return _table("summary", caption, labels, entries, runs, measures, preset)
+        _add_uncertainty(entries, by_unit, measures, uncertainties)
+    caption = f"{title}: {means_over(sequences, n_units)}; metrics preset {preset}. {meaning}"
+    return _table("summary", caption, ["tracker"], entries, runs, measures, preset)
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -190,20 +183,19 @@ def sequence_table(
 
     There are no marks: one sequence is one unit.
     """
-    (tracker, trackers), (sequence, sequences) = _numbers(runs)
-    cells = sequence * len(trackers) + tracker
-    mean, spread, _ = _statistics(runs, cells, measures)
-    reasons = _missing_reasons(runs, cells, measures)
-    entries = _entries(reasons, mean, spread, mean, measures)
-    labels = [
-        {"sequence": sequences[cell // len(trackers)], "tracker": trackers[cell % len(trackers)]}
-        for cell in mean.index
-    ]
+    names = ["sequence", "tracker"]
+    mean, spread = (_statistic(name, measures, names, runs) for name in ("mean", "std"))
+    index = pd.MultiIndex.from_product([runs[name].unique() for name in names], names=names)
+    mean = mean.reindex(index[index.isin(mean.index)])
+    entries = _entries(runs, mean, spread, mean, measures)
     caption = (
         f"{title}: every sequence; metrics preset {preset}. Means and ± standard deviations over "
         "repetitions."
     )
-    return _table("sequences", caption, labels, entries, runs, measures, preset)
+    return _table("sequences", caption, names, entries, runs, measures, preset)
+
+
+_GROUPS: Mapping[str, Any] = {"sort": False, "observed": True}
 
 
 class _Entry(NamedTuple):
@@ -222,125 +214,118 @@ class _Entry(NamedTuple):
 def _table(
     name: str,
     caption: str,
-    labels: Sequence[Mapping[str, str]],
-    entries: Sequence[Sequence[_Entry]],
+    label_names: Sequence[str],
+    entries: Mapping[tuple[str, ...], Sequence[_Entry]],
     runs: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
     preset: str,
 ) -> Table:
-    """Return a table of entries; `labels`: labels of each row by heading."""
+    """Return a table of entries by the labels of a row."""
     rows = [
-        [Cell(text) for text in label.values()]
+        [*map(Cell, labels)]
         + [Cell(_cell_text(*pair), pair[0].marked) for pair in zip(row, measures, strict=True)]
-        for label, row in zip(labels, entries, strict=True)
+        for labels, row in entries.items()
     ]
     data = [
-        {**label, "preset": preset, "measure": measure.name, **entry._asdict()}
-        for label, row in zip(labels, entries, strict=True)
+        {
+            **dict(zip(label_names, labels, strict=True)),
+            "preset": preset,
+            "measure": measure.name,
+            **entry._asdict(),
+        }
+        for labels, row in entries.items()
         for measure, entry in zip(measures, row, strict=True)
     ]
-    heads = [*(labels[0] if labels else ()), *(measure.head for measure in measures)]
+    heads = [*label_names, *(measure.head for measure in measures)]
     notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
-    n_labels = len(heads) - len(measures)
-    return Table(name, caption, heads, n_labels, rows, notes, pd.DataFrame(data), ranks)
+    return Table(name, caption, heads, len(label_names), rows, notes, pd.DataFrame(data), ranks)
 
 
-def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
-    """Return indices by row and names, in order of appearance, of trackers and sequences."""
-    factors = [pd.factorize(runs[column]) for column in ("tracker", "sequence")]
-    return [(index.astype(np.int64), [str(name) for name in names]) for index, names in factors]
-
-
-def _statistics(
-    runs: pd.DataFrame,
-    groups: NDArray[np.int64] | pd.Index,
+def _statistic(
+    name: str,
     measures: Sequence[ScoreMeasure],
+    by: list[str],
+    runs: pd.DataFrame,
     *,
     skip_undefined: bool = False,
-) -> tuple[pd.DataFrame, pd.DataFrame, pd.Series]:
-    """Return means and standard deviations by group and column, and the groups' sizes.
+) -> pd.DataFrame:
+    """Return the mean or standard deviation of the scores by labels.
 
-    They are NaN if a value of the group is missing, unless `skip_undefined`.
+    A value is NaN if a score of the group is missing, unless `skip_undefined`.
     """
     columns = dict.fromkeys(name for m in measures for name in (m.name, m.out_of) if name in runs)
-    grouped = runs[list(columns)].groupby(np.asarray(groups))
-    sizes = grouped.size()
-    whole = grouped.count().eq(sizes, axis=0) | skip_undefined
-    return grouped.mean().where(whole), grouped.std().where(whole), sizes
-
-
-def _missing_reasons(
-    runs: pd.DataFrame, groups: NDArray[np.int64], measures: Sequence[ScoreMeasure]
-) -> list[tuple[int, str]]:
-    """Return number of runs and reason of a missing mean by group: `2 of 5 stale`, else empty.
-
-    Failed runs count if they have a score by the first measure.
-    """
-    group_indices, sizes = np.unique(groups, return_counts=True)
-    others = ~counted(runs, measures[0].name).to_numpy()
-    kinds: dict[int, Counter[str]] = {}
-    for group, status in zip(groups[others].tolist(), runs["status"][others], strict=True):
-        kinds.setdefault(group, Counter())[status] += 1
-    words = [
-        f"{kinds[group].total()} of {size} {' or '.join(kinds[group])}" if group in kinds else ""
-        for group, size in zip(group_indices.tolist(), sizes.tolist(), strict=True)
-    ]
-    return list(zip(sizes.tolist(), words, strict=True))
+    grouped = runs.groupby(by, **_GROUPS)[[*columns]]
+    is_whole = grouped.count().eq(grouped.size(), axis=0) | skip_undefined
+    statistic: pd.DataFrame = grouped.agg(name)
+    return statistic.where(is_whole)
 
 
 def _entries(
-    reasons: list[tuple[int, str]],
+    runs: pd.DataFrame,
     mean: pd.DataFrame,
     spread: pd.DataFrame,
     out_of: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
-) -> list[list[_Entry]]:
-    """Return the entries of a table, one row per group."""
-    absent = pd.Series(math.nan, mean.index)
-    columns = [
-        [
-            values.get(name, absent).tolist()
-            for values, name in ((mean, m.name), (spread, m.name), (out_of, m.out_of))
+) -> dict[tuple[str, ...], list[_Entry]]:
+    """Return the entries of a table by the labels of a row.
+
+    A mean is missing if a run does not count: `2 of 5 stale`. Failed runs count if they have a
+    score by the first measure.
+    """
+    by = list(mean.index.names)
+    counts = counted(runs, measures[0].name)
+    statuses = runs.assign(status=runs["status"].astype(object).mask(counts))
+    groups = statuses.groupby(by, **_GROUPS)["status"]
+    sizes, reasons = groups.size(), groups.agg(_missing_reason)
+    means, spreads, totals = (values.to_dict("index") for values in (mean, spread, out_of))
+    entries = {}
+    for key in mean.index:
+        labels = tuple(map(str, key if isinstance(key, tuple) else [key]))
+        fixed = {"runs": int(sizes[key]), "lacking": reasons[key]}
+        entries[labels] = [
+            _Entry(**fixed)
+            if fixed["lacking"]
+            else _Entry(
+                means[key].get(measure.name, math.nan),
+                spreads[key].get(measure.name, math.nan),
+                out_of=totals[key].get(measure.out_of, math.nan),
+                **fixed,
+            )
+            for measure in measures
         ]
-        for m in measures
-    ]
-    return [
-        [
-            _Entry(runs=runs, lacking=why)
-            if why
-            else _Entry(means[row], spreads[row], runs=runs, out_of=totals[row])
-            for means, spreads, totals in columns
-        ]
-        for row, (runs, why) in enumerate(reasons)
-    ]
+    return entries
 
 
-def _with_uncertainty(
-    entries: list[list[_Entry]],
+def _missing_reason(statuses: "pd.Series[str]") -> str:
+    """Return the reason of a missing mean: `2 of 5 stale`; statuses of counted runs are NaN."""
+    others = statuses.dropna()
+    kinds = " or ".join(others.unique())
+    return f"{len(others)} of {len(statuses)} {kinds}" if len(others) else ""
+
+
+def _add_uncertainty(
+    entries: Mapping[tuple[str, ...], list[_Entry]],
     by_unit: pd.DataFrame,
-    n_units: int,
     measures: Sequence[ScoreMeasure],
     uncertainties: Uncertainties,
-) -> list[list[_Entry]]:
-    """Return entries with intervals and marks; missing means stay missing.
+) -> None:
+    """Add intervals and marks to entries; missing means stay missing.
 
-    `by_unit`: means of units, indexed by tracker * n_units + unit.
+    `by_unit`: means by tracker and unit.
     """
-    extended = [list(row) for row in entries]
+    rows = list(entries.values())
     for column, measure in enumerate(measures):
-        present = [i for i, row in enumerate(entries) if not np.isnan(row[column].mean)]
+        present = [i for i, row in enumerate(rows) if not np.isnan(row[column].mean)]
         if not present:
             continue
-        places = [row * n_units + unit for row in present for unit in range(n_units)]
-        values = by_unit[measure.name].reindex(places).to_numpy(np.float64)
-        table = values.reshape(len(present), n_units)
+        names = [by_unit.index.unique(level) for level in by_unit.index.names]
+        values = by_unit[measure.name].reindex(pd.MultiIndex.from_product(names))
+        table = values.to_numpy(np.float64).reshape(len(rows), -1)[present]
         defined = ~np.isnan(table).all(axis=0)
         intervals, marks = uncertainties(table[:, defined], measure)
-        for row, interval, marked in zip(present, intervals, marks, strict=True):
+        for i, interval, marked in zip(present, intervals, marks, strict=True):
             low, high = interval or (math.nan, math.nan)
-            entry = extended[row][column]._replace(low=low, high=high, marked=marked)
-            extended[row][column] = entry
-    return extended
+            rows[i][column] = rows[i][column]._replace(low=low, high=high, marked=marked)
 
 
 def _cell_text(entry: _Entry, measure: ScoreMeasure) -> str:
@@ -350,14 +335,12 @@ def _cell_text(entry: _Entry, measure: ScoreMeasure) -> str:
         return MISSING
     if measure.never and entry.mean == entry.out_of:
         return measure.never
-    spread = entry.standard_deviation
-    is_count = bool(measure.out_of) and entry.mean.is_integer() and not spread > 0
-    digits = 0 if is_count else measure.decimals
-    mean, spread, low, high = (
-        f"{value * measure.scale:.{digits}f}" for value in (entry.mean, spread, *entry[2:4])
-    )
-    text = f"{mean} [{low}, {high}]" if np.isfinite(entry.low) else mean
-    if np.isfinite(entry.standard_deviation) and not np.isfinite(entry.low):
+    is_count = bool(measure.out_of) and entry.mean.is_integer()
+    digits = 0 if is_count and not entry.standard_deviation > 0 else measure.decimals
+    text, spread, low, high = (f"{value * measure.scale:.{digits}f}" for value in entry[:4])
+    if np.isfinite(entry.low):
+        text += f" [{low}, {high}]"
+    elif np.isfinite(entry.standard_deviation):
         text += f" ±{spread}"
     if np.isfinite(entry.out_of) and not measure.never:
         text += f" of {entry.out_of * measure.scale:.0f}"
