@@ -11,24 +11,21 @@ from trackmark.reports.figures import add_legend, draw_line, fold, new_figure
 from trackmark.reports.palette import colour
 from trackmark.reports.plots import logarithmic_axis
 
-MAX_HEIGHT = 24.0  # inches
-MAX_NAMED_ROWS = 200
-"""Maximum number of rows in all panels with room for their names."""
+_MAX_HEIGHT = 24.0  # inches
+_MAX_NAMED_ROWS = 200  # in all panels; more rows have no room for their names
 
 
 class SurvivalCurve(NamedTuple):
     """Survival of a tracker by level of a difficulty.
 
-    `levels`, `survival`: fitted curve, (k,). `group_levels`, `shares`, `counts`: groups of runs,
-    (m,): mean level, share that survives and number of runs. `low`, `high`: interval of the
-    breaking point; NaN if it is outside of the range.
+    `low`, `high`: interval of the breaking point; NaN if it is outside of the range.
     """
 
-    levels: NDArray[np.float64]
-    survival: NDArray[np.float64]
-    group_levels: NDArray[np.float64]
-    shares: NDArray[np.float64]
-    counts: NDArray[np.float64]
+    levels: NDArray[np.float64]  # (k,): abscissas of the fitted curve
+    survival: NDArray[np.float64]  # (k,)
+    group_levels: NDArray[np.float64]  # (m,): mean levels of groups of runs
+    shares: NDArray[np.float64]  # (m,): shares that survive
+    counts: NDArray[np.float64]  # (m,): numbers of runs
     low: float
     high: float
 
@@ -42,22 +39,13 @@ def difference_plot(
 ) -> Figure:
     """Draw a dot per sequence for each pair, sorted by the differences.
 
-    Parameters
-    ----------
-    differences : mapping of str to array of float, shape (n,)
-        Differences by pair (`A - B`), in the order of `sequences`; each pair is a panel.
-    sequences : sequence of str
-        Names of the n sequences.
-    quantity : str
-        Name of the score with its unit.
-    margin : float
-        Largest irrelevant difference; a grey band shows ± margin.
-    title : str
-        Title of the figure.
+    `differences`: differences (n,) by pair (`A - B`), in the order of the n `sequences`; each pair
+    is a panel. `quantity`: name of the score with its unit. `margin`: largest irrelevant
+    difference; a grey band shows ± margin.
     """
     height = 0.9 + len(differences) * (0.7 + 0.2 * len(sequences))
-    figure, panels = new_figure(title, min(height, MAX_HEIGHT), rows=len(differences))
-    named = len(differences) * len(sequences) <= MAX_NAMED_ROWS
+    figure, panels = new_figure(title, min(height, _MAX_HEIGHT), rows=len(differences))
+    named = len(differences) * len(sequences) <= _MAX_NAMED_ROWS
     for axes, (pair, pair_differences) in zip(panels, differences.items(), strict=True):
         values = np.asarray(pair_differences, np.float64)
         order = np.argsort(values, kind="stable")

@@ -37,22 +37,14 @@ def bare_figure(title: str, height: float) -> Figure:
 
 
 def new_figure(
-    title: str,
-    height: float,
-    rows: int = 1,
-    columns: int = 1,
-    heights: Sequence[float] | None = None,
+    title: str, height: float, rows: int = 1, heights: Sequence[float] | None = None
 ) -> tuple[Figure, list[Axes]]:
-    """Return a `bare_figure` with a grid of axes that share their abscissa.
+    """Return a `bare_figure` with axes below each other that share their abscissa.
 
-    With several columns, axes also share their ordinate. `heights`: relative heights of the rows;
-    equal by default.
+    `heights`: relative heights of the axes; equal by default.
     """
     figure = bare_figure(title, height)
-    grid = figure.subplots(
-        rows, columns, sharex=True, sharey=columns > 1, squeeze=False, height_ratios=heights
-    )
-    all_axes = list(grid.ravel())
+    all_axes = [*figure.subplots(rows, sharex=True, squeeze=False, height_ratios=heights).ravel()]
     for axes in all_axes:
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
@@ -69,18 +61,11 @@ def add_legend(figure: Figure, heading: str = "") -> None:
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             named.setdefault(label, handle)
+    style: dict[str, Any] = {"loc": "outside lower center", "alignment": "left", "frameon": False}
+    style |= {"title": heading, "fontsize": 9, "title_fontsize": 9}
+    labels = [fold(label, 100) for label in named]
     for columns in (4, 3, 2, 1):
-        legend = figure.legend(
-            list(named.values()),
-            [fold(label, 100) for label in named],
-            title=heading,
-            loc="outside lower center",
-            ncols=columns,
-            fontsize=9,
-            title_fontsize=9,
-            alignment="left",
-            frameon=False,
-        )
+        legend = figure.legend([*named.values()], labels, ncols=columns, **style)
         extent = legend.get_window_extent()
         if columns == 1 or extent.width <= figure.bbox.width:
             break
@@ -106,13 +91,9 @@ def outline_effect(width: float, shade: str = "black") -> list[Any]:
 
 def line_style(position: int) -> dict[str, Any]:
     """Return colour, dashes, width and marker of the tracker with an index."""
-    return {
-        "color": colour(position),
-        "linestyle": LINE_STYLES[position % len(LINE_STYLES)],
-        "linewidth": 1.8,
-        "marker": MARKERS[position % len(MARKERS)],
-        "markersize": 5.0,
-    }
+    marker, dashes = MARKERS[position % len(MARKERS)], LINE_STYLES[position % len(LINE_STYLES)]
+    style = {"color": colour(position), "linestyle": dashes, "linewidth": 1.8}
+    return {**style, "marker": marker, "markersize": 5.0}
 
 
 def named_line(label: str, position: int) -> dict[str, Any]:
@@ -174,10 +155,7 @@ def write_figure(path: Path, figure: Figure) -> Path:
 
 
 def write_for_papers(path: Path, figure: Figure) -> list[Path]:
-    """Write a figure, for an SVG also a PDF, as LaTeX includes no SVG; return the files.
-
-    For errors see `write_file`.
-    """
+    """Write a figure, for an SVG also a PDF, as LaTeX includes no SVG; return the files."""
     paths = [path, path.with_suffix(".pdf")] if path.suffix == ".svg" else [path]
     return [write_figure(file, figure) for file in paths]
 
@@ -203,12 +181,13 @@ def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
     for axes, panel in zip(grid, panels, strict=False):
         draw_image(axes, panel.image)
         axes.set_title(panel.title, fontsize=9)
+        line: dict[str, Any] = {"fill": False, "edgecolor": colour(1)}
         if panel.box is not None:
             x, y, *size = panel.box.tolist()
-            axes.add_patch(Rectangle((x, y), *size, fill=False, edgecolor=colour(1)))
+            axes.add_patch(Rectangle((x, y), *size, **line))
         if panel.contour is not None:
-            line: dict[str, Any] = {"fill": False, "edgecolor": colour(1), "linewidth": 1.8}
-            axes.add_patch(Polygon(panel.contour, path_effects=outline_effect(3.2), **line))
+            line |= {"linewidth": 1.8, "path_effects": outline_effect(3.2)}
+            axes.add_patch(Polygon(panel.contour, **line))
     return figure
 
 
@@ -219,13 +198,8 @@ def heat_plot(values: ArrayLike, rows: Sequence[str], columns: Sequence[str], ti
     axes = figure.subplots()
     axes.imshow(scores, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto", interpolation="nearest")
     axes.xaxis.tick_top()
-    options: dict[str, Any] = {
-        "rotation": 30,
-        "ha": "left",
-        "rotation_mode": "anchor",
-        "fontsize": 8,
-    }
-    axes.set_xticks(range(len(columns)), [fold(name, 24) for name in columns], **options)
+    names = [fold(name, 24) for name in columns]
+    axes.set_xticks(range(len(columns)), names, rotation=30, ha="left", fontsize=8)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
     if len(rows) > _MAX_NAMED_ROWS:

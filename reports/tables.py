@@ -133,22 +133,12 @@ def summary_table(
 ) -> Table:
     """Make a table of trackers by measures, averaged over units.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        One row per run with `tracker`, `sequence`, `repetition`, `status`, `failure` and one column
-        per measure. Optional is `unit`, the unit of the average; by default the sequence. A
-        `status` of `missing` or `stale` makes a mean missing. Failed runs count if they have a
-        score.
-    measures : sequence of ScoreMeasure
-        Score columns.
-    title, preset : str
-        Start of the caption, and name of the metrics preset in the caption.
-    uncertainties : callable, optional
-        Function that returns intervals and marks, which `meaning` explains. The ends of the
-        intervals are in the data as `low` and `high`.
-    skip_undefined : bool
-        Average over the runs that have a score. By default the mean is missing if one is missing.
+    `runs`: one row per run with `tracker`, `sequence`, `repetition`, `status`, `failure` and one
+    column per measure. Optional is `unit`, the unit of the average; by default the sequence. A
+    `status` of `missing` or `stale` makes a mean missing. Failed runs count if they have a score.
+    `title`: start of the caption. `uncertainties`: returns intervals and marks, which `meaning`
+    explains. `skip_undefined`: average over the runs that have a score; by default the mean is
+    missing if one is missing.
     """
     runs = complete(runs)
     runs = runs.assign(unit=runs["unit" if "unit" in runs else "sequence"])
