@@ -32,8 +32,9 @@ class Still:
     image: bytes  # WebP; empty without frames
     size: tuple[int, int]  # width and height of the frame [px]
     truth: Box | None
-    boxes: Sequence[tuple[int, Box]]  # index of the tracker, and its box
+    boxes: Sequence[tuple[int, int, Box]]  # indices of the tracker and of the dashes, and the box
     words: str  # description for screen readers
+    round: bool = False  # True to draw ellipses in the boxes
 
 
 @dataclass(frozen=True)

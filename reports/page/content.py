@@ -93,17 +93,6 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Card:
-    """Foldable description of one item, opened by `#key`: a quote, facts by name, tables."""
-
-    key: str
-    title: str
-    quote: str = ""
-    facts: Mapping[str, str] = field(default_factory=dict)
-    sheets: Sequence[PageTable] = ()
-
-
-@dataclass(frozen=True)
 class PageSection:
     """Section of a page.
 

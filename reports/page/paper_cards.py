@@ -6,8 +6,8 @@ A tone is `good`, `bad`, `undecided` or `none`; it gives the colour of a verdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from trackmark.reports.page.cards import Box
-from trackmark.reports.page.content import Card, PlayerPosition
+from trackmark.reports.page.cards import Still
+from trackmark.reports.page.content import PageTable, PlayerPosition
 
 SYMBOLS: Mapping[str, str] = {"good": "✓", "bad": "✕", "undecided": "?", "none": "–"}
 """Sign of each tone, as colour alone does not show a verdict."""
@@ -68,15 +68,10 @@ class SideTable:
 
 @dataclass(frozen=True)
 class StripTile:
-    """Frame with the true box and one box per setting; `notes`: label, text and tone of lines."""
+    """Frame with one box per setting; `notes`: label, text and tone of the lines below it."""
 
-    image: bytes  # WebP
-    size: tuple[int, int]  # width and height of the frame [px]
-    truth: Box | None
-    boxes: Sequence[Box]
+    still: Still
     notes: Sequence[tuple[str, str, str]]
-    words: str  # description for screen readers
-    round: bool = False  # True to draw ellipses in the boxes
 
 
 @dataclass(frozen=True)
@@ -125,11 +120,15 @@ class VerdictCell:
 
 @dataclass(frozen=True)
 class VerdictItem:
-    """Claim with its verdicts; it unfolds the evidence."""
+    """Claim with its verdicts; it unfolds a quote, facts by name, and tables."""
 
-    evidence: Card
+    key: str
+    title: str
     paper: str
     cells: Sequence[VerdictCell]
+    quote: str
+    facts: Mapping[str, str]
+    sheets: Sequence[PageTable]
 
 
 @dataclass(frozen=True)
