@@ -75,7 +75,7 @@ def command(options: AnnotateOptions) -> None:
     from trackmark import datasets
     from trackmark.datasets import truth_file
     from trackmark.reports.files import write_file
-    from trackmark.reports.film_strip import write_film_strip
+    from trackmark.reports.overlay import write_film_strip
 
     video = options.video
     marked = _marked(options.boxes, options.keys)
@@ -173,7 +173,7 @@ def _check_strip(sequence: "Sequence", truth: "GroundTruth", title: str) -> "NDA
     """Draw evenly spaced frames with their boxes."""
     import numpy as np
 
-    from trackmark.reports.film_strip import evenly_spaced, film_strip
+    from trackmark.reports.overlay import evenly_spaced, film_strip
 
     sources = np.array(truth.sources)
     boxes = {

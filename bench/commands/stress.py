@@ -85,7 +85,7 @@ def command(options: StressOptions) -> int:
         write_curves,
     )
     from trackmark.bench.experiments.tracker_files import resolve_trackers
-    from trackmark.reports.table_width import on_terminal
+    from trackmark.reports.renderers import on_terminal
     from trackmark.reports.write import list_written_files, write_tables
 
     if not (knob_texts := split_list(options.knobs)):

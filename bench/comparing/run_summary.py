@@ -30,7 +30,7 @@ from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.printable import one_line, wrap
-from trackmark.reports.table_width import terminal_lines
+from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
 
 MAX_ROWS = 10

@@ -19,7 +19,7 @@ from trackmark.bench.statistics.rules import (
     interval_or_none,
 )
 from trackmark.reports.printable import width, wrap
-from trackmark.reports.table_width import terminal_lines
+from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
 
 LONGEST_PAIR = 40

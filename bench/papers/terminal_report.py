@@ -6,7 +6,7 @@ from pathlib import Path
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts
 from trackmark.bench.papers.reproduction import Report
 from trackmark.reports.printable import width
-from trackmark.reports.table_width import terminal_lines
+from trackmark.reports.renderers import terminal_lines
 
 _MAX_CLAIMS = 3
 """Maximum number of claims that are listed, unless all are requested."""

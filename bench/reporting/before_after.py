@@ -10,7 +10,7 @@ from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
 from trackmark.bench.store.data_frames import to_data_frame
 from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import on_terminal
 from trackmark.reports.tables import Cell, Table, summary_table
 
 Rows: TypeAlias = Sequence[Mapping[str, Any]]

@@ -38,7 +38,7 @@ from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import on_terminal
 from trackmark.reports.tables import (
     MISSING,
     ScoreMeasure,

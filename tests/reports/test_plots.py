@@ -9,9 +9,8 @@ from matplotlib.figure import Figure
 from trackmark.reports.figures import Panel, fold, map_plot, write_figure
 from trackmark.reports.page.content import Chart, Line
 from trackmark.reports.palette import LIGHT, colour
-from trackmark.reports.plots import chart_plot
+from trackmark.reports.plots import chart_plot, quantile_by_frame, series_plot
 from trackmark.reports.printable import printable
-from trackmark.reports.series import quantile_by_frame, series_plot
 from trackmark.reports.write import file_names
 
 LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"

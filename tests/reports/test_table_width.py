@@ -8,8 +8,7 @@ import pytest
 
 from trackmark.bench.reporting.tables import PER_SEQUENCE, SUMMARY, TIMES
 from trackmark.reports.printable import MAX_WIDTH
-from trackmark.reports.renderers import to_markdown, to_text
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import on_terminal, to_markdown, to_text
 from trackmark.reports.tables import sequence_table, summary_table
 
 TRACKERS = ("static", "camshift:window=adaptive", "opencv-mil")

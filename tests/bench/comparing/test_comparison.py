@@ -17,7 +17,7 @@ from trackmark.bench.comparing.tables import answer_of, as_data, files, paragrap
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide
-from trackmark.reports.comparison import SurvivalCurve, breaking_plot
+from trackmark.reports.plots import SurvivalCurve, breaking_plot
 from trackmark.reports.renderers import to_csv
 
 OVERLAP = SUMMARY[0]

@@ -20,8 +20,7 @@ from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets import attributes
-from trackmark.reports.renderers import to_text
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import on_terminal, to_text
 
 OVERLAP = SUMMARY[0]
 
