@@ -131,7 +131,7 @@ def _polygons(
     box: NDArray[np.float64], shape: Shape, factors: NDArray[np.float64]
 ) -> list[NDArray[np.float64]]:
     """Return the closed outlines of a shape, (points, 2), in an enlarged image; none for NaN."""
-    box = np.asarray(box, np.float64)
+    box = np.asarray(box, np.float64).clip(-_MAX_COORDINATE, _MAX_COORDINATE)
     if shape == "contour":
         parts = np.split(box, np.flatnonzero(np.isnan(box[:, 0])))
         outlines = [part[np.isfinite(part[:, 0])] for part in parts]
@@ -142,11 +142,7 @@ def _polygons(
         angles = np.linspace(0, 2 * np.pi, int(np.nan_to_num(n_sides)), endpoint=False)
         unit = np.column_stack([np.cos(angles), np.sin(angles)])
         outlines = [box[:2] + box[2:] * (1 + unit) / 2]
-    return [
-        np.vstack([ring, ring[:1]]).clip(-_MAX_COORDINATE, _MAX_COORDINATE) * factors
-        for ring in outlines
-        if np.isfinite(ring).all()
-    ]
+    return [np.vstack([ring, ring[:1]]) * factors for ring in outlines if np.isfinite(ring).all()]
 
 
 def _draw(

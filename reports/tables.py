@@ -198,7 +198,7 @@ class _Entry(NamedTuple):
     marked: bool = False
     out_of: float = math.nan
     runs: int = 0
-    lacking: str = ""  # reason of a missing mean
+    missing: str = ""  # reason of a missing mean
 
 
 def _table(
@@ -228,7 +228,8 @@ def _table(
     ]
     heads = [*label_names, *(measure.head for measure in measures)]
     notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
-    return Table(name, caption, heads, len(label_names), rows, notes, pd.DataFrame(data), ranks)
+    frame = pd.DataFrame(data).rename(columns={"missing": "lacking"})
+    return Table(name, caption, heads, len(label_names), rows, notes, frame, ranks)
 
 
 def _statistic(
@@ -271,10 +272,10 @@ def _entries(
     entries = {}
     for key in mean.index:
         labels = tuple(map(str, key if isinstance(key, tuple) else [key]))
-        fixed = {"runs": int(sizes[key]), "lacking": reasons[key]}
+        fixed = {"runs": int(sizes[key]), "missing": reasons[key]}
         entries[labels] = [
             _Entry(**fixed)
-            if fixed["lacking"]
+            if fixed["missing"]
             else _Entry(
                 means[key].get(measure.name, math.nan),
                 spreads[key].get(measure.name, math.nan),
@@ -319,8 +320,8 @@ def _add_uncertainty(
 
 
 def _cell_text(entry: _Entry, measure: ScoreMeasure) -> str:
-    if entry.lacking:
-        return f"{MISSING} ({entry.lacking})"
+    if entry.missing:
+        return f"{MISSING} ({entry.missing})"
     if np.isnan(entry.mean):
         return MISSING
     if measure.never and entry.mean == entry.out_of:
