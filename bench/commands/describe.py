@@ -66,13 +66,15 @@ def _tracker(name: str) -> Description | None:
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_files import describe_tracker
     from trackmark.bench.experiments.tracker_spec import split_text
+    from trackmark.bench.external.definition import is_external, split_table
     from trackmark.trackers.base.catalogue import in_file
 
-    if not (in_file(name) or name.partition(":")[0] in trackers.names()):
+    outside = split_table(name) or in_file(name)
+    if not (outside or name.partition(":")[0] in trackers.names()):
         return None
     plain, options = split_text(name)
     try:
-        data = describe_tracker(plain)
+        data = describe_tracker(name if is_external(plain, options) else plain)
     except trackers.TrackerError as error:
         data = _unusable(plain, error)
         return data, [data["name"], "", data["summary"], "", data["unusable"]]
@@ -146,7 +148,7 @@ def _metrics(name: str) -> Description:
     lines.append(f"judges       runs by the protocol {preset.protocol!r}")
     lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
     lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
-    lines.append("scores, and those of a perfect tracker")
+    lines.append("scores, with the score of a perfect tracker")
     width = max(map(len, preset.columns))
     for key, column in preset.columns.items():
         perfect = "" if column.perfect is None else f"{column.perfect:.3g}"

@@ -141,7 +141,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     target, files = stored or Path("report"), list[Path]()
     figures = None
     if folder is not None:
-        # Its imports, Matplotlib and SciPy's statistics, take longer than a report on the terminal.
+        # Imports of Matplotlib and SciPy's statistics take longer than a report on the terminal.
         from trackmark.bench.pages.report_figures import FigureFiles
 
         target = folder / experiment.name if several else folder

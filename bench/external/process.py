@@ -94,6 +94,11 @@ class LineProcess:
         self._tail = bytearray()
         self._stderr_open = True
 
+    @property
+    def closed(self) -> bool:
+        """True after `close` and after every error."""
+        return not self._end.alive
+
     def send(self, data: bytes, seconds: float) -> None:
         """Write bytes to the process.
 
@@ -164,7 +169,12 @@ class LineProcess:
             poller.register(self._stderr, select.POLLIN)
         if sending:
             poller.register(self._stdin, select.POLLOUT)
-        ready = dict(poller.poll(max(0.0, limit - monotonic()) * 1000))
+        while not (ready := dict(poller.poll(min(max(0.0, limit - monotonic()), 1.0) * 1000))):
+            # A descendant that still runs can keep the streams of an ended process open.
+            if self._process.poll() is not None:
+                raise self._ended()
+            if monotonic() >= limit:
+                return False
         if self._stderr in ready:
             self._stderr_open = self._keep(_read(self._stderr))
         if self._stdout in ready:
@@ -174,7 +184,7 @@ class LineProcess:
             self._lines += chunk
             if len(self._lines) > _MAX_UNREAD:
                 raise self.fail(f"wrote more than {_MAX_UNREAD >> 20} MiB without a line end")
-        return bool(ready)
+        return True
 
     def _ended(self) -> ExternalTrackerError:
         """Return the error for a process that has closed its stdin or stdout."""

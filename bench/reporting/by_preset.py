@@ -56,14 +56,14 @@ TOGETHER = "all sequences"
 MEANS = "mean of sequences"
 """Label of rows with means over units, if the preset has other weights of sequences."""
 
-LATE = ScoreMeasure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
+LATE = ScoreMeasure("late_share", "late estimates", "%", None, 1, scale=100, rank=-1)
 """Share of frames after the first with an estimate of an earlier frame (real-time evaluation)."""
 
 NOT_SCORED = "not scored"
 """Status of finished runs that a preset cannot score."""
 
 _MAX_NOTES = 3
-"""Maximum number of notes on runs that cannot be judged."""
+"""Maximum number of notes on runs that cannot be scored."""
 
 ScoredRun = PresetResult | str
 """Result of a run by a preset, or the reason why the preset cannot score the run."""
@@ -277,7 +277,7 @@ def _judge_run(run: Run, truth: StoredTruth, name: str) -> ScoredRun:
 
 
 def _scores(scored: Mapping[int, ScoredRun], columns: list[str]) -> pd.DataFrame:
-    """Return the scores of judged runs by row."""
+    """Return the scores of runs by row."""
     scores = {row: dict(run.scores) for row, run in scored.items() if isinstance(run, PresetResult)}
     return pd.DataFrame.from_dict(scores, "index", columns=columns)
 
@@ -340,7 +340,7 @@ class _PresetTable:
         rows, data = list[list[TableCell]](), list[pd.DataFrame]()
         if self.preset.combine is not mean_of_sequences:
             label = MEANS
-            words += f"; {TOGETHER}: as the preset weights them, without interval"
+            words += f"; {TOGETHER}: weighted as the preset defines, without interval"
             if self.together:
                 together = self._together_table()
                 rows += [[*row[:2], *map(_without_interval, row[2:])] for row in together.rows]
@@ -374,8 +374,8 @@ def _overall(
 ) -> PresetResult:
     """Combine the runs of a tracker."""
     by_sequence = [
-        [judged[row] for row in its.index if row in judged]
-        for _, its in rows.groupby("sequence", sort=False)
+        [judged[row] for row in sequence_rows.index if row in judged]
+        for _, sequence_rows in rows.groupby("sequence", sort=False)
     ]
     return preset.overall(by_sequence)
 

@@ -121,7 +121,15 @@ def resolve(name: str, **parameters: Any) -> Specification:
     plugin, file = _load(name)
     label = name
     if in_file(name) is not None:
-        label = _tracker_name(plugin, file, parameters.pop("as", ""))
+        label = tracker_name(plugin, file, parameters.pop("as", ""))
+    return resolve_plugin(plugin, file, label, parameters)
+
+
+def resolve_plugin(
+    plugin: type[TrackerPlugin], file: Path, label: str, parameters: Mapping[str, Any]
+) -> Specification:
+    """Return a class with the values of all parameters; `parameters` can contain `preset`."""
+    parameters = dict(parameters)
     default = _default_preset(plugin)
     preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
@@ -153,14 +161,21 @@ def describe(name: str) -> dict[str, Any]:
     `meaning` ends with the unit in brackets.
     """
     plugin, file = _load(name)
+    return describe_plugin(
+        plugin, file, name if in_file(name) is None else tracker_name(plugin, file, "")
+    )
+
+
+def describe_plugin(plugin: type[TrackerPlugin], file: Path, name: str) -> dict[str, Any]:
+    """Return the description of a class; see `describe`."""
     fields = plugin.Parameters.model_fields
     required = {key: "" for key, field in fields.items() if field.is_required()}
     if required:
         values: Mapping[str, Any] = {key: field.default for key, field in fields.items()} | required
     else:
-        values = dict(resolve(name).parameters)
+        values = dict(resolve_plugin(plugin, file, name, {}).parameters)
     return {
-        "name": name if in_file(name) is None else _tracker_name(plugin, file, ""),
+        "name": name,
         "summary": inspect.cleandoc(plugin.__doc__ or ""),
         "paper": plugin.paper,
         "randomness": str(plugin.randomness),
@@ -203,7 +218,7 @@ def _default_preset(plugin: type[TrackerPlugin]) -> str:
     return str(getattr(plugin, "default_preset", DEFAULT_PRESET))
 
 
-def _tracker_name(plugin: type[TrackerPlugin], file: Path, requested_name: str) -> str:
+def tracker_name(plugin: type[TrackerPlugin], file: Path, requested_name: str) -> str:
     """Return a tracker's name: the requested one, else its class attribute, else file and class."""
     name = requested_name or plugin.name
     if not (isinstance(name, str) and name):  # a class may define `name` as a property
