@@ -235,7 +235,7 @@ def _table(
 def _statistic(
     name: str,
     measures: Sequence[ScoreMeasure],
-    by: list[str],
+    levels: list[str],
     runs: pd.DataFrame,
     *,
     skip_undefined: bool = False,
@@ -245,7 +245,7 @@ def _statistic(
     A value is NaN if a score of the group is missing, unless `skip_undefined`.
     """
     columns = dict.fromkeys(name for m in measures for name in (m.name, m.out_of) if name in runs)
-    grouped = runs.groupby(by, **_GROUPS)[[*columns]]
+    grouped = runs.groupby(levels, **_GROUPS)[[*columns]]
     is_whole = grouped.count().eq(grouped.size(), axis=0) | skip_undefined
     statistic: pd.DataFrame = grouped.agg(name)
     return statistic.where(is_whole)
@@ -263,10 +263,10 @@ def _entries(
     A mean is missing if a run does not count: `2 of 5 stale`. Failed runs count if they have a
     score by the first measure.
     """
-    by = list(mean.index.names)
+    levels = list(mean.index.names)
     counts = counted(runs, measures[0].name)
     statuses = runs.assign(status=runs["status"].astype(object).mask(counts))
-    groups = statuses.groupby(by, **_GROUPS)["status"]
+    groups = statuses.groupby(levels, **_GROUPS)["status"]
     sizes, reasons = groups.size(), groups.agg(_missing_reason)
     means, spreads, totals = (values.to_dict("index") for values in (mean, spread, out_of))
     entries = {}
