@@ -13,15 +13,8 @@ from math import ceil, isfinite
 from trackmark.reports.printable import one_line, width, wrap
 from trackmark.reports.tables import MISSING, Cell, Table, text_columns
 
-_LATEX = {
+_LATEX = {sign: f"\\{sign}" for sign in "&%$#_{}"} | {
     "\\": r"\textbackslash{}",
-    "&": r"\&",
-    "%": r"\%",
-    "$": r"\$",
-    "#": r"\#",
-    "_": r"\_",
-    "{": r"\{",
-    "}": r"\}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
     # LaTeX prints other characters for the next three in its default encoding.

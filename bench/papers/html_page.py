@@ -17,7 +17,7 @@ from trackmark.bench.papers.main_table import main_values
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.measures import JudgedRun
 from trackmark.bench.papers.reproduction import Report
-from trackmark.reports.page import paper_cards as cards
+from trackmark.reports.page import cards
 from trackmark.reports.page.cards import Fold, Still
 from trackmark.reports.page.content import Page, PageSection, PageTable
 from trackmark.reports.page.film import compress_picture

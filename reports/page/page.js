@@ -260,15 +260,6 @@ addEventListener("afterprint", () => {
   }
 });
 
-// ---- A click enlarges a picture.
-addEventListener("click", (event) => {
-  const button = event.target.closest?.(".picture button");
-  if (!button) return;
-  const large = button.getAttribute("aria-expanded") !== "true";
-  button.setAttribute("aria-expanded", large);
-  button.parentElement.classList.toggle("large", large);
-});
-
 // ---- Copy buttons of commands and links.
 async function copy(text) {
   try {

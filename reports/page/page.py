@@ -18,10 +18,9 @@ from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
 from trackmark.reports.files import write_file
-from trackmark.reports.page.cards import GLOSSARY
+from trackmark.reports.page.cards import GLOSSARY, SYMBOLS
 from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
-from trackmark.reports.page.paper_cards import SYMBOLS
 from trackmark.reports.page.svg import TOP, at_reference, chart_svg
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
