@@ -1,9 +1,9 @@
-"""Sequences of published data sets, to find out what a downloaded copy lacks."""
+"""Names and numbers of sequences of published datasets, to check whether a copy is complete."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-_MAX_LISTED = 10  # missing sequences in a line of text
+_MAX_LISTED = 10  # maximum number of missing sequences that a text names
 
 _OTB_50 = """
     Basketball Biker Bird1 BlurBody BlurCar2 BlurFace BlurOwl Bolt Box Car1 Car4 CarDark CarScale
@@ -22,7 +22,7 @@ _OTB_OTHERS = """
 
 @dataclass(frozen=True)
 class OfficialSet:
-    """Published set of sequences."""
+    """Published set of sequences, such as a benchmark or its test set."""
 
     name: str
     reader: str  # module of `datasets.readers`
@@ -62,7 +62,7 @@ class Coverage:
     missing: tuple[str, ...]  # names of missing sequences; empty if the names are unknown
 
     def __str__(self) -> str:
-        """Return one line of text."""
+        """Return the comparison in one line."""
         if self.size == self.official.size and not self.missing:
             return f"{self.official.name}: complete, {self.size} sequences"
         text = f"{self.official.name}: {self.size} of {self.official.size} sequences"
@@ -76,7 +76,8 @@ class Coverage:
 def compare(reader: str, names: Iterable[str]) -> list[Coverage]:
     """Compare the sequences of a folder with the official sets of a reader.
 
-    Sets that are smaller than the folder, or that lack one of its names, are omitted.
+    Sets that are smaller than the folder, or that lack one of its names, are omitted. If the folder
+    is as large as some sets, only these sets are compared.
     """
     present = set(names)
     coverages = []

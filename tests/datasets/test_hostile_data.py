@@ -202,7 +202,7 @@ def test_invalid_path_is_refused(text, message, tmp_path, monkeypatch):
         readers.reads(tmp_path / ("a" * 300))
 
 
-def test_given_truth_opens_a_folder_without_targets(tmp_path, write_images):
+def test_given_ground_truth_opens_a_folder_without_targets(tmp_path, write_images):
     path = no_target(tmp_path / "walk", write_images)
     (tmp_path / "mine.csv").write_text(BOX)
     assert len(load_all(path, truth=tmp_path / "mine.csv")[0]) == 1

@@ -1,4 +1,4 @@
-"""Comparison of a folder with the sequences of published data sets."""
+"""Comparison of a folder with the sequences of published datasets."""
 
 import pytest
 
