@@ -157,7 +157,7 @@ def decode_image(data: bytes, max_pixels: int | None = None) -> Image:
     if size is None:
         # Formats that only OpenCV reads are refused: decoding a file of 50 bytes can take a minute
         # and gigabytes of memory.
-        raise ValueError("not an image of JPEG, PNG, BMP, PPM or TIFF, or damaged")
+        raise ValueError("not an image in the format JPEG, PNG, BMP, PPM or TIFF, or damaged")
     check_pixels(*size, max_pixels)
     _check_memory(data, size, pixel_limit(max_pixels))
     if data.startswith(_JPEG_START):

@@ -1,4 +1,4 @@
-"""Functions of all readers: options, ground truth, and a fingerprint of the files."""
+"""Functions that all readers use: options, ground truth, and a fingerprint of the files."""
 
 import hashlib
 from collections.abc import Callable, Collection, Mapping

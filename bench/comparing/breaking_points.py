@@ -112,7 +112,7 @@ def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
         kind = filters[name]
         easy, hard = ends or (kind.easy, kind.hard)
         if kind.logarithmic and min(easy, hard) <= 0:
-            raise ExperimentError(f"--knob {text}: expected ends above 0.")
+            raise ExperimentError(f"--knob {text}: both ends of this range must be above 0.")
         return Difficulty(name, kind.unit, easy, hard, kind.whole, kind.logarithmic)
     for sequence in sequences:
         options = {option["name"]: option for option in datasets.options(_bare(sequence))}
@@ -124,7 +124,10 @@ def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
             )
         default = options[name]["default"]
         if not ends or type(default) not in (int, float):
-            raise ExperimentError(f"--knob {text}: expected numbers, {name}=FROM..TO.")
+            raise ExperimentError(
+                f"--knob {text}: parameter without numbers, or without range. "
+                f"Expected: a parameter with numbers, {name}=FROM..TO."
+            )
     _, bracket, unit = options[name]["meaning"].rpartition("[")
     unit = unit.rstrip("]") if bracket else "share"
     return Difficulty(name, unit, ends[0], ends[1], isinstance(default, int), is_filter=False)
@@ -219,7 +222,7 @@ class Series:
 
     @property
     def verdict(self) -> str:
-        """`broken`, or `never` or `at once` if the breaking point is beyond an end of the range."""
+        """`broken`; `never` or `at once` if the breaking point is past the hard or easy end."""
         place = self.threshold.median
         return "never" if place > 1 else "at once" if place < 0 else "broken"
 
@@ -257,7 +260,7 @@ class Series:
         ]
 
     def with_outcomes(self, outcomes: Mapping[str, tuple[bool, str]]) -> "Series":
-        """Return the series after its next runs.
+        """Return the series extended by its next runs.
 
         `outcomes`: by sequence, whether the run survived and the reason of a failure.
         """

@@ -36,7 +36,7 @@ class Filter:
     whole : bool
         Whether values are integers.
     logarithmic : bool
-        Whether `trackmark stress` tests values of equal ratios instead of equal differences.
+        Whether the values that `trackmark stress` tests have equal ratios, not equal differences.
     """
 
     apply: Callable[[Sequence, float, int], Sequence]

@@ -1,4 +1,4 @@
-"""Filters of time, and functions of all filters: changed sequences and random numbers."""
+"""Filters of time, and functions for all filters: change a sequence, create a generator."""
 
 from collections.abc import Callable
 from typing import Any

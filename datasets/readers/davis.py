@@ -44,7 +44,7 @@ _VOID = 255
 
 
 def recognises(path: Path) -> bool:
-    """Return whether the path is a sequence's image folder, or its name in the root folder."""
+    """Return whether the path is an image folder, or `ROOT/NAME` for the sequence `NAME`."""
     return _locate(path) is not None
 
 

@@ -27,7 +27,7 @@ CITATION = (
 
 
 def recognises(path: Path) -> bool:
-    """Return whether the path is a sequence's image folder, or its name in its set."""
+    """Return whether the path is an image folder, or `SET/NAME` for the sequence `NAME`."""
     return _locate(path) is not None
 
 

@@ -47,9 +47,9 @@ PARTS = {
 
 
 def recognises(path: Path) -> bool:
-    """Return whether the path is a ground-truth file, a name in the root, or an image folder.
+    """Return whether the path is a ground-truth file, `ROOT/NAME`, or an image folder.
 
-    An image folder is recognised if it has the name of a sequence.
+    `NAME` is the name of a sequence, which an image folder must also have.
     """
     return _locate(path) is not None
 

@@ -104,7 +104,7 @@ class SyntheticSuite:
         return parameters.canonical_name(name), self._fingerprint(entry, parameters)
 
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
-        """Return a sequence of the suite; other parameters than `options` have their defaults.
+        """Return a sequence of the suite; parameters that `options` omits have their defaults.
 
         Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """

@@ -152,9 +152,12 @@ HOSTILE = {
         lambda f, w: images(f, w, f"{'9' * 5000},1,2,3,4"),
         r"truth\.csv: line 3: '9+\.\.\.9+' is not a frame number",
     ),
-    "two sizes": (two_sizes, r"walk: 2\.png has 20x10 pixels, others have 48x32"),
+    "two sizes": (two_sizes, r"walk: 2\.png has 20x10 pixels, other images have 48x32"),
     "large bitmap": (large_bitmap, r"1\.bmp: frame 0 cannot be read"),
-    "GIF named PNG": (disguised_gif, r"1\.png: frame 0 cannot be read \(not an image of JPEG, PNG"),
+    "GIF named PNG": (
+        disguised_gif,
+        r"1\.png: frame 0 cannot be read \(not an image in the format JPEG, PNG",
+    ),
     "folder in Latin-1": (latin_folder_name, r"caf\\udce9: this name is not UTF-8"),
     "file in Latin-1": (latin_file_name, r"\\udce9\.png: this name is not UTF-8"),
     "damaged image": (damaged_first_image, r"00000\.jpg: damaged, or not an image"),
@@ -222,7 +225,7 @@ def test_video_frame_of_another_size_is_refused(tmp_path, write_video):
     )
     (tmp_path / "both.mpg").write_bytes(first.read_bytes() + second.read_bytes())
     (tmp_path / "both.csv").write_text(f"{BOX}7,1,2,8,9\n")
-    match = r"both\.mpg: frame [45] has 48x32 pixels, others have 96"
+    match = r"both\.mpg: frame [45] has 48x32 pixels, other images have 96"
     with pytest.raises(SequenceError, match=match):
         load_all(tmp_path / "both.mpg")
 

@@ -43,7 +43,7 @@ def lamp_light(place: Array, point: Array, normal: Array) -> tuple[float, float]
     facing = (u * normal[0] + v * normal[1] + w * normal[2]) / distance
     if facing <= 0:
         return 0.0, 0.0
-    half = facing + normal[2]  # direction half-way between lamp and camera
+    half = facing + normal[2]  # along the direction half-way between lamp and camera
     half /= np.sqrt((u * u + v * v) / (distance * distance) + (w / distance + 1) ** 2)
     power = (REACH / distance) ** 2
     return facing * power, max(half, 0.0) ** 40 * power

@@ -241,7 +241,7 @@ def _add(
 
 @njit(cache=True)
 def _blend_row(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint32) -> None:
-    """Blend premultiplied sums, shape (4 n,), times 2**`shift`, over a row (n, 3) in place."""
+    """Blend sums (4 n,), which are premultiplied and scaled by 2**`shift`, over a row (n, 3)."""
     opaque = np.uint32(65280)
     for x in range(len(row)):
         left = np.uint32(opaque - (sums[4 * x + 3] >> shift))

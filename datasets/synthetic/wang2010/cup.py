@@ -572,7 +572,7 @@ CAMERA = Camera(SIZE, noise=2.2)
 
 # fraction of light that the shadow on the wall removes, and softness of the shadow [pixels]
 SHADOW, SOFTNESS = 0.3, 2.2
-# minimum fraction of the cup that is occluded, or in front of its colour, for an attribute
+# the attributes `occluded` and `similar background` need at least this fraction of the cup
 NOTICED = 0.1
 
 

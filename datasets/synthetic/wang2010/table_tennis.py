@@ -181,11 +181,11 @@ SLEEVES = (
 )  # fmt: skip
 WOOD = np.array((112, 164, 204), np.float64)
 
-SHEET_SIZE = 170, 84  # size of the sheet [pixels]
+SHEET_SIZE = 170, 84  # size of the sheet with bat and arm [pixels]
 BAT = 28.0, 24.0  # centre of the bat's upper face on the sheet [pixels]
 WRIST, ELBOW = 186.0, 430.0  # horizontal distance of wrist and elbow from the centre of the bat
 SOFT = 3  # half width of the edge of the player's shadow [pixels]
-HALVINGS = PLAYER_FINE.bit_length() - 1  # scale from the painted resolution to the image resolution
+HALVINGS = PLAYER_FINE.bit_length() - 1  # halvings from the painted to the image resolution
 
 
 class Player:

@@ -41,7 +41,7 @@ def boxes_from(rows, origin):
 
 
 def without_flagged(boxes, flags):
-    """Return the boxes with None in frames with a flag."""
+    """Return the boxes, with None instead of a box in flagged frames."""
     return [None if flag else box for box, flag in zip(boxes, flags, strict=True)]
 
 

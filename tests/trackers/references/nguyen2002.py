@@ -346,7 +346,7 @@ class Target:
         return self.last
 
     def extrapolated(self, frames):
-        """Return the pose some frames after the last at constant velocity."""
+        """Return the pose `frames` frames after the last one, at constant velocity."""
         velocity = self._smoother.velocity
         return Pose(
             self.last.x + frames * velocity.x, self.last.y + frames * velocity.y, self.last.scale
