@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
@@ -55,7 +56,12 @@ def command(options: DescribeOptions) -> None:
     description = _tracker(name) or (_named(name) if truth is None else None)
     data, lines = description or _sequence(name, truth, measure=options.measure)
     as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
-    click.echo(as_json or wrap("\n".join(lines)))
+    click.echo(as_json or wrap("\n".join(map(_join_lines, lines))))
+
+
+def _join_lines(text: str) -> str:
+    """Return the text with one line per paragraph; lists and indented lines are kept."""
+    return re.sub(r"(?<=\S)\n(?![\s*|-])", " ", text)
 
 
 Description = tuple[dict[str, Any], list[str]]

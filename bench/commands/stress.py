@@ -67,8 +67,9 @@ class StressOptions(ScreenOptions, EngineOptions):
 def command(options: StressOptions) -> int:
     """Find the level of a difficulty at which half of the runs survive.
 
-    Each difficulty of --knob is increased until the trackers lose the target. Most runs are made
-    at levels near this point. Stored runs are not repeated. See docs/stress.md.
+    Each difficulty of --knob is increased until the trackers lose the target. Most runs are made at
+    levels near the breaking point, at which half of the runs survive. Stored runs are not repeated.
+    See docs/stress.md.
 
     For example:
       trackmark stress multipart --knob noise,occlusion

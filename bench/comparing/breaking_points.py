@@ -30,7 +30,7 @@ from trackmark.bench.statistics.psychometric import (
 )
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
-from trackmark.datasets.spec_string import close_match, format_text, parse_text
+from trackmark.datasets.spec_string import format_text, name_hint, parse_text
 from trackmark.reports.comparison import SurvivalCurve, breaking_plot
 from trackmark.reports.figures import write_figure
 from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
@@ -119,15 +119,12 @@ def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
         if name not in options or name == "scene":
             raise ExperimentError(
                 f"--knob {name}: {sequence} has no such parameter."
-                f"{close_match(name, [*filters, *options])} "
-                f"Filters apply to any sequence: {', '.join(filters)}."
+                f"{name_hint(name, [*filters, *options])}"
             )
         default = options[name]["default"]
         if not ends or type(default) not in (int, float):
-            raise ExperimentError(
-                f"--knob {text}: parameter without numbers, or without range. "
-                f"Expected: a parameter with numbers, {name}=FROM..TO."
-            )
+            problem = "the parameter is not a number" if ends else "the range is missing"
+            raise ExperimentError(f"--knob {text}: {problem}. Expected: {name}=FROM..TO.")
     _, bracket, unit = options[name]["meaning"].rpartition("[")
     unit = unit.rstrip("]") if bracket else "share"
     return Difficulty(name, unit, ends[0], ends[1], isinstance(default, int), is_filter=False)
