@@ -1,5 +1,6 @@
 """Write the ground truth of a video from boxes on key frames."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -108,11 +109,7 @@ def command(options: AnnotateOptions) -> None:
         saved, draft = Drawing(), target.with_name(f"{target.name}.draft")
         if target.exists() and not options.force:
             saved = _read_drawing(target)
-            comments = [
-                line[1:].strip()
-                for line in truth_file.read_text(target).splitlines()
-                if line[:1] == "#"
-            ]
+            comments = re.findall("(?m)^# ?(.*)", truth_file.read_text(target))
             notes = notes or [text for text in comments if not text.startswith(OPENINGS)]
         start = saved if options.force else read_draft(draft) or saved
         drawing = Drawing(boxes=start.boxes | boxes, absent=start.absent + drawing.absent)
