@@ -243,11 +243,11 @@ def _write_page(
 def _print_left_out(experiments: Sequence[Path]) -> int:
     """Print a line per tracker whose runs all failed; return the exit code."""
     from trackmark.bench.reporting.failed_runs import failed_runs
-    from trackmark.bench.store.data_frames import load_results
+    from trackmark.bench.store.data_frames import load_runs
 
     lines = dict[str, None]()
     for experiment in experiments:
-        for _, runs in load_results(experiment).groupby("protocol", sort=False, observed=True):
+        for _, runs in load_runs(experiment).groupby("protocol", sort=False, observed=True):
             failures = failed_runs(runs)
             lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
     for line in lines:

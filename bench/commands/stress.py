@@ -137,7 +137,7 @@ class _Runner:
         self, labels: Sequence[str], sequences: Sequence[SequenceSource], repetitions: int = 1
     ) -> "tuple[pd.DataFrame, dict[str, str]]":
         """Execute missing runs; return all runs, and the texts of the sequences by name."""
-        from trackmark.bench.store.data_frames import load_results
+        from trackmark.bench.store.data_frames import load_runs
 
         trackers = tuple(self.texts[label] for label in labels)
         name = self.options.name
@@ -148,7 +148,7 @@ class _Runner:
             experiment, self.options, self.opened_sequences, progress=self.progress
         )
         texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-        return load_results(execution.folder, execution.plan.manifest().versions), texts
+        return load_runs(execution.folder, execution.plan.manifest().versions), texts
 
 
 def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series]":

@@ -25,7 +25,7 @@ from trackmark.bench.reporting.tables import (
     not_repeatable,
     summary_of,
 )
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
@@ -79,11 +79,11 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
     `folder`: folder of the results. `cells`: selected runs, all by default. Times come from timing
     runs if these exist. Raises `ResultsError` if a file cannot be read.
     """
-    selected = load_results(folder, cells)
+    selected = load_runs(folder, cells)
     runs = selected[selected["protocol"] == STORED_ONE_PASS]
     if runs.empty:
         return None
-    every = selected if cells is None else load_results(folder)
+    every = selected if cells is None else load_runs(folder)
     timed = every[every["protocol"] == TIMING]
     scored = with_worst_scores(folder, runs)
     means = summary_of(scored, timed, "")
@@ -168,7 +168,7 @@ def _table(means: MeansByTracker, notes: Sequence[str]) -> Table:
 
 def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
     """Return lines on timing runs: the fastest tracker, and a table of the times."""
-    runs = load_results(folder, cells)
+    runs = load_runs(folder, cells)
     lines = failure_lines(runs, folder)
     table = replace(mean_table(runs, TIMES, "", PRESET), caption="")
     warm = table.data[table.data["measure"] == TIMES[0].name].set_index("tracker")["mean"].dropna()
@@ -191,7 +191,7 @@ def _number(value: float, form: str, unit: str = "") -> str:
 def failure_lines(runs: pd.DataFrame, folder: Path) -> list[str]:
     """Return lines on failed runs: their number, and frame, reason and code line of the first ones.
 
-    `runs`: as `load_results` returns them.
+    `runs`: as `load_runs` returns them.
     """
     failed = runs[runs["status"] == "failed"]
     if failed.empty:

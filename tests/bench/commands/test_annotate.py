@@ -30,7 +30,7 @@ def test_annotate_writes_a_ground_truth_that_runs(trackmark, workspace):
     assert "truth.csv" in text
     assert "interpolated" in (workspace / "truth.csv").read_text()
     trackmark("run", "--trackers", "static", "--sequences", source, "--truth", "truth.csv")
-    scores = bench.load_results(workspace / "results").iloc[0]
+    scores = bench.load_runs(workspace / "results").iloc[0]
     assert scores["centre_error"] == pytest.approx(statistics.mean([1, 2, 3, 4]))
     assert (workspace / "truth-check.png").is_file()
 

@@ -167,7 +167,7 @@ def test_page_without_parts_has_no_section_of_parts(without_processes, tmp_path)
     sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in range(2))
     with without_processes():
         experiment = Experiment("trial", ("static", "camshift:window=adaptive"), sources)
-        folder = bench.run(experiment, tmp_path, jobs=1)
+        folder = bench.run_experiment(experiment, tmp_path, jobs=1)
     text = write_experiment_page(folder, tmp_path / "page").read_text()
     assert "parts" not in Cells(text).tables
     assert "part-parts" not in text
