@@ -4,10 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from math import isfinite
+from operator import itemgetter
 
 import numpy as np
+import pandas as pd
 
 from trackmark.bench.comparing.comparison import Comparison, Pair
+from trackmark.bench.comparing.run_summary import means_by_tracker
+from trackmark.bench.comparing.tables import milliseconds_text
 from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.reports.page.cards import (
@@ -51,24 +55,22 @@ def leaderboard(summary: Table, runs: PageRuns, notes: Mapping[str, str]) -> Lea
     """
     rows = []
     approximately = "~" if any(head.startswith("~") for head in summary.heads) else ""
-    for tracker, data in summary.data.groupby("tracker", sort=False, observed=True):
-        by_measure = {str(row["measure"]): row for row in data.to_dict("records")}
-        overlap = by_measure["mean_overlap"]
-        low, high = overlap["low"], overlap["high"]
+    for tracker, measures in means_by_tracker(summary).items():
+        overlap = measures["mean_overlap"]
         success, error, time = (
-            by_measure.get(name, {}).get("mean", np.nan)
+            measures.get(name, {}).get("mean", np.nan)
             for name in ("success_share", "centre_error", "milliseconds")
         )
         row = LeaderRow(
-            runs.trackers.index(str(tracker)) if tracker in runs.trackers else len(runs.trackers),
-            str(tracker),
+            runs.trackers.index(tracker) if tracker in runs.trackers else len(runs.trackers),
+            tracker,
             overlap["mean"],
-            (low, high) if isfinite(low) else None,
+            (overlap["low"], overlap["high"]) if isfinite(overlap["low"]) else None,
             f"{100 * success:.0f} %" if isfinite(success) else MISSING,
             f"{error:.1f} px" if isfinite(error) else MISSING,
-            f"{approximately}{_time(time)}" if isfinite(time) else MISSING,
-            runs.place(str(tracker), None, "overlap"),
-            notes.get(str(tracker), "").partition(" (")[0],
+            f"{approximately}{milliseconds_text(time)}" if isfinite(time) else MISSING,
+            runs.place(tracker, None, "overlap"),
+            notes.get(tracker, "").partition(" (")[0],
             bool(overlap["marked"]),
         )
         rows.append(row)
@@ -77,16 +79,6 @@ def leaderboard(summary: Table, runs: PageRuns, notes: Mapping[str, str]) -> Lea
     rows.sort(key=lambda row: -row.mean if isfinite(row.mean) else np.inf)
     n = len(runs.stages)
     return Leaderboard(rows, f"{n} sequence{'s' * (n != 1)}")
-
-
-def _time(milliseconds: float) -> str:
-    """Return a time with two digits."""
-    factor, unit = (1e3, "µs") if milliseconds < 0.1 else (1.0, "ms")
-    return f"{float(f'{factor * milliseconds:.2g}'):g} {unit}"
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= _MAX_REASON else f"{text[:_MAX_REASON]}…"
 
 
 def _frames(scene: PlayerScene) -> list[bytes]:
@@ -129,33 +121,28 @@ def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> Loops | No
     moments = []
     for number, (stage, scene) in enumerate(zip(runs.stages, filmed, strict=True)):
         clips = _first_clips(stage, len(runs.trackers))
-        if not clips or not scene.thumbnails:
-            continue
-        overlaps = np.array([clip.overlaps for clip in clips])
-        judged = np.isfinite(overlaps).any(axis=0)
-        if judged.any():
-            means = np.full(overlaps.shape[1], np.inf)
-            means[judged] = np.nanmean(overlaps[:, judged], axis=0)
-            frame = int(np.argmin(means))
-            moments.append((float(means[frame]), float(means[judged].mean()), number, frame))
+        means = pd.DataFrame([clip.overlaps for clip in clips]).mean()
+        if scene.thumbnails and means.notna().any():
+            frame = int(means.argmin())
+            moments.append((means[frame], means.mean(), number, frame, clips))
     loops = []
-    for _, _, number, frame in sorted(moments)[:_MAX_CARDS]:
-        stage, scene = runs.stages[number], filmed[number]
-        clips = _first_clips(stage, len(runs.trackers))
-        worst = min(clips, key=lambda clip: np.nan_to_num(clip.overlaps[frame], nan=np.inf))
+    for *_, number, frame, clips in sorted(moments, key=itemgetter(0, 1, 2))[:_MAX_CARDS]:
+        scene = filmed[number]
+        worst = min(clips, key=lambda clip: np.nan_to_num(clip.overlaps[frame], nan=np.inf)).take
+        chips = [
+            (clip.take.tracker, runs.labels[clip.take.tracker], _two(clip.overlaps[frame]))
+            for clip in clips
+        ]
         loops.append(
             Loop(
                 number,
-                stage.name,
+                runs.stages[number].name,
                 frame,
                 max(scene.first, frame - _REACH),
                 min(scene.frames - 1, frame + _REACH),
                 _still(scene, frame, clips, runs.labels),
-                [
-                    (clip.take.tracker, runs.labels[clip.take.tracker], _two(clip.overlaps[frame]))
-                    for clip in clips
-                ],
-                PlayerPosition(number, worst.take.tracker, worst.take.repetition, frame),
+                chips,
+                PlayerPosition(number, worst.tracker, worst.repetition, frame),
             )
         )
     return Loops(loops) if loops else None
@@ -232,34 +219,34 @@ def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, Failur
     """Return the title and the cards of the runs that stopped or lost the target."""
     failed, n_runs = [], 0
     for number, stage in enumerate(runs.stages):
+        n_runs += len(stage.clips)
         for clip in stage.clips:
-            n_runs += 1
             first = -clip.worst["loss", "online"][0]
-            if clip.take.failure or first < len(stage.truth):
-                frame = clip.end if clip.take.failure else int(first)
-                failed.append((not clip.take.failure, frame, number, clip))
+            if clip.take.failure:
+                failed.append((False, clip.end, number, clip))
+            elif first < len(stage.truth):
+                failed.append((True, int(first), number, clip))
     if not failed:
         return None
     lost = sum(is_lost for is_lost, *_ in failed)
-    counts = [
-        f"{n} {verb}"
-        for n, verb in ((len(failed) - lost, "stopped"), (lost, "lost the target"))
-        if n
-    ]
-    title = f"Failures: of {n_runs} runs, {' and '.join(counts)}"
+    counts = {"stopped": len(failed) - lost, "lost the target": lost}
+    parts = " and ".join(f"{n} {verb}" for verb, n in counts.items() if n)
     cards = dict[tuple[int, int], FailureCard]()
-    for is_lost, frame, number, clip in sorted(failed, key=lambda entry: entry[:3]):
-        key, scene, name = (number, clip.take.tracker), filmed[number], runs.stages[number].name
-        if key in cards or len(cards) == _MAX_CARDS:
+    for is_lost, frame, number, clip in sorted(failed, key=itemgetter(0, 1, 2)):
+        take, name = clip.take, runs.stages[number].name
+        if (number, take.tracker) in cards or len(cards) == _MAX_CARDS:
             continue
-        reason = _shortened(clip.take.failure.partition("\n")[0])
-        text = f"lost at frame {frame}" if is_lost else f"stopped: {reason}"
-        place = PlayerPosition(number, clip.take.tracker, clip.take.repetition, frame)
-        still = _still(scene, frame, [clip], runs.labels)
-        cards[key] = FailureCard(
-            clip.take.tracker, runs.labels[clip.take.tracker], name, text, still, place
+        reason = take.failure.partition("\n")[0]
+        reason = reason if len(reason) <= _MAX_REASON else f"{reason[:_MAX_REASON]}…"
+        cards[number, take.tracker] = FailureCard(
+            take.tracker,
+            runs.labels[take.tracker],
+            name,
+            f"lost at frame {frame}" if is_lost else f"stopped: {reason}",
+            _still(filmed[number], frame, [clip], runs.labels),
+            PlayerPosition(number, take.tracker, take.repetition, frame),
         )
-    return title, Failures([*cards.values()])
+    return f"Failures: of {n_runs} runs, {parts}", Failures([*cards.values()])
 
 
 def sequence_folds(
@@ -305,17 +292,12 @@ def _rows_of(sheet: PageTable, sequence: str, number: int) -> PageTable | None:
     chosen = [i for i, row in enumerate(table.rows) if row[0].text == sequence]
     if not chosen or table.n_labels < 2:
         return None
+    caption = "Mean over repetitions, ± standard deviation. A number opens its worst frame."
     rows = [table.rows[i][1:] for i in chosen]
-    part = Table(
-        f"scores-{number}",
-        "Mean over repetitions, ± standard deviation. A number opens its worst frame.",
-        table.heads[1:],
-        table.n_labels - 1,
-        rows,
-    )
-    values, places = sheet.values, sheet.places
+    part = Table(f"scores-{number}", caption, table.heads[1:], table.n_labels - 1, rows)
+    values = sheet.values  # noqa: PD011  # not of pandas
     return PageTable(
         part,
         [values[i] for i in chosen] if len(values) else [],
-        [places[i] for i in chosen] if places else [],
+        [sheet.places[i] for i in chosen] if sheet.places else [],
     )

@@ -2,49 +2,29 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.comparing.comparable_runs import same_boxes
-from trackmark.bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
+from trackmark.bench.comparing.comparison import Comparison, means_in_part, parts_of
 from trackmark.bench.comparing.tables import files as comparison_tables
 from trackmark.bench.comparing.tables import paragraph
 from trackmark.bench.pages.cards import pair_matrix
 from trackmark.bench.pages.player_runs import PageRuns
-from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
 from trackmark.bench.statistics.rules import interval_or_none
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.reports.page.content import PageSection, PageTable, PlayerPosition
 from trackmark.reports.tables import MISSING, Table, text_table
 
 
-def read_comparison(
-    folder: Path, runs: pd.DataFrame, occurring: Mapping[str, set[str]]
-) -> Comparison:
-    """Compare the trackers of an experiment by mean overlap.
-
-    `folder`: folder of the experiment. `occurring`: attributes by sequence. Raises
-    `ComparisonError` if the runs cannot be compared.
-    """
-    return compare(
-        runs,
-        SUMMARY[0],
-        attributes=occurring,
-        same_boxes=same_boxes(folder, runs),
-        not_repeatable=not_repeatable(runs),
-    )
-
-
 def comparison_section(
-    comparison: Comparison, page_runs: PageRuns, command: str, note: str
+    comparison: Comparison, page_runs: PageRuns, note: str
 ) -> tuple[PageSection, list[PageTable]]:
     """Return the section that compares trackers, and tables of subsets of the sequences.
 
-    `command`: command that prints the comparison. `note`: limit of the answers, if any.
+    `note`: limit of the answers, if any.
     """
     sheets = {
         table.name: _sheet(table, comparison, page_runs)
@@ -57,11 +37,9 @@ def comparison_section(
         pairs = zip(comparison.pairs, sheets["comparison-pairs"].places, strict=True)
         places = {pair.label: row[0] for pair, row in pairs}
         blocks = [pair_matrix(comparison, page_runs, places, note)]
-    options: dict[str, Any] = {"command": command, "blocks": blocks, "hidden": not blocks}
-    options["nav"] = "Comparison"
-    return PageSection(
-        "answers", "Who beats whom", words, [*sheets.values()], **options
-    ), differences
+    options: dict[str, Any] = {"blocks": blocks, "hidden": not blocks, "nav": "Comparison"}
+    section = PageSection("answers", "Who beats whom", words, [*sheets.values()], **options)
+    return section, differences
 
 
 def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> PageTable:

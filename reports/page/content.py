@@ -117,11 +117,11 @@ class Card:
 class PageSection:
     """Section of a page.
 
-    `command`: command that prints its content. `scenes`: True to list the sequences. `folded`: line
-    that unfolds the content when it is clicked; empty if the content is visible. `blocks`: cards
-    (see `reports.page.cards`), charts and tables that the page shows instead of the other content,
-    which is then only exported. `span`: width in twelfths of the page. `nav`: name in the
-    navigation. `hidden`: True if the section is only exported.
+    `scenes`: True to list the sequences. `folded`: line that unfolds the content when it is
+    clicked; empty if the content is visible. `blocks`: cards (see `reports.page.cards`), charts and
+    tables that the page shows instead of the other content, which is then only exported. `span`:
+    width in twelfths of the page. `nav`: name in the navigation. `hidden`: True if the section is
+    only exported.
     """
 
     key: str
@@ -131,7 +131,6 @@ class PageSection:
     charts: Sequence[Chart] = ()
     pictures: Sequence[Picture] = ()
     cards: Sequence[Card] = ()
-    command: str = ""
     scenes: bool = False
     folded: str = ""
     blocks: Sequence[object] = ()
@@ -201,11 +200,6 @@ class Page:
         """Sections in the navigation: those with a short name, or all if no section has one."""
         visible = [section for section in self.sections if not section.hidden]
         return [section for section in visible if section.nav] or visible
-
-    def first_with(self, command: str) -> PageSection | None:
-        """Return the first section with a command, to which later sections link."""
-        sections = (section for section in self.sections if section.command == command)
-        return next(sections, None) if command else None
 
     def address(self, place: PlayerPosition) -> str:
         """Return the address of a position in the player, as part of a link."""

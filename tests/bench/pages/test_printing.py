@@ -6,6 +6,7 @@ import pytest
 
 from tests import browser
 from tests.bench.pages.reading import open_frame, state
+from trackmark.reports.page.cards import Fold
 from trackmark.reports.page.content import Card, Chart, Line, Page, PageSection, PageTable
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import Cell, Table
@@ -40,8 +41,9 @@ def tables(tmp_path_factory):
     card = Card("card", "A claim", facts={"why": "w"}, sheets=[PageTable(table("claimed", 12, 2))])
     command = "trackmark report " + " ".join(f"--results-of {LONG}-{n}" for n in range(9))
     sections = [
-        PageSection("tables", "Tables", ["Words."], wide, command=command),
+        PageSection("tables", "Tables", ["Words."], wide),
         PageSection("charts", "Charts", charts=charts),
+        PageSection("how", "How", blocks=[Fold("command", "Command", commands=[command])]),
         PageSection("cards", "Claims", ["Words."], cards=[card], folded="all claims"),
     ]
     path = tmp_path_factory.mktemp("printed") / "report.html"
