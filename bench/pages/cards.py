@@ -246,7 +246,8 @@ def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, Failur
             _still(filmed[number], frame, [clip], runs.labels),
             PlayerPosition(number, take.tracker, take.repetition, frame),
         )
-    return f"Failures: of {n_runs} runs, {parts}", Failures([*cards.values()])
+    title = f"Failures: of {n_runs} run{'s' * (n_runs > 1)}, {parts}"
+    return title, Failures([*cards.values()])
 
 
 def sequence_folds(

@@ -171,7 +171,7 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
 
 
 def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
-    """Return the plot of mean overlap, with its interval, against the time per frame."""
+    """Return the plot of mean overlap against the time per frame; none for a single tracker."""
     quantity, dots = SUMMARY[0], []
     for name, measures in means_by_tracker(summary).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, "milliseconds"))
@@ -179,7 +179,7 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
             place = runs.place(name, None, "overlap")
             point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [place]
             dots.append(Line(name, runs.trackers.index(name), *point))
-    if not dots:
+    if len(dots) < 2:
         return []
     (head,) = (head for head in summary.heads if "time a frame" in head)
     units = units_of([stage.name for stage in runs.stages])

@@ -142,7 +142,7 @@ class _Content:
         incomplete = set(self.scored["tracker"][~is_finished].astype(str))
         self.whole = [name for name in names if name not in incomplete]
         self.occurring = find_attributes(experiment, self.scored[is_finished])
-        self.failed = failed_runs(self.scored).notes
+        self.failed, self.left_out = failed_runs(self.scored)
         self.summary: Table | None = None
         if len(self.scored):
             summary = self.tables.get("summary")
@@ -165,9 +165,9 @@ class _Content:
             return None, Answer("", (f"There is no comparison: {error}",))
         for name, note in [*self.failed.items()][:1]:
             n_failed = (self.scored["status"] == "failed").sum()
-            text = f"{n_failed} of {len(self.scored)} runs failed and count as the worst score"
-            reason = note.partition("): ")[2] or note
-            details = (*details, f"{text}; first: {name}, {reason}.")
+            text = f"{n_failed} of {len(self.scored)} runs failed"
+            text += " and count as the worst score" * (len(self.failed) > len(self.left_out))
+            details = (*details, f"{text}; first: {name}, {note.partition('): ')[2] or note}.")
         return comparison, Answer(heading, details)
 
     @cached_property
@@ -210,8 +210,8 @@ class _Content:
             rows = grid.table.data.set_index("sequence").to_dict("index")
             means = {str(name): {str(key): row[key] for key in row} for name, row in rows.items()}
             options: dict[str, Any] = {"blocks": [heat_table(grid, runs, filmed)], "span": half}
-            title = "Sequences by trackers"
-            yield PageSection("heat", title, sheets=[grid], nav="Sequences", **options)
+            options |= {"nav": "Sequences", "hidden": not np.isfinite(grid.values).any()}
+            yield PageSection("heat", "Sequences by trackers", sheets=[grid], **options)
         differences: list[PageTable] = []
         if self.comparison is not None:
             limit = next((text for text in self.answer.details if "too few" in text), "")
