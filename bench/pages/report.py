@@ -352,46 +352,36 @@ class _Content:
 
     def _provenance(self, words: Sequence[str], failed: Sequence[PageTable]) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""
-        versions = self.all_runs.dropna(subset="tracker_version")
-        trackers = [
-            [
-                str(row.tracker),
-                _format_parameters(str(row.parameters)),
-                str(row.tracker_version)[:16],
+        runs = self.all_runs.rename(columns={"version": "run", "tracker_version": "version"})
+        runs = runs.assign(
+            version=runs["version"].str[:16], fingerprint=runs["fingerprint"].str[:16]
+        )
+        trackers = runs.dropna(subset="version").drop_duplicates(["tracker", "version"])
+        parameters = trackers["parameters"].astype(str).map(_format_parameters)
+        sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
+        hosts = pd.DataFrame([*self.runs.circumstances]).rename(columns={"python": "Python"})
+        if len(hosts):
+            libraries = [
+                ", ".join(" ".join(entry) for entry in h.items()) for h in hosts["libraries"]
             ]
-            for row in versions.drop_duplicates(["tracker", "tracker_version"]).itertuples()
-        ]
-        fingerprints = self.all_runs.dropna(subset="fingerprint")
-        sequences = [
-            [str(row.sequence), str(row.source), str(row.fingerprint)[:16], f"{row.frames:.0f}"]
-            for row in fingerprints.drop_duplicates(["sequence", "fingerprint"]).itertuples()
-        ]
-        hosts = [
-            [*(str(entry[key]) for key in ("host", "date", "platform", "python"))]
-            + [", ".join(f"{name} {v}" for name, v in entry["libraries"].items())]
-            for entry in self.runs.circumstances
-        ]
-        tables = [
-            text_table(
+            hosts["libraries"] = libraries
+        sheets = [
+            _listed(
                 "trackers",
                 "Trackers: parameters, and the digest of source and libraries.",
-                ["tracker", "parameters", "version"],
-                trackers,
+                trackers.assign(parameters=parameters)[["tracker", "parameters", "version"]],
             ),
-            text_table(
+            _listed(
                 "sequences-read",
                 "Sequences: where they were read, and their fingerprint.",
-                ["sequence", "source", "fingerprint", "frames"],
-                sequences,
+                sequences[["sequence", "source", "fingerprint", "frames"]].astype({"frames": int}),
             ),
-            text_table(
+            _listed(
                 "circumstances",
                 "Where and when runs were made.",
-                ["host", "date", "platform", "Python", "libraries"],
-                hosts,
+                hosts.reindex(columns=["host", "date", "platform", "Python", "libraries"]),
             ),
         ]
-        sheets = [*map(PageTable, tables)]
         commands = [
             self.commands.text("report", "--folder", "report"),
             self.commands.text("compare"),
@@ -415,6 +405,12 @@ def _fold(sheet: PageTable) -> Fold | None:
     name, caption = sheet.table.name, sheet.table.caption.partition(". ")[0]
     title = name.replace("-", " ").capitalize()
     return Fold(f"fold-{name}", title, caption, sheets=[sheet])
+
+
+def _listed(name: str, caption: str, data: pd.DataFrame) -> PageTable:
+    """Return a table of texts with the columns of a data frame."""
+    rows = data.astype(str).to_numpy().tolist()
+    return PageTable(text_table(name, caption, map(str, data), rows))
 
 
 def _day(iso: str) -> str:
