@@ -1,11 +1,11 @@
-"""Child processes that run a module of trackmark, and are ended with all their descendants."""
+"""Child processes that are ended with all their descendants."""
 
 import os
 import signal
 import subprocess
 import sys
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -21,21 +21,31 @@ _CODE = (
 
 
 class ProcessTree:
-    """Process that calls `main` of a module, which gets `arguments` in `sys.argv`.
+    """Process of a command, in its own session; `process` is an object of `subprocess.Popen`.
 
-    `options` are further arguments of `subprocess.Popen`; `process` is the resulting object.
+    `environment` is added to the environment of this process. `options` are further arguments of
+    `subprocess.Popen`.
     """
 
-    def __init__(self, module: str, arguments: Iterable[object], **how: Any) -> None:
-        self._mark = uuid.uuid4().hex
-        code = _CODE.format(module=module)
-        self.process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  # ourselves
-            [sys.executable, "-P", "-c", code, _HOME, *map(str, arguments)],
-            env=os.environ | {_MARK: self._mark},
+    def __init__(
+        self, command: Sequence[str], environment: Mapping[str, str] | None = None, **options: Any
+    ) -> None:
+        # Each tree has its own variable, so that nested trees do not hide one another.
+        self._mark = f"{_MARK}_{uuid.uuid4().hex}"
+        self.process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  # by the user
+            command,
+            env={**os.environ, **(environment or {}), self._mark: "1"},
             # In its own session, the process does not receive signals for this command.
             start_new_session=True,
-            **how,
+            **options,
         )
+
+    @classmethod
+    def run_module(cls, module: str, arguments: Iterable[object], **options: Any) -> "ProcessTree":
+        """Call `main` of a module in a new process, with `arguments` in `sys.argv`."""
+        code = _CODE.format(module=module)
+        command = [sys.executable, "-P", "-c", code, _HOME, *map(str, arguments)]
+        return cls(command, **options)
 
     def end(self) -> None:
         """Kill the process and all processes that it has started."""
@@ -56,7 +66,7 @@ def _started_by(parent: int, mark: str) -> list[int]:
     """
     parents: dict[int, int] = {}
     numbers: set[int] = set()
-    wanted = f"{_MARK}={mark}".encode()
+    wanted = f"{mark}=1".encode()
     for folder in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):  # the process has ended, or belongs to another user
             number = int(folder.name)

@@ -52,23 +52,35 @@ def interpolate(
     """
     if not keys:
         raise SequenceError("there are no key frames. Mark the target in at least one frame.")
+    absent = list(absent)
+    check_marks(keys, n_frames, absent, size)
     frames = sorted(keys)
     marked = np.array([np.asarray(keys[frame], dtype=np.float64) for frame in frames])
-    for frame, box in zip(frames, marked, strict=True):
-        _check_frame(frame, n_frames)
-        _check_box(frame, box, size)
     all_frames = np.arange(n_frames)
     boxes = np.column_stack(
         [np.interp(all_frames, frames, column, left=nan, right=nan) for column in marked.T]
     )
     for first, last in absent:
-        _check_absent(first, last, frames, n_frames)
         boxes[first : last + 1] = nan
     sources = [
         "marked" if frame in keys else "" if np.isnan(box[0]) else "interpolated"
         for frame, box in enumerate(boxes)
     ]
     return GroundTruth(boxes, sources=tuple(sources))
+
+
+def check_marks(
+    keys: Mapping[int, ArrayLike],
+    n_frames: int,
+    absent: Iterable[tuple[int, int]],
+    size: tuple[int, int] | None,
+) -> None:
+    """Raise `SequenceError` for parameters that `interpolate` rejects, except an empty `keys`."""
+    for frame in sorted(keys):
+        _check_frame(frame, n_frames)
+        _check_box(frame, np.asarray(keys[frame], dtype=np.float64), size)
+    for first, last in absent:
+        _check_absent(first, last, sorted(keys), n_frames)
 
 
 def _check_frame(frame: int, n_frames: int) -> None:
@@ -89,7 +101,7 @@ def _check_box(frame: int, box: NDArray[np.float64], size: tuple[int, int] | Non
 
 
 def _check_absent(first: int, last: int, marked: list[int], n_frames: int) -> None:
-    """Refuse an interval without the target that is invalid or contains a key frame."""
+    """Refuse an interval of absence that is invalid or contains a key frame."""
     _check_frame(first, n_frames)
     _check_frame(last, n_frames)
     if last < first:

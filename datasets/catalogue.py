@@ -116,7 +116,7 @@ def path_format(text: str) -> str:
 
 
 def matching(text: str) -> list[str]:
-    """Return the sequences that a text selects: a single one, a pattern, or a suite or folder.
+    """Return the sequences that a name, path, pattern, suite or folder selects.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ def _split_path(text: str) -> tuple[Path, dict[str, str]]:
 
 
 def _checked_path(text: str) -> Path:
-    """Return the path of a text after a check that its name is valid."""
+    """Convert a text to a path, and check that its name is valid."""
     try:
         path = Path(text).expanduser()
         check_name(path.absolute())

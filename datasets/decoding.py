@@ -64,10 +64,9 @@ def decoding(problem: str, remedy: str = "Download the file again.") -> Iterator
 def pixel_limit(max_pixels: int | None = None) -> int:
     """Return the maximum number of pixels of an image.
 
-    `max_pixels` is returned unless it is None; then the limit is read from the environment
-    variable.
+    If `max_pixels` is None, the limit is read from `$TRACKMARK_MOST_PIXELS`.
 
-    Raises `SequenceError` if `$TRACKMARK_MOST_PIXELS` is not a number.
+    Raises `SequenceError` if this variable is not a number.
     """
     if max_pixels is not None:
         return max_pixels

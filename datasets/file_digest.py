@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from trackmark.datasets.interface import SequenceError
 
 TICK_NS = 2_000_000_000
-"""Maximum resolution of the modification times of file systems, which FAT has [ns].
+"""Coarsest step of modification times among file systems, which is that of FAT [ns].
 
 Two changes within this time can have equal modification times. Digests of files that changed so
 recently are therefore not cached.
@@ -48,7 +48,7 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
         Path(os.path.realpath(file)) if file.is_symlink() else Path(real(file.parent), file.name)
         for file in files
     ]
-    # There is one cache file per set of folders, so that each file is small.
+    # There is one cache file per set of folders, so that each cache file is small.
     folders = "\0".join(sorted({str(path.parent) for path in paths}))
     cache = cache_folder() / "digests" / f"{hashlib.sha256(folders.encode()).hexdigest()[:16]}.json"
     cached = _read_cache(cache)

@@ -67,7 +67,7 @@ def check_frame_numbers(images: SequenceOf[Path]) -> None:
 
 
 def _frame_number(image: Path) -> _Number:
-    """Return the name up to its last number, empty if it has no number."""
+    """Return the name up to its last number; empty if the name contains no number."""
     parts, _ = natural_order(image.stem.casefold())
     return tuple(parts[:-1])
 
@@ -77,7 +77,7 @@ def _collision(*images: Path) -> SequenceError:
     original, copy = sorted(images, key=lambda image: (len(image.name), image.name))
     return SequenceError(
         f"{copy}: the image has the same frame number as {original.name}, which would shift the "
-        "ground truth of all later frames. Expected is one image per frame. Remove one of the two, "
+        "ground truth of all later frames. Expected: one image per frame. Remove one of the two, "
         "or move it to another folder."
     )
 
@@ -86,11 +86,11 @@ SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
 _JPEG_START, _PNG_START, _TIFF_STARTS = b"\xff\xd8", b"\x89PNG", (b"II", b"MM")
 
-_MAX_BYTES_PER_PIXEL = 6  # accepted for the largest images: a PPM file with 16 bits per channel
+_MAX_BYTES_PER_PIXEL = 6  # of an image at the pixel limit, such as PPM with 16 bits per channel
 # Numbers of the TIFF format: a version, a tag and a type of values.
 _BIG_TIFF, _ORIENTATION, _SHORT = 43, 274, 3
 _TIFF_BYTES_PER_PIXEL = 32  # maximum: four numbers in double precision
-# Functions that read only the header, by the first bytes of the file.
+# Classes of Pillow that read only the header, by the first bytes of the file.
 _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
     _PNG_START: PngImageFile,
     b"BM": BmpImageFile,
@@ -155,8 +155,9 @@ def decode_image(data: bytes, max_pixels: int | None = None) -> Image:
     """
     size = image_size(data)
     if size is None:
-        # OpenCV reads more formats. Fifty bytes of some can take a minute and gigabytes to decode.
-        raise ValueError("not an image of JPEG, PNG, BMP, PPM or TIFF, or damaged")
+        # Formats that only OpenCV reads are refused: decoding a file of 50 bytes can take a minute
+        # and gigabytes of memory.
+        raise ValueError("not an image in the format JPEG, PNG, BMP, PPM or TIFF, or damaged")
     check_pixels(*size, max_pixels)
     _check_memory(data, size, pixel_limit(max_pixels))
     if data.startswith(_JPEG_START):
@@ -182,6 +183,7 @@ def _without_orientation(data: bytes) -> bytes:
         return int.from_bytes(data[start : start + size], order)
 
     # sizes of an offset, of the number of entries and of an entry; position of the first offset
+    # [bytes]
     word, count, length, start = (8, 8, 20, 8) if number(2, 2) == _BIG_TIFF else (4, 2, 12, 4)
     directory = number(start, word)
     first = directory + count
@@ -210,8 +212,9 @@ def _check_memory(data: bytes, size: tuple[int, int], max_pixels: int) -> None:
             raise ValueError("a chunk is longer than the file: it is damaged or truncated")
     if size[0] * size[1] * depth > _MAX_BYTES_PER_PIXEL * max_pixels:
         raise ValueError(
-            f"it claims {size[0]}x{size[1]} pixels, too many with up to {depth} bytes per pixel; "
-            f"set {PIXEL_LIMIT_VARIABLE} to another limit"
+            f"its header states {size[0]}x{size[1]} pixels with up to {depth} bytes each; the "
+            f"maximum is {_MAX_BYTES_PER_PIXEL * max_pixels} bytes. Set {PIXEL_LIMIT_VARIABLE} to "
+            "raise it"
         )
 
 
@@ -234,10 +237,10 @@ def numbered_images(folder: Path, *firsts: int) -> list[Path]:
     """Return the images directly in a folder whose names are consecutive numbers, in order.
 
     A missing image would shift the ground truth of all later frames.
-    `firsts` are the valid numbers of the first image; if it is empty, all numbers are valid.
+    `firsts` are the valid numbers of the first image; without them, all numbers are valid.
 
     Raises `SequenceError` naming the image that is missing, has no number, or has the number of
-    another image; or the folder if it has no images.
+    another image. If the folder has no images, the error names the folder.
     """
     images = image_files(folder) if folder.is_dir() else []
     if not images:
@@ -246,7 +249,7 @@ def numbered_images(folder: Path, *firsts: int) -> list[Path]:
     for file in images:
         if not file.stem.isdecimal():
             raise SequenceError(
-                f"{file}: the name is not a number. Expected are 00000.jpg, 00001.jpg, …"
+                f"{file}: the name is not a number. Expected: 00000.jpg, 00001.jpg, …"
             )
     number = int(images[0].stem)
     if firsts and number not in firsts:

@@ -306,7 +306,7 @@ class Sequence:
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
 
     def _check_coordinates(self) -> None:
-        """Check that all coordinates are below MAX_COORDINATE: areas of boxes would overflow."""
+        """Check that no coordinate exceeds MAX_COORDINATE, so that box areas cannot overflow."""
         too_large = np.flatnonzero((np.abs(self.boxes) > MAX_COORDINATE).any(axis=1))
         if len(too_large):
             box = ", ".join(f"{value:g}" for value in self.boxes[too_large[0]])
@@ -366,6 +366,6 @@ def _frozen(
     """Return a read-only copy of a ground-truth array after a check of its shape."""
     array: NDArray[Any] = np.array(values, dtype=dtype)
     if array.shape != shape:
-        raise SequenceError(f"{label}: the shape is {array.shape}. Expected is {shape}.")
+        raise SequenceError(f"{label}: the shape is {array.shape}. Expected: {shape}.")
     array.flags.writeable = False
     return array

@@ -66,7 +66,7 @@ def stored_metadata(sequence: Sequence) -> dict[str, Any]:
 
 
 def sequence_metadata(sequence: Sequence, size: tuple[int, int] | None = None) -> SequenceMetadata:
-    """Return the metadata of an opened sequence; without `size`, its first image is read."""
+    """Return the metadata of an opened sequence; without `size`, the first image is read."""
     if size is None:
         height, width = sequence[0].shape[:2]
         size = width, height

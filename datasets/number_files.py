@@ -57,7 +57,7 @@ def read_rows(
             )
         rows.append(row)
     if not rows:
-        raise SequenceError(f"{path}: there are no rows. Expected is one row per frame.")
+        raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
     return np.array(rows)
 
 
@@ -68,7 +68,7 @@ def check_line(line: str, number: int, path: Path) -> None:
     """
     if not line.strip():
         raise SequenceError(
-            f"{path}: line {number} is empty. Expected is one row per frame. Add the row of this "
+            f"{path}: line {number} is empty. Expected: one row per frame. Add the row of this "
             "frame, or remove the line if no row is missing."
         )
 
@@ -81,7 +81,7 @@ def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
     if rows < len(images):
         raise SequenceError(
             f"{path}: {rows} rows for {len(images)} images: a missing row would shift the ground "
-            "truth of all later frames. Expected is one row per image. Add the missing row; if "
+            "truth of all later frames. Expected: one row per image. Add the missing row; if "
             "only the last images have no annotation, add rows nan,nan,nan,nan, or move the images "
             f"after {images[rows - 1].name} to another folder."
         )

@@ -1,4 +1,4 @@
-"""Functions of all readers: options, ground truth, and a fingerprint of the files."""
+"""Functions that all readers use: options, ground truth, and a fingerprint of the files."""
 
 import hashlib
 from collections.abc import Callable, Collection, Mapping
@@ -23,7 +23,7 @@ def describe_option(
     name: str, values: Collection[object], default: object, remark: str = ""
 ) -> dict[str, Any]:
     """Return the description of an option that selects one of several values."""
-    meaning = f"which {name} of {_listed(values)}{remark}"
+    meaning = f"selected {name}, one of {_listed(values)}{remark}"
     return {"name": name, "default": default, "meaning": meaning}
 
 
@@ -43,8 +43,8 @@ def choose(
 
 
 def _listed(values: Collection[object]) -> str:
-    more = ", …" if len(values) > _MAX_LISTED else ""
-    return ", ".join([str(value) for value in values][:_MAX_LISTED]) + more
+    ellipsis = ", …" if len(values) > _MAX_LISTED else ""
+    return ", ".join([str(value) for value in values][:_MAX_LISTED]) + ellipsis
 
 
 def recorded(

@@ -1,4 +1,4 @@
-"""Digest of a module's source, of the modules that it imports, and versions of libraries.
+"""Digests of modules with the modules that they import, and versions of imported libraries.
 
 Comments, docstrings, layout, module names and folders do not change the digest: code can be
 formatted, documented and moved. Files are parsed, not imported.
@@ -215,7 +215,7 @@ def _is_text_statement(statement: ast.AST) -> bool:
 
 
 def _find_module(dotted: str, root: Path) -> tuple[str, Path] | None:
-    """Return the module that a dotted name is or belongs to, and the file of the module."""
+    """Return the module that a dotted name names or belongs to, and the file of the module."""
     parts = dotted.split(".")
     while parts:
         base = root.joinpath(*parts)

@@ -90,7 +90,9 @@ def read(path: Path) -> GroundTruth:
         except ValueError as error:
             raise SequenceError(f"{path}: line {line}: {error}.") from None
     if not rows:
-        raise SequenceError(f"{path}: there are no rows. Expected: the header {HEADER} and rows.")
+        raise SequenceError(
+            f"{path}: there are no rows. Expected: the header {HEADER} and a row per frame."
+        )
     n = rows[-1].frame + 1
     boxes, visibility, sources = np.full((n, 4), nan), np.full(n, nan), [""] * n
     for frame, box, visible, source in rows:

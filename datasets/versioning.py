@@ -1,7 +1,7 @@
 """Versions of scenes and trackers, stored in `golden.json` files.
 
-An entry contains a *version*, the digest of the syntax trees of the source, and *golden* digests of
-the output. The output is images and ground truth of a scene, or boxes of a tracker. While the
+An entry has three parts: a *version*; a digest of the syntax trees of the source; *golden* digests
+of the output. The output is images and ground truth of a scene, or boxes of a tracker. While the
 source has the stored digest, the version identifies the results. After an edit, the digest of the
 new source is appended to the version, so that results of both sources are never mixed. `make seal`
 compares the output. If the output is equal, it stores the new digest and keeps the version.

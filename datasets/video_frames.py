@@ -24,8 +24,8 @@ class VideoFrames:
 
     Opening reads the packets once and decodes none. Frames are numbered in the order of their
     presentation times, and decoding starts at the last key frame before a frame. AVI files have no
-    presentation times. If frames of an AVI file are reordered, they are counted by decoding, and a
-    step back decodes from the start.
+    presentation times. If their codec reorders frames, frames are counted by decoding, and a step
+    back decodes from the start.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class VideoFrames:
                 self._start(0)
                 decoded = self._advance(frame)
             image = self._converter.reformat(decoded, format="bgr24").to_ndarray()
-            # A phone held upright stores frames on their side, with this rotation.
+            # Phones that are held upright store sideways frames with a rotation.
             upright = np.rot90(image, round(decoded.rotation / 90))
             return np.ascontiguousarray(upright, dtype=np.uint8)
 
@@ -110,7 +110,7 @@ class VideoFrames:
     def _opened(self) -> InputContainer:
         options: dict[str, Any] = {}
         if int(av.__version__.partition(".")[0]) < 19:
-            # Accept a title in Latin-1. PyAV 19 keeps such bytes without this option.
+            # Accept titles that are not UTF-8. Since PyAV 19, no option is needed.
             options["metadata_errors"] = "replace"
         container: InputContainer = av.open(self._file, **options)
         return container
@@ -135,7 +135,7 @@ class VideoFrames:
         with self._opened() as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
-            # Otherwise, frames that depend on a damaged later frame would decode without error.
+            # Otherwise, frames that depend on a damaged later frame would be decoded without error.
             stream.codec_context.options = {
                 "err_detect": "explode",
                 # The image size may grow in a stream. The limit is doubled, because decoders add

@@ -51,6 +51,7 @@ class Browser:
         os.close(read)
         os.close(write)
         self._left, self._number, self.console, self._session = b"", 0, [], None
+        self.dialogs = []  # types of dialogs; all are accepted
         (page,) = [
             target for target in self.call("Target.getTargets")["targetInfos"]
             if target["type"] == "page"
@@ -100,6 +101,16 @@ class Browser:
                 method == "Runtime.consoleAPICalled" and message["params"]["type"] != "debug"
             ):
                 self.console.append(json.dumps(message["params"]))
+            if method == "Page.javascriptDialogOpening":
+                self.dialogs.append(message["params"]["type"])
+                accept = {
+                    "id": 0,
+                    "method": "Page.handleJavaScriptDialog",
+                    "params": {"accept": True},
+                }
+                os.write(
+                    self._in, json.dumps(accept | {"sessionId": self._session}).encode() + b"\0"
+                )
             if method == "Network.requestWillBeSent":
                 url = message["params"]["request"]["url"]
                 if not url.startswith(("data:", "blob:", "file:", "about:")):
@@ -157,6 +168,12 @@ class Browser:
         place = self.point(selector)
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **place)
+
+    def drag(self, start, end):
+        """Drag the mouse between two positions `(x, y)` in the view [pixels]."""
+        events = (("mousePressed", start), ("mouseMoved", end), ("mouseReleased", end))
+        for kind, (x, y) in events:
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
     def key(self, key, *, shift=False, held=False):
         """Press a key, and release it unless `held`."""

@@ -115,7 +115,7 @@ def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:
     else:
         verdict = no_worse(values, margin, limit=limit)
     if verdict.verdict == "holds" and evidence.reference_kept <= FLOOR:
-        # Two trackers that fail are not called equal.
+        # If both trackers fail, their equality is no evidence.
         return replace(verdict, verdict="inconclusive", reason=_floor(evidence))
     return verdict
 
@@ -142,22 +142,22 @@ def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:
 
 
 def _successes(table: pd.DataFrame) -> Values:
-    """Return 1 for each scene in which all sequences and trackers succeed in most runs."""
-    held = table.assign(value=table["value"] > 0.5).groupby("rank")["value"].all()
-    return np.asarray(held, np.float64)
+    """Return 1 for each scene in which all sequences and trackers succeed in most runs, else 0."""
+    succeeded = table.assign(value=table["value"] > 0.5).groupby("rank")["value"].all()
+    return np.asarray(succeeded, np.float64)
 
 
 def _by_scene(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> "pd.Series[float]":
     """Return one value per sequence and scene.
 
-    Of several trackers the one is used whose mean on the sequence, times `sign`, is smallest
-    (`min`) or largest (`max`).
+    If there are several trackers, the tracker whose mean on the sequence, times `sign`, is smallest
+    (`min`) or largest (`max`) is used.
     """
-    pieces: list[pd.Series[float]] = []
+    values_by_sequence: list[pd.Series[float]] = []
     for _, rows in table.groupby("sequence", sort=False):
         means = sign * rows.groupby("tracker", sort=False)["value"].mean()
         tracker = means.idxmax() if hardest == "max" else means.idxmin()
         tracker_rows = rows[rows["tracker"] == tracker]
-        pieces.append(tracker_rows.set_index(["sequence", "rank"])["value"])
-    joined: pd.Series[float] = pd.concat(pieces)
+        values_by_sequence.append(tracker_rows.set_index(["sequence", "rank"])["value"])
+    joined: pd.Series[float] = pd.concat(values_by_sequence)
     return joined

@@ -21,7 +21,7 @@ DEFAULT_SCENES = {"share": 24, "order": 32, "no-worse": 36, "no-worse both ways"
 
 
 def as_tuple(value: Any) -> Any:
-    """Convert a text to a tuple with this text."""
+    """Convert a text to a tuple that contains it; return other values unchanged."""
     return (value,) if isinstance(value, str) else value
 
 

@@ -39,7 +39,7 @@ class BaselineRunner:
         return self.options.output / self.name
 
     def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineEntries":
-        """Repeat seed 0 in new local processes that hash strings in another order.
+        """Repeat seed 0 in new local processes with another hash seed for strings.
 
         `sequences`: see `run`.
         """
@@ -60,9 +60,8 @@ class BaselineRunner:
         """
         from trackmark.bench.comparing.baseline import stored_entries
 
-        labels_by_names: dict[
-            tuple[str, ...], list[str]
-        ] = {}  # trackers on equal sequences run in lockstep
+        # Trackers with the same sequences share an execution: each frame is decoded once for all.
+        labels_by_names: dict[tuple[str, ...], list[str]] = {}
         for tracker, names in sequences.items():
             labels_by_names.setdefault(tuple(names), []).append(tracker)
         counts: dict[tuple[str, str], int] = {}

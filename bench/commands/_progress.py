@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
 
 PATIENCE = 2.0
-"""Time after which a message names the work that shows no progress [s]."""
+"""Time after which a message names work that is not finished yet [s]."""
 
 INTERVAL = 60.0
 """Time between two lines of progress outside a terminal [s]."""
@@ -34,7 +34,7 @@ class _Screen:
     """State of standard error during one command."""
 
     quiet: ClassVar[bool] = False  # True if progress and hints are not printed
-    announced: ClassVar[set[str]] = set()  # works and messages that are printed once
+    announced: ClassVar[set[str]] = set()  # names of work, and messages, that were already printed
 
 
 @contextmanager
@@ -174,9 +174,9 @@ class RunProgress:
     def __init__(self, title: str, folder: Path | None = None) -> None:
         self._title, self._folder = title, folder
         self._runs = self._work = self._done = self._failed = 0
-        self._work_before = self._work_now = 0  # of earlier executions, and of the present one
+        self._work_before = self._work_now = 0  # work done in earlier executions, and now
         self._ended, self._stack = threading.Event(), ExitStack()
-        self._failures: list[str] = []  # printed ones
+        self._failures: list[str] = []  # printed failures
         self._bar: Any = None
         self._began = 0.0
 
@@ -223,12 +223,12 @@ class RunProgress:
             self._stack.callback(thread.join)
 
     def update(self, done: int) -> None:
-        """Receive the work that the present execution has done."""
+        """Show the work that the present execution has done."""
         self._work_now = done
         self._show()
 
     def add(self, row: Mapping[str, Any]) -> None:
-        """Receive a run that has ended."""
+        """Count a run that has ended; print its failure, if any."""
         self._done += 1
         if row["status"] != "failed":
             return

@@ -27,7 +27,7 @@ class Outlet(TextIOBase):
 
     def __init__(self, through: TextIO, clean: Callable[[str], str] = printable) -> None:
         self.through = through
-        self.failed = False  # by an error other than a closed pipe
+        self.failed = False  # True after an error other than a closed pipe
         self._clean = clean
         if isinstance(through, TextIOWrapper):  # a Latin-1 terminal cannot show all characters
             through.reconfigure(errors="backslashreplace")

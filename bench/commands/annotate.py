@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from trackmark.bench.commands._box_picker import Boxes
+    from trackmark.bench.commands._box_picker import Drawing
     from trackmark.datasets import Sequence
     from trackmark.datasets.truth_file import GroundTruth
 
 STRIP_FRAMES = 24
+OPENINGS = ("Truth of", "interpolated linearly between them")  # of the comments in the file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,9 +49,9 @@ class AnnotateOptions:
         "Ground-truth file.  [default: the name of the video with .csv, next to the video]",
         type=click.Path(path_type=Path, dir_okay=False),
     )
-    pick: bool = option("Draw boxes on a page in the browser.")
+    pick: bool = option("Draw boxes in the browser, starting from those of an existing file.")
     note: str | None = output_option("Comment for the head of the file: who marked what, and how.")
-    force: bool = output_option("Replace an existing file.")
+    force: bool = output_option("Replace an existing file; --pick does not load its boxes.")
 
 
 @click.command("annotate", cls=Command)
@@ -63,8 +64,9 @@ def command(options: AnnotateOptions) -> None:
     no target. A film strip for checking the boxes is drawn next to the file. If a box does not fit,
     add key frames and repeat the command.
 
-    With --pick, draw the boxes in a browser, which opens if there is a display. Otherwise open the
-    printed address, from another machine through a tunnel (ssh -L).
+    With --pick, draw, move and resize boxes in a browser, which opens if there is a display.
+    Otherwise open the printed address, from another machine through a tunnel (ssh -L). Unsaved
+    changes are kept next to the file, in FILE.draft; the next --pick loads them.
 
     For example:
       trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80
@@ -73,46 +75,67 @@ def command(options: AnnotateOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark import datasets
+    from trackmark.bench.commands._box_picker import BoxPicker, Drawing, read_draft
     from trackmark.datasets import truth_file
+    from trackmark.datasets.annotation import check_marks
     from trackmark.reports.files import write_file
     from trackmark.reports.film_strip import write_film_strip
 
     video = options.video
-    marked = _marked(options.boxes, options.keys)
+    boxes = _marked(options.boxes, options.keys)
+    drawing = Drawing(boxes=boxes, absent=[_frame_range(text) for text in options.absent])
     with patience(f"Opening {video}"):
         loaded = datasets.load(video)
     # An existing ground-truth file would hide the images after its last row.
     sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="")
     default = video / "truth.csv" if video.is_dir() else video.with_suffix(".csv")
     target = options.output or default
-    _check_target(target, force=options.force)
-    ranges = [_frame_range(text) for text in options.absent]
-    if options.pick:
-        from trackmark.bench.commands._box_picker import pick_boxes
+    _check_target(target, replace=options.force or options.pick)
+    height, width = sequence[0].shape[:2]
+    notes = [options.note] if options.note else []
 
-        marked = pick_boxes(sequence, marked, lambda boxes: _truth(sequence, boxes, ranges))
-    truth = _truth(sequence, marked, ranges)
-    comments = [
-        f"Truth of {video.name}, {len(truth.boxes)} frames. Boxes marked by hand on {len(marked)} "
-        "key frames,",
-        "interpolated linearly between them; the column source tells which is which.",
-        *([options.note] if options.note else []),
-    ]
+    def save(drawing: Drawing) -> None:
+        truth = _truth(drawing, len(sequence), (width, height))
+        comments = [
+            f"{OPENINGS[0]} {video.name}, {len(sequence)} frames. Boxes marked by hand on "
+            f"{len(drawing.boxes)} key frames,",
+            f"{OPENINGS[1]}; the column source tells which is which.",
+            *notes,
+        ]
+        write_file(target, lambda file: truth_file.write(file, truth, comments))
+
+    if options.pick:
+        saved, draft = Drawing(), target.with_name(f"{target.name}.draft")
+        if target.exists() and not options.force:
+            saved = _read_drawing(target)
+            comments = [
+                line[1:].strip()
+                for line in truth_file.read_text(target).splitlines()
+                if line[:1] == "#"
+            ]
+            notes = notes or [text for text in comments if not text.startswith(OPENINGS)]
+        start = saved if options.force else read_draft(draft) or saved
+        drawing = Drawing(boxes=start.boxes | boxes, absent=start.absent + drawing.absent)
+        check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
+        with BoxPicker(sequence, target, draft, saved, drawing, save) as picker:
+            drawing = picker.run()
+    truth = _truth(drawing, len(sequence), (width, height))
     strip = target.with_name(f"{target.stem}-check.png")
     if target.resolve().parent == video.resolve():  # there, a picture would be read as a frame
         strip = video.resolve().with_name(f"{video.resolve().name}-check.png")
     picture = _check_strip(sequence, truth, f"{strip.stem}: check that every box fits")
-    write_file(target, lambda file: truth_file.write(file, truth, comments))
+    if not options.pick:
+        save(drawing)
     write_film_strip(strip, picture)
     sources = list(truth.sources or ())
     click.echo(
-        f"{target}: {len(marked)} boxes marked, {sources.count('interpolated')} interpolated, "
-        f"{sources.count('')} frames without target.\n"
-        f"{strip}: check that the boxes fit; --force replaces the file."
+        f"{target}: {len(drawing.boxes)} boxes marked, {sources.count('interpolated')} "
+        f"interpolated, {sources.count('')} frames without target.\n"
+        f"{strip}: check that the boxes fit; --force replaces the file, --pick changes it."
     )
 
 
-def _marked(texts: tuple[str, ...], keys: Path | None) -> "Boxes":
+def _marked(texts: tuple[str, ...], keys: Path | None) -> dict[int, list[float]]:
     """Return the boxes of key frames; a box of --box replaces that frame's box of --keys."""
     from trackmark.datasets import truth_file
 
@@ -120,6 +143,28 @@ def _marked(texts: tuple[str, ...], keys: Path | None) -> "Boxes":
     # Frames that the file omits have NaN boxes.
     rows = [] if keys is None else truth_file.read(keys).boxes.tolist()
     return {frame: box for frame, box in enumerate(rows) if box[0] == box[0]} | marked
+
+
+def _read_drawing(file: Path) -> "Drawing":
+    """Return key frames and frames without target of a ground-truth file."""
+    from trackmark.bench.commands._box_picker import Drawing
+    from trackmark.datasets import truth_file
+
+    truth = truth_file.read(file)
+    if truth.visibility is not None:
+        raise ExperimentError(
+            f"{file}: --pick does not keep the column visibility. Write another file: "
+            f"--keys {file} --output NEW.csv."
+        )
+    rows = truth.boxes.tolist()
+    sources = truth.sources or [""] * len(rows)
+    boxes = {
+        frame: box
+        for frame, (box, source) in enumerate(zip(rows, sources, strict=True))
+        if box[0] == box[0] and source != "interpolated"
+    }
+    between = range(min(boxes, default=0), max(boxes, default=0))
+    return Drawing(boxes=boxes, absent=[(i, i) for i in between if rows[i][0] != rows[i][0]])
 
 
 def _parse_box(text: str) -> tuple[int, list[float]]:
@@ -147,26 +192,26 @@ def _frame_range(text: str) -> tuple[int, int]:
         ) from None
 
 
-def _check_target(target: Path, *, force: bool) -> None:
+def _check_target(target: Path, *, replace: bool) -> None:
     """Raise `ExperimentError` if the file cannot be written, before anything is drawn."""
     from trackmark.datasets.decoding import check_name
 
     check_name(target.absolute())
     if target.suffix != ".csv":
         raise ExperimentError(f"{target}: not a .csv file. Give a name that ends in .csv.")
-    if target.exists() and not force:
-        raise ExperimentError(f"{target}: the file exists. Replace it with --force.")
+    if target.exists() and not replace:
+        raise ExperimentError(
+            f"{target}: the file exists. Replace it with --force, or change its boxes with --pick."
+        )
 
 
-def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]]) -> "GroundTruth":
+def _truth(drawing: "Drawing", n_frames: int, size: tuple[int, int]) -> "GroundTruth":
     """Return the ground truth of all frames."""
     from trackmark.datasets.annotation import interpolate
 
-    n = len(sequence)
-    if len(marked) == 1 and n > 1:
+    if len(drawing.boxes) == 1 and n_frames > 1:
         raise ExperimentError("1 key frame is given. Mark the target in two frames or more.")
-    height, width = sequence[0].shape[:2]
-    return interpolate(marked, n, absent, (width, height))
+    return interpolate(drawing.boxes, n_frames, drawing.absent, size)
 
 
 def _check_strip(sequence: "Sequence", truth: "GroundTruth", title: str) -> "NDArray[np.uint8]":

@@ -72,7 +72,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
     )
     margin: float | None = option("Equivalence margin.", group="Statistics", minimum=0)
     against: str | None = option(
-        "Compare only this tracker with each other tracker.", group="Statistics", metavar="NAME"
+        "Compare only this tracker with every other tracker.", group="Statistics", metavar="NAME"
     )
     unit: str | None = option(
         "Use scenes as units; results then hold for new scenes of these families only.",
@@ -257,8 +257,8 @@ class _Runs:
     """Runs of one experiment that are compared."""
 
     experiment: Path
-    table: "pd.DataFrame"  # as `load_results` gives them
-    labels: list[str] | None  # of the trackers; None for all stored ones
+    table: "pd.DataFrame"  # as `load_results` returns them
+    labels: list[str] | None  # labels of the compared trackers; None for all stored trackers
     filed: str  # protocol name under which runs are filed
 
 

@@ -81,6 +81,6 @@ def command(options: DemoOptions) -> int:
         title, names = title_of(results), Commands(str(results))
         write_report_page(results, page, report_tables, title, names, progress, figures=figures)
     program = os.path.relpath(sys.argv[0])
-    click.echo(f"\nReport  {page}  (open it in a browser; tables and plots are beside it)")
+    click.echo(f"\nReport  {page}  (open it in a browser; tables and plots are in the same folder)")
     print_hint(f"Next    {program} run --trackers camshift --sequences my-video.mp4 --truth FILE")
     return 0

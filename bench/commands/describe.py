@@ -5,7 +5,7 @@ import json
 from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +19,9 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import patience, progress_bar
 from trackmark.reports.printable import wrap
+
+if TYPE_CHECKING:
+    from trackmark.datasets.official_sets import Coverage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,13 +66,15 @@ def _tracker(name: str) -> Description | None:
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_files import describe_tracker
     from trackmark.bench.experiments.tracker_spec import split_text
+    from trackmark.bench.external.definition import is_external, split_table
     from trackmark.trackers.base.catalogue import in_file
 
-    if not (in_file(name) or name.partition(":")[0] in trackers.names()):
+    outside = split_table(name) or in_file(name)
+    if not (outside or name.partition(":")[0] in trackers.names()):
         return None
     plain, options = split_text(name)
     try:
-        data = describe_tracker(plain)
+        data = describe_tracker(name if is_external(plain, options) else plain)
     except trackers.TrackerError as error:
         data = _unusable(plain, error)
         return data, [data["name"], "", data["summary"], "", data["unusable"]]
@@ -143,7 +148,7 @@ def _metrics(name: str) -> Description:
     lines.append(f"judges       runs by the protocol {preset.protocol!r}")
     lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
     lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
-    lines.append("scores, and those of a perfect tracker")
+    lines.append("scores, with the score of a perfect tracker")
     width = max(map(len, preset.columns))
     for key, column in preset.columns.items():
         perfect = "" if column.perfect is None else f"{column.perfect:.3g}"
@@ -205,7 +210,23 @@ def _several(name: str) -> Description | None:
         "taken for": "; ".join(formats) or "built-in sequences",
     }
     lines = [f"{key:12} {value}" for key, value in data.items()]
-    return {**data, "of them": names}, lines + [f"  {text}" for text in names]
+    coverages = [entry for text in formats for entry in _coverages(text, names)]
+    lines += [f"{'official':12} {entry}" for entry in coverages]
+    official = [
+        {"name": entry.official.name, "sequences": entry.official.size, "missing": entry.missing}
+        for entry in coverages
+    ]
+    return {**data, "official": official, "of them": names}, lines + [f"  {x}" for x in names]
+
+
+def _coverages(expected: str, paths: list[str]) -> "list[Coverage]":
+    """Compare a folder's sequences with the official sets of their format."""
+    from trackmark.datasets import official_sets, readers
+
+    reader = next(stem for stem, text in readers.formats().items() if text == expected)
+    # OTB calls the targets of a folder `Jogging.1` and `Jogging.2`.
+    names = [Path(path).name.replace(":target=", ".") for path in paths]
+    return official_sets.compare(reader, names)
 
 
 def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:

@@ -101,7 +101,7 @@ def _kernel_folders() -> set[Path]:
 
 
 def _trackers() -> dict[str, str]:
-    """Return `ready` or the reason why it cannot be used, by tracker."""
+    """Return for each tracker `ready`, or the reason why it cannot be used."""
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_files import describe_tracker
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from trackmark.bench.pages.report import Commands
     from trackmark.bench.pages.report_figures import FigureFiles
+    from trackmark.bench.reporting.by_annotation import AnnotationReport
     from trackmark.bench.reporting.by_attribute import AttributeReport
     from trackmark.reports.tables import Table
 
@@ -128,6 +129,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     with patience("Scoring runs"):
         tables, scored = preset_report(experiment, metrics, title=title)
     curves = _curves(experiment, metrics, tables) if options.by_attribute else []
+    annotated = _annotated(experiment, metrics, tables) if options.by_attribute else []
     arguments = [text for path in options.results_of for text in ("--results-of", path)]
     arguments += [] if options.sequences is None else ["--sequences", options.sequences]
     commands = Commands("" if stored is None else str(stored), arguments)
@@ -139,13 +141,13 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     target, files = stored or Path("report"), list[Path]()
     figures = None
     if folder is not None:
-        # Its imports, Matplotlib and SciPy's statistics, take longer than a report on the terminal.
+        # Imports of Matplotlib and SciPy's statistics take longer than a report on the terminal.
         from trackmark.bench.pages.report_figures import FigureFiles
 
         target = folder / experiment.name if several else folder
         files += write_tables(target, tables)
         suffix = f".{options.form}" if options.form in FIGURES else ".png"
-        figures = FigureFiles(suffix, print_message, scored, curves)
+        figures = FigureFiles(suffix, print_message, scored, curves, annotated)
     if options.has_page:
         page = target / "report.html"
         files += _write_page(experiment, page, tables, title, commands, options.frames, figures)
@@ -164,6 +166,17 @@ def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "lis
     curves = attribute_report(experiment, metrics, measure)
     tables += [curve.table for curve in curves]
     return curves
+
+
+def _annotated(
+    experiment: Path, metrics: list[str], tables: "list[Table]"
+) -> "list[AnnotationReport]":
+    """Return scores by annotated attribute, and add their tables."""
+    from trackmark.bench.reporting.by_annotation import annotation_reports
+
+    reports = annotation_reports(experiment, metrics)
+    tables += [report.table for report in reports]
+    return reports
 
 
 def _print_summary(

@@ -247,7 +247,7 @@ def warn_of_unread_images(execution: "Execution") -> None:
     for sequence in execution.plan.sequences:
         if n := sequence.images_beyond_truth:
             images = "1 image" if n == 1 else f"{n} images"
-            print_event("warning", f"{sequence.name}: {images} after the ground truth ignored.")
+            print_event("warning", f"{sequence.name}: ignored {images} after the ground truth.")
 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
@@ -274,7 +274,7 @@ def _print_scores(execution: "Execution", metrics: Sequence[str], options: Scree
 
 
 def _print_hints(execution: "Execution") -> None:
-    """Print how to repeat random trackers, the formats of sequences, and the next command."""
+    """Print how to repeat stochastic trackers, the formats of sequences, and the next command."""
     from trackmark import datasets
     from trackmark.trackers.base.interface import Randomness
 
@@ -285,7 +285,7 @@ def _print_hints(execution: "Execution") -> None:
         if repetitions == 1 and spec.randomness != Randomness.NONE
     ]
     if once:
-        print_hint(f"Random trackers that ran once: {', '.join(once)}. Repeat them: --seeds 10")
+        print_hint(f"Stochastic trackers that ran once: {', '.join(once)}. Repeat them: --seeds 10")
     texts = [source.text for source in execution.experiment.sequences]
     formats = {text: datasets.path_format(text) for text in texts}
     for name in filter(None, dict.fromkeys(formats.values())):

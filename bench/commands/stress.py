@@ -52,7 +52,9 @@ class StressOptions(ScreenOptions, EngineOptions):
     runs: int = option(
         "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
     )
-    against: str = option("Tracker that the breaking points are divided by.", default="camshift")
+    against: str = option(
+        "Baseline tracker, by whose breaking points the others are divided.", default="camshift"
+    )
     recorded: str | None = option(
         "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
     )
@@ -149,7 +151,7 @@ class _Runner:
 def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series]":
     """Return the completed series; in each round, every series gets a batch of runs.
 
-    Trackers whose next runs use the same sequences run in lockstep.
+    Trackers whose next runs use the same sequences share an execution.
     """
     current = list(series)
     while any(entry.next_runs() for entry in current):

@@ -37,7 +37,7 @@ LIBRARIES = ("numpy", "numba", "opencv-python-headless", "scipy")
 
 FOLDER = Path("baselines")
 
-_DIGITS = 8  # of a digest
+_DIGITS = 8  # hexadecimal digits of a stored digest
 _NO_BOX = -(2**31)
 _REMEDY = "Restore the file, or recreate it with `trackmark baseline --force`."
 
@@ -312,7 +312,9 @@ def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _
     for name, entry in entries.items():
         for key, values in (("overlap", entry.overlap), ("boxes", entry.boxes)):
             if n not in (1, seeds) or len(values) != n:
-                runs = f"1 or {seeds} (seeds)" if n not in (1, seeds) else f"{n}, one per run"
+                runs = (
+                    f"1 or {seeds} (one per seed)" if n not in (1, seeds) else f"{n}, one per run"
+                )
                 place = _place(("trackers", tracker, name, key))
                 _refuse(path, place, values, f"{len(values)} values; expected {runs}.")
 

@@ -2,7 +2,7 @@
 
 A difficulty is a filter or a parameter of scenes. A series contains the runs of one tracker under
 one difficulty. Each run of a series has its own scene or, on recorded data, its own start frame and
-random filter. Runs with equal numbers are matched across series.
+random filter. Runs of equal number have the same scene or start frame in all series.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,7 +37,7 @@ from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
 from trackmark.reports.write import file_names
 
 ENOUGH = 0.05
-"""Half-width of the interval, as a share of the range, at which a series ends early."""
+"""Half-width of the interval, as a share of the range, at which no more runs are added."""
 
 RULE = "A run is lost if its centre is outside the target's box in ten consecutive visible frames."
 """Definition of a lost run; see `first_loss` in the metrics preset `native`."""
@@ -46,10 +46,10 @@ LEVELS = 40
 """Number of steps of a range. Levels on this grid keep the names of runs short."""
 
 SHORTEST = 40
-"""Minimum number of frames of a sequence without free scenes."""
+"""Minimum number of frames of a sequence whose parameter `scene` is missing or set."""
 
 SEVERITIES = (0.9, 0.75, 0.5, 0.25, 0.1)
-"""Shares of surviving baseline runs that define equally severe levels."""
+"""Shares of surviving baseline runs. Levels with equal shares are equally severe."""
 
 PLACES = np.linspace(0, 1, 201)
 """Positions along a range, from 0 (easy) to 1 (hard), at which curves are evaluated."""
@@ -132,9 +132,9 @@ def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
 
 @dataclass(frozen=True)
 class RunSequences:
-    """Sequences of numbered runs; the runs take the given sequences in turn.
+    """Sequences of numbered runs; successive runs use the given sequences in turn.
 
-    A sequence with a free parameter `scene` gives another scene to each run. Runs on any other
+    If the parameter `scene` of a sequence is not set, each run has another scene. Runs on any other
     sequence start at different frames of its first quarter.
     """
 
@@ -162,7 +162,7 @@ class RunSequences:
 
     @cached_property
     def _start_frames(self) -> list[int]:
-        """Number of possible start frames by sequence; 0 if the parameter `scene` is free."""
+        """Number of possible start frames by sequence; 0 if each run has another scene."""
         return [_start_frames(text) for text in self.sequences]
 
 
@@ -206,7 +206,7 @@ class Series:
     """Runs of a tracker under a difficulty."""
 
     tracker: str  # label
-    axis: Difficulty  # whose level varies between runs
+    axis: Difficulty  # difficulty whose level varies between runs
     sequences: RunSequences
     max_runs: int
     trials: Sequence[Trial] = field(default_factory=tuple)
@@ -411,12 +411,15 @@ def _points(result: BreakingPoints) -> Table:
     runs = pd.DataFrame(result.runs)
     runs["status"] = np.where(runs["failure"] == "", "finished", "failed")
     failures = failure_notes(runs, "lost", "counted as lost")
-    end = f"A series ends if its interval is within ±{100 * ENOUGH:g} % of the range, or at --runs."
+    end = (
+        f"No more runs are added if the interval is within ±{100 * ENOUGH:g} % of the range or "
+        "entirely outside the range, or after --runs runs."
+    )
     return Table(
         name="breaking-points",
         caption=(
             "Breaking points: the level at which half of the runs survive, with 95 % intervals; "
-            f"factor: how much harder that is than the breaking point of {result.baseline}."
+            f"factor: how much harder this level is than the breaking point of {result.baseline}."
         ),
         heads=[
             "difficulty",
@@ -438,7 +441,7 @@ def _points(result: BreakingPoints) -> Table:
 def _level(row: Mapping[str, Any]) -> str:
     if row["breaks"] == "never":
         return f"never to {row['hard']:g}"
-    return f"at once, by {row['easy']:g}" if row["breaks"] == "at once" else f"{row['level']:.3g}"
+    return "at once" if row["breaks"] == "at once" else f"{row['level']:.3g}"
 
 
 def _interval(series: Series) -> str:
@@ -475,8 +478,8 @@ def _agreement(result: BreakingPoints) -> Table:
     return Table(
         name="agreement",
         caption=(
-            f"Rank correlation over {len(result.scores)} trackers of breaking points with the mean "
-            f"overlap on {sequences} recorded sequences."
+            f"Rank correlation of breaking points with the mean overlap on {sequences} recorded "
+            f"sequences, over {len(result.scores)} trackers."
         ),
         heads=["difficulty", "Spearman's", "95 %"],
         n_labels=1,
@@ -485,7 +488,7 @@ def _agreement(result: BreakingPoints) -> Table:
             for name, r, interval in result.correlations
         ],
         notes=[
-            f"Intervals apply to other trackers of this kind. With fewer than {MIN_UNITS} trackers "
+            f"Intervals apply to new trackers like these. With fewer than {MIN_UNITS} trackers "
             "they are -1 to 1."
         ],
         data=pd.DataFrame(
@@ -509,7 +512,7 @@ def _severity(result: BreakingPoints) -> Table:
         ]
     return Table(
         name="severity",
-        caption=f"Levels by severity: the share of {result.baseline}'s runs that survives there.",
+        caption=f"Levels at which 90, …, 10 % of {result.baseline}'s runs survive.",
         heads=["difficulty", *(f"{100 * share:g} %" for share in SEVERITIES)],
         n_labels=1,
         rows=rows,

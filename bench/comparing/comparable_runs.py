@@ -32,11 +32,12 @@ class AllFailedError(ComparisonError):
 def of_protocol(
     runs: pd.DataFrame, stored: str, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, ScoreMeasure]:
-    """Return the runs by one protocol, relabelled as one-pass, and the measure with its title.
+    """Return the runs by one protocol, relabelled as one-pass, and the measure with a new title.
 
     `runs`: as `bench.load_results` returns them. `stored`: stored name of the protocol. Timing runs
-    are kept. Only one-pass runs have a first loss. The title mentions one-pass evaluation only if
-    runs by other protocols exist. Raises `ComparisonError` if no run is by the protocol.
+    are kept. `first_loss` is NaN except for one-pass runs. The title names the protocol, but
+    one-pass evaluation only if runs by other protocols exist. Raises `ComparisonError` if no run is
+    by the protocol.
     """
     protocols = runs["protocol"].astype(str)
     others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]

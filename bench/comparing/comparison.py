@@ -27,10 +27,10 @@ Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
 
 Losses: TypeAlias = Mapping[str, tuple[NDArray[np.float64], NDArray[np.bool_]]]
-"""Frame of the loss or end of each run, and whether it was lost, by tracker."""
+"""Frame at which each run lost the target or ended, and whether it was lost, by tracker."""
 
 DEFAULT = "default"
-"""Replaces the value of a parameter that a sequence's name does not contain."""
+"""Label of a parameter value that the sequence's name omits because it is the default."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Standing:
     contender: bool  # True: the tracker gets a star
     kept: float  # share of runs that never lost the target; the name is a key of --json
     milliseconds: float  # per frame
-    timed: bool  # in timing runs; otherwise in accuracy runs, which share the machine
+    timed: bool  # True: measured in timing runs; False: in accuracy runs, which share the machine
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Pair:
     second: str
     differences: NDArray[np.float64]  # shape (n_sequences,), in the order of the sequences
     by_unit: NDArray[np.float64]  # shape (n_units,): mean differences
-    answer: Decision  # decision on the first tracker
+    answer: Decision  # whether the first tracker is better
     interval: Interval | None  # corrected for all pairs; None for too few units
     wins: int  # units on which the first is better
     same_boxes: int  # number of sequences with equal boxes in all runs
@@ -89,9 +89,9 @@ class Comparison:
     pairs: Sequence[Pair]
     main: str  # tracker `against`, or the one with the best mean
     failures: Mapping[str, str]  # sentence on failed runs by tracker
-    left_out: Collection[str]  # trackers whose every run failed
+    left_out: Collection[str]  # trackers whose runs all failed
     not_repeatable: Collection[str]  # trackers that gave different boxes with equal seeds
-    attributes: Sequence[Collection[str]]  # that occur in each sequence, where it is known
+    attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
 
     @property
     def main_pairs(self) -> list[Pair]:
@@ -113,11 +113,11 @@ class Comparison:
             if ran >= {pair.first, pair.second}
             for sequence, difference in zip(self.sequences, pair.differences, strict=True)
         }
-        chosen: dict[str, tuple[str, str]] = {}
+        selected: dict[str, tuple[str, str]] = {}
         for (_, sequence), trackers in sorted(differences.items(), reverse=True):
-            if len(chosen) < count:
-                chosen.setdefault(sequence, trackers)
-        return chosen
+            if len(selected) < count:
+                selected.setdefault(sequence, trackers)
+        return selected
 
 
 def parts_of(
@@ -154,13 +154,13 @@ def parts_of(
 
 
 def means_in_part(
-    units: StatisticalUnits, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
+    units: StatisticalUnits, by_sequence: NDArray[np.float64], selected: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Return the mean over the selected sequences of each unit that has any.
 
-    `by_sequence`, `chosen`: shape (n_sequences,).
+    `by_sequence`, `selected`: shape (n_sequences,).
     """
-    members = [member[chosen[member]] for member in units.members]
+    members = [member[selected[member]] for member in units.members]
     return np.array([by_sequence[member].mean() for member in members if len(member)])
 
 
@@ -188,7 +188,7 @@ def compare(
 
     `runs`: as `load_results` returns them, of one experiment; failed runs have the worst scores.
     `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
-    stored trackers. `against`: tracker to compare with each other tracker. `by_scene`: units are
+    stored trackers. `against`: tracker to compare with every other tracker. `by_scene`: units are
     scenes, also for several families. `attributes`: by sequence. `same_boxes`: function that
     returns on how many sequences two trackers gave equal boxes. `not_repeatable`: trackers that
     gave different boxes with the same seed.
@@ -196,20 +196,20 @@ def compare(
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
     scored = runs[runs["protocol"] == STORED_ONE_PASS]
-    chosen = selected_trackers(scored, trackers, against)
-    scored = scored[scored["tracker"].isin(chosen)]
+    labels = selected_trackers(scored, trackers, against)
+    scored = scored[scored["tracker"].isin(labels)]
     failures = failed_runs(scored, "0" if measure.direction == "higher" else "the worst score")
     scored = scored[~scored["tracker"].isin(failures.left_out)]
-    chosen = [name for name in chosen if name not in failures.left_out]
-    if not chosen:
+    labels = [name for name in labels if name not in failures.left_out]
+    if not labels:
         raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
     sequences = [str(name) for name in scored["sequence"].unique()]
-    check_runs(scored, chosen, sequences, measure)
+    check_runs(scored, labels, sequences, measure)
     grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)[measure.name]
     cells = {key: values.to_numpy(np.float64) for key, values in grouped}
-    scores = {name: [cells[name, sequence] for sequence in sequences] for name in chosen}
+    scores = {name: [cells[name, sequence] for sequence in sequences] for name in labels}
     means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
-    losses = {name: _losses(scored[scored["tracker"] == name]) for name in chosen}
+    losses = {name: _losses(scored[scored["tracker"] == name]) for name in labels}
     units = units_of(sequences, "scene" if by_scene else None)
     standings = _standings(runs, means, losses, units, measure)
     best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
@@ -224,7 +224,7 @@ def compare(
         main=against or best.tracker,
         failures=failures.notes,
         left_out=failures.left_out,
-        not_repeatable=[name for name in chosen if name in not_repeatable],
+        not_repeatable=[name for name in labels if name in not_repeatable],
         attributes=[(attributes or {}).get(name, ()) for name in sequences],
     )
 
@@ -252,7 +252,7 @@ def _pairs(
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
-    """Compare all pairs, or `against` (if it has a mean) with each other tracker."""
+    """Compare all pairs, or `against` (if it has a mean) with every other tracker."""
     names = list(combinations(means, 2))
     if against is not None:
         names = [(against, name) for name in means if name != against and against in means]

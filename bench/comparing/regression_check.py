@@ -98,8 +98,9 @@ def check(
 ) -> Check:
     """Compare entries with a baseline.
 
-    `now`: entries of the same trackers and sequences. `made_with`: their `surroundings`.
-    `not_repeatable`: deterministic trackers and sequences whose boxes differ between runs.
+    `now`: entries of the same trackers and sequences. `made_with`: their platform and libraries
+    (`surroundings`). `not_repeatable`: deterministic trackers and sequences whose boxes differ
+    between runs.
     """
     rows = _paired(before.entries, now)
     changed = [row for row in rows if row.is_random and not all(row.same)]
@@ -185,8 +186,8 @@ def table(result: Check, *, whole: bool = False) -> Table:
     visible = [row for row in result.sequences if whole or row.change.label != "identical"]
     return Table(
         name="check",
-        caption="Mean overlap before and now. The intervals of all sequences together hold at "
-        "95 %, and those of all means.",
+        caption="Mean overlap before and now. The intervals of all sequences hold jointly at 95 %, "
+        "and so do the intervals of all means.",
         heads=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
         n_labels=3,
         rows=[_row(row) for row in [*visible, *result.means]],

@@ -48,13 +48,13 @@ _BAR = 10
 """Length of a bar for a mean overlap of 1 [characters]."""
 
 _CORNER_GAIN = 0.3
-"""Gain of mean overlap from which boxes look like corners."""
+"""Gain of mean overlap above which boxes are likely to be corners `[x1, y1, x2, y2]`."""
 
 _CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
 
 
 MeansByTracker: TypeAlias = dict[str, dict[str, Mapping[Any, Any]]]
-"""Rows of a table's data by tracker and measure."""
+"""Data rows of a table by tracker and measure."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
 def answer_on(
     runs: pd.DataFrame, means: MeansByTracker, **details: Any
 ) -> tuple[Answer, Comparison | None]:
-    """Return the answer by mean overlap on the trackers that have all runs, and their comparison.
+    """Return which tracker has the best mean overlap, and the comparison of all with all runs.
 
     `runs`: failed ones have the worst scores. `means`: rows of the table of means. `details`:
     further arguments of `compare`. One tracker, or too many, are not compared.
@@ -190,7 +190,10 @@ def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
     table = replace(mean_table(runs, TIMES, "", PRESET), caption="")
     warm = table.data[table.data["measure"] == TIMES[0].name].set_index("tracker")["mean"].dropna()
     if warm.empty:
-        head = "There is no answer: load disturbed the timing runs, or they failed. Run them again."
+        head = (
+            "There is no answer: other load disturbed the timing runs, or they failed. Run them "
+            "again."
+        )
     else:
         fastest = str(warm.idxmin())
         verb = "is the fastest" if len(warm) > 1 else "was timed"
@@ -243,7 +246,7 @@ def tracker_line(failure: str) -> str:
 def corner_boxes(folder: Path, runs: pd.DataFrame) -> list[str]:
     """Return warnings on trackers whose boxes match the targets only as `[x1, y1, x2, y2]`.
 
-    One finished run with a low overlap is read per tracker.
+    Of each tracker one finished run with a low overlap is checked.
     """
     if "mean_overlap" not in runs:
         return []
@@ -252,7 +255,7 @@ def corner_boxes(folder: Path, runs: pd.DataFrame) -> list[str]:
     for row in low.drop_duplicates("tracker").to_dict("records"):
         boxes = results.read(run_key(row)).boxes[1:]
         truth = read_truth(folder, row["sequence"], row["fingerprint"]).boxes[1:]
-        with np.errstate(over="ignore"):  # boxes of 1e308
+        with np.errstate(over="ignore"):  # coordinates of 1e308
             corners = np.column_stack([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]])
         gain = np.nanmean(overlap_of(truth, corners)) - np.nanmean(overlap_of(truth, boxes))
         if gain > _CORNER_GAIN:

@@ -19,6 +19,7 @@ from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, run_seed, split_text
+from trackmark.bench.external.definition import is_external
 from trackmark.bench.statistics.speed import (
     Pace,
     Sample,
@@ -63,12 +64,12 @@ def check_speeds(
             for number, label in enumerate(labels)
         }
         for number, (label, old) in enumerate(olds.items()):
-            until = monotonic()
-            until += (ends - until) / (len(labels) - number)
+            deadline = monotonic()
+            deadline += (ends - deadline) / (len(labels) - number)
             clips = _clips(baseline, label, Path(folder, f"clips-{number}"))
             try:
-                sides = [old, _setup(baseline, label)]
-                sample = _sample(label, sides, clips, until, len(labels), report)
+                setups = [old, _setup(baseline, label)]
+                sample = _sample(label, setups, clips, deadline, len(labels), report)
                 paces[label] = judge_pace(sample, len(labels))
             except TurnError as error:
                 reason = f"the tracker cannot be timed: {error}"
@@ -85,25 +86,27 @@ def _sample(
     label: str,
     setups: Sequence[Setup],
     clips: Sequence[Clip],
-    until: float,
+    deadline: float,
     tests: int,
     report: Callable[[str], None],
 ) -> Sample:
-    """Run sessions until their number suffices for their spread or the time is over."""
+    """Run sessions until there are enough for their spread, or the time is over."""
     logs: list[float] = []
-    began = monotonic()
-    while more := missing_sessions(logs, tests):
-        affordable = more
+    started_at = monotonic()
+    while n_missing := missing_sessions(logs, tests):
+        n_affordable = n_missing
         if logs:
-            seconds = monotonic() - began
-            affordable = max(int((until - began - seconds) * len(logs) / seconds), 0)
+            seconds = monotonic() - started_at
+            n_affordable = max(int((deadline - started_at - seconds) * len(logs) / seconds), 0)
             report(
-                f"{label}: {len(logs)} sessions in {seconds:.0f} s differ by "
-                f"{sample_of(logs).spread:.1%}; {more} more needed"
-                + (": a larger --budget gives them." if more > affordable else ".")
+                f"{label}: {len(logs)} sessions in {seconds:.0f} s with a spread "
+                f"of {sample_of(logs).spread:.1%}; {n_missing} more needed"
+                + (": use a larger --budget." if n_missing > n_affordable else ".")
             )
-        logs += [log_ratio(time_interleaved(setups, clips)) for _ in range(min(more, affordable))]
-        if affordable < more:
+        logs += [
+            log_ratio(time_interleaved(setups, clips)) for _ in range(min(n_missing, n_affordable))
+        ]
+        if n_affordable < n_missing:
             break
     return sample_of(logs)
 
@@ -157,6 +160,10 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
     """
     name = now.name
     place = in_file(name)
+    if is_external(name, now.options or {}):
+        raise BaselineError(
+            f"{name} runs in a process of its own, and cannot be taken from {revision}. Omit it."
+        )
     if place is None and is_outside(name):
         raise BaselineError(
             f"{name} comes from an installed package, and cannot be taken from {revision}. Give "
@@ -190,15 +197,15 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
 def _git(folder: Path, *arguments: str) -> bytes:
     command = ["git", "-C", str(folder), *arguments]
     try:
-        done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603  # as typed
+        process = subprocess.run(command, capture_output=True, check=False)  # noqa: S603  # the user's arguments
     except OSError as error:
         raise BaselineError(f"--against: cannot run git ({error}). Install git.") from error
-    if done.returncode:
-        message = "".join(done.stderr.decode(errors="replace").strip().splitlines()[-1:])
+    if process.returncode:
+        message = "".join(process.stderr.decode(errors="replace").strip().splitlines()[-1:])
         if "single revision" in message:
             message = f"unknown revision {arguments[-1].removesuffix('^{commit}')!r}"
         raise BaselineError(f"--against: git failed in {folder}: {message or 'no message'}.")
-    return done.stdout
+    return process.stdout
 
 
 def speed_table(paces: Mapping[str, Pace]) -> Table:

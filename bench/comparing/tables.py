@@ -27,7 +27,9 @@ LONGEST_PAIR = 40
 """Maximum length of a pair's names on one line of a screen."""
 
 SHOWN_PAIRS = 6
-"""Maximum number of pairs on a screen; of more, those with the main tracker are shown."""
+"""Maximum number of pairs on a screen. If there are more, only those with the main tracker are
+shown.
+"""
 
 MAX_LINES = 10
 """Maximum number of trackers or of pairs on a screen, unless all are requested."""
@@ -36,7 +38,7 @@ _SCREEN_LINES = 20
 """Number of lines up to which reasons of answers are printed."""
 
 SENTENCE_PAIRS = 3
-"""Maximum number of pairs with one sentence each; beyond, there is one sentence per answer."""
+"""Maximum number of pairs with one sentence each. More pairs share one sentence per answer."""
 
 VERBS = {
     "better": "was better than",
@@ -61,14 +63,16 @@ def screen_lines(
     if quiet:
         return [sentence.heading]
     failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
-    details = sentence.details if verbose or _too_few(comparison) else ()  # the pairs tell more
+    details = (
+        sentence.details if verbose or _too_few(comparison) else ()
+    )  # else the table of pairs suffices
     lines = [*failures, *([""] if failures else []), sentence.heading, *details]
     lines = [line for text in lines for line in wrap(text).splitlines()]
     lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose), to_text)]
     if _too_few(comparison) and comparison.pairs:
         lines += ["", *terminal_lines(_differences(comparison), to_text)]
     elif comparison.pairs:
-        for reasons in ("all", "main", "none"):  # as many as fit
+        for reasons in ("all", "main", "none"):  # as many reasons as fit
             pairs = _screen_pairs(comparison, reasons, verbose=verbose)
             pair_lines = ["", *terminal_lines(pairs, to_text)]
             if verbose or len(lines) + len(pair_lines) <= _SCREEN_LINES:
@@ -89,7 +93,7 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     table = _standings(replace(short, standings=standings, failures={}))
     for row, standing in zip(table.rows, standings, strict=True):
         row[4] = Cell(milliseconds_text(standing.milliseconds))
-    star = "* the best mean, and every tracker that no other one is better than"
+    star = "*: no other tracker is better"
     notes = [_too_few(comparison) or star]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
@@ -248,7 +252,7 @@ def _caption(comparison: Comparison) -> str:
 
 
 def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Table:
-    """Return answers on pairs; reasons have lines of their own, pairs with long names numbers.
+    """Return the answers on pairs. Reasons are on separate lines; pairs of long names are numbered.
 
     `reasoned`: pairs with reasons: `all`, `main` (those with the main tracker) or `none`.
     """
@@ -376,8 +380,11 @@ def _subset_table(comparison: Comparison) -> Table:
     rows, data = [], []
     widest = comparison.measure.most - comparison.measure.least
     parts = parts_of(comparison.sequences, comparison.attributes)
-    for pair, ((parameter, value), chosen) in product(shown_pairs(comparison), parts.items()):
-        n, by_unit = int(chosen.sum()), means_in_part(comparison.units, pair.differences, chosen)
+    for pair, ((parameter, value), selected) in product(shown_pairs(comparison), parts.items()):
+        n, by_unit = (
+            int(selected.sum()),
+            means_in_part(comparison.units, pair.differences, selected),
+        )
         mean, interval = float(by_unit.mean()), interval_or_none(by_unit, 1, -widest, widest)
         texts = [
             _number(comparison, mean, signed=True),
@@ -391,7 +398,7 @@ def _subset_table(comparison: Comparison) -> Table:
         caption=(
             f"Differences of {comparison.measure.head} by parameter and by attribute (of sequences "
             f"in which it occurs), first minus second, on n sequences; 95 % intervals over "
-            f"{comparison.units.plural}, each on its own."
+            f"{comparison.units.plural}, not corrected for their number."
         ),
         heads=["pair", "part", "n", _difference_head(comparison), "95 %"],
         n_labels=2,

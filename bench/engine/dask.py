@@ -23,8 +23,11 @@ from typing import TYPE_CHECKING, TypeAlias
 from trackmark.bench.engine import Engine
 from trackmark.bench.engine.pool import Pool
 from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
+from trackmark.bench.experiments.tracker_spec import split_text
+from trackmark.bench.external.definition import is_external, with_absolute_path
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
+from trackmark.datasets.spec_string import format_text
 from trackmark.trackers.base.catalogue import in_file
 
 if TYPE_CHECKING:
@@ -173,7 +176,11 @@ def with_absolute_paths(unit: Unit) -> Unit:
     """Return the unit with absolute paths, for a process with another working directory."""
     entries = []
     for entry in unit.entries:
-        if location := in_file(entry.tracker):
+        name, options = split_text(entry.tracker)
+        if is_external(name, options):
+            text = format_text(*with_absolute_path(name, options))
+            entry = entry._replace(tracker=text)
+        elif location := in_file(entry.tracker):
             file, rest = location
             entry = entry._replace(tracker=f"{file.absolute()}:{rest}")
         entries.append(entry)

@@ -39,6 +39,7 @@ from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
 
 _POLL_SECONDS = 0.1
+_SPARE_SECONDS = 30.0  # after the time limit of a tracker in a process of its own
 _ABORT_SECONDS = 5.0  # time in which an aborted process writes its stack trace
 _LONGEST_TRACE = 1 << 17  # bytes; `faulthandler` limits a stack to 100 lines
 _LONGEST_OUTPUT = 1 << 14  # bytes of a worker's output that are kept
@@ -56,7 +57,7 @@ class Worker:
     """The parent's handle for a worker process."""
 
     def __init__(self, limits: Limits) -> None:
-        self._frame_seconds = limits.frame_seconds
+        self._frame_seconds = self._frame_limit = limits.frame_seconds
         self._used = False
         self._has_stray_threads = False  # whether trackers have left threads running in the process
         self._shared, self._output, self._trace = (_unnamed_file() for _ in range(3))
@@ -64,7 +65,7 @@ class Worker:
         self.channel, theirs = socket.socketpair()
         memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
         descriptors = [theirs.fileno(), self._shared.fileno(), self._trace.fileno()]
-        self._process_tree = ProcessTree(
+        self._process_tree = ProcessTree.run_module(
             "trackmark.bench.engine.worker",
             [*descriptors, os.getpid(), memory],
             stdin=subprocess.DEVNULL,
@@ -85,6 +86,8 @@ class Worker:
         """Send a request; raise `NoRoomError` if the disk is full."""
         entry = heartbeat.ELSEWHERE if self._used else STARTING
         self._used = True
+        if request.unit.call_seconds:  # its own time limits come first, and give a better message
+            self._frame_limit = max(self._frame_seconds, request.unit.call_seconds + _SPARE_SECONDS)
         heartbeat.reset(self._shared.fileno(), entry, pickle.dumps(request))
         self._output.truncate(0)
         self._last_state, self._waited, self._last = self.read_state(), 0.0, time.monotonic()
@@ -123,7 +126,7 @@ class Worker:
         if state.sign_of_life != self._last_state.sign_of_life:
             self._waited = 0.0
         self._last_state = state
-        limit = _LONG_SECONDS.get(state.entry, self._frame_seconds)
+        limit = _LONG_SECONDS.get(state.entry, self._frame_limit)
         if self._waited <= limit:
             return None
         self._process.send_signal(signal.SIGABRT)  # makes the worker write its stack trace

@@ -32,6 +32,8 @@ class Unit:
     owner: str = ""
     arrays: bool = False  # whether arrays, masks and maps are kept
     fingerprint: str = ""  # of the planned sequence; empty if unknown
+    # Time limit that trackers in processes of their own enforce [s]; replaces a lower frame limit.
+    call_seconds: float = 0.0
 
     @property
     def work(self) -> int:

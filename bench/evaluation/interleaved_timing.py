@@ -182,7 +182,7 @@ class _Process:
         self._answers, theirs = os.pipe()
         self._revision = setup.revision
         arguments = {"setup": asdict(setup), "clips": [asdict(clip) for clip in clips]}
-        self._child = ProcessTree(
+        self._child = ProcessTree.run_module(
             "trackmark.bench.evaluation.interleaved_timing",
             [theirs, json.dumps(arguments)],
             stdin=subprocess.PIPE,

@@ -23,6 +23,7 @@ from trackmark.bench.evaluation.estimates import (
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity, run_seed
+from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import (
@@ -113,6 +114,8 @@ class Recorder:
         self._wall: list[float] = []  # seconds of each update
         self._cpu: list[float] = []
         self._initialisation = nan, nan
+        self._external: ExternalPlugin | None = None
+        self._includes_transfer = False
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._mask: Mask | None = None
@@ -121,6 +124,7 @@ class Recorder:
         self._estimates: dict[int, NDArray[np.float64]] = {}  # by frame
         self._first_seen = 0
         self._controller = Controller()
+        self._made: Tracker | None = None
         self._update: Callable[[Any], Estimate]
 
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
@@ -131,7 +135,7 @@ class Recorder:
         truth = select_ground_truth(view, self._spec.init, view.name)
         self._truth_boxes = truth.boxes
         self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
-        self._made: Tracker | None = None
+        self._release()
 
     def watches(self, first: int) -> bool:
         """Create the tracker; return whether it is a `Watcher` and gets frames before `first`."""
@@ -163,7 +167,7 @@ class Recorder:
         if step is Action.UPDATE:
             seconds = self._update_tracker(shared_frame, frame)
         elif step is Action.RESTART:
-            self._made = None
+            self._release()
             before = self.seconds
             self.start(shared_frame, frame, self._sequence.mask(frame))
             seconds = self.seconds - before
@@ -190,6 +194,7 @@ class Recorder:
         tracker = self._tracker()
         if self._complete and isinstance(tracker, Finisher):
             self._call(frame, lambda: self._store_revisions(frame, tracker.finish()))
+        self._release()
 
     def result(self) -> Run:
         """Return the run in its current state."""
@@ -201,6 +206,8 @@ class Recorder:
         circumstances = {"seconds": self.seconds}
         if self._cpu:
             circumstances["update_seconds"] = median(self._cpu)
+        if self._includes_transfer:
+            circumstances["times_include_transfer"] = True
         return Run(
             identity=self.identity,
             boxes=boxes,
@@ -244,6 +251,12 @@ class Recorder:
         finally:
             self.seconds += perf_counter() - began
 
+    def _release(self) -> None:
+        """Drop the tracker, which the run no longer needs."""
+        if isinstance(self._made, ExternalPlugin):
+            self._made.close()
+        self._made = None
+
     def _tracker(self) -> Tracker:
         if self._made is None:
             key, number = self.identity, self._trackers_begun
@@ -254,7 +267,7 @@ class Recorder:
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
-        self._shared = False
+        self._shared, self._external = False, None
         if self._shares and isinstance(tracker, SharingTracker):
             self._shared = True
             self._update = tracker.update_shared
@@ -264,6 +277,9 @@ class Recorder:
         cpu, wall = thread_time(), perf_counter()
         tracker.init(shared_frame.image, box, mask)
         self._initialisation = perf_counter() - wall, thread_time() - cpu
+        if isinstance(tracker, ExternalPlugin):
+            self._external, self._includes_transfer = tracker, tracker.includes_transfer
+            self._initialisation = tracker.call_times
 
     def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
         """Update the tracker and store its estimate; return the time that it took [s]."""
@@ -275,8 +291,12 @@ class Recorder:
             called_at = perf_counter()
             estimate = update(argument)
             answered = perf_counter()
-            self._cpu.append(thread_time() - cpu)
-            self._wall.append(answered - called_at)
+            times = answered - called_at, thread_time() - cpu
+            if self._external is not None:  # it measures itself, without the transfer of frames
+                times = self._external.call_times
+                answered = began + times[0]
+            self._wall.append(times[0])
+            self._cpu.append(times[1])
             self._store_estimate(shared_frame, frame, estimate)
         except _OURS:
             raise

@@ -12,7 +12,7 @@ _FOLDER = Path(__file__).parent / "formats"
 
 @cache
 def format_names() -> list[str]:
-    """Return the sorted names of the result formats, which are their module names."""
+    """Return the sorted names of the result formats, which are the names of their modules."""
     return sorted(file.stem.replace("_", "-") for file in _FOLDER.glob("[a-z]*.py"))
 
 

@@ -75,7 +75,7 @@ def export_results(
             )
         texts |= files
     _write(texts, force=force)
-    on_message(f"{format_name} contains {result_format.exports}; pixels count from {origin}.")
+    on_message(f"{format_name} contains {result_format.exports}; pixels are counted from {origin}.")
     if failed := len(rows) - len(finished):
         on_message(f"{failed} failed runs are not exported.")
     if omitted := len(finished) - len(exported):
@@ -83,7 +83,7 @@ def export_results(
     written = {(row["tracker"], row["sequence"]) for row in exported}
     if missing := sorted({(row["tracker"], row["sequence"]) for row in rows} - written):
         pairs = abbreviated_list([f"{tracker} on {sequence}" for tracker, sequence in missing])
-        runs = "all its runs" if repeats else "its first repetition"
+        runs = "all runs" if repeats else "the first repetition"
         on_message(f"nothing is written for {pairs}: {runs} failed.")
     return list(texts)
 

@@ -24,7 +24,7 @@ _MIN_OVERLAP = 0.5  # overlap below which a message is shown
 _CERTAIN_OVERLAP = 0.9  # overlap above which a box is never taken for corners
 _MIN_CORNER_OVERLAP = 0.8  # overlap as corners below which a box is not taken for corners
 _MIN_ORDERED = 0.9  # minimum share of rows whose second corner is right of and below the first
-_MIN_GAIN = 4  # factor by which the overlap of corners must be closer to 1
+_MIN_GAIN = 4  # minimum ratio of 1 - overlap as a box to 1 - overlap as corners
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class FirstBox:
 
     place: str  # file and record, for messages
     expected: NDArray[np.float64]  # box at initialisation, in pixels from 0
-    stored: NDArray[np.float64]  # with the pixel numbers of the file; NaN if missing
+    stored: NDArray[np.float64]  # in the pixel coordinates of the file; NaN if missing
 
 
 def find_origin(boxes: Iterable[FirstBox], rounding: Rounding) -> int | None:
@@ -101,7 +101,7 @@ def _from_origin(origin: int, box: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _corner_overlap(box: FirstBox) -> float:
-    """Return the best overlap of a box read as corners, with or without the last pixel."""
+    """Return the best overlap of a box read as corners, including or excluding the last pixel."""
     x1, y1, x2, y2 = box.stored.tolist()
     return max(
         _overlap(

@@ -274,8 +274,8 @@ def _convert_boxes(
     if origin is None and any(np.isfinite(box.stored).all() for box in first_boxes):
         message += message and " "
         message += (
-            f"{file}: the first box does not show whether pixels count from 0 or from 1. Assumed: "
-            f"they count from {result_format.origin}."
+            f"{file}: the first box does not show whether pixels are counted from 0 or "
+            f"from 1. Assumed: they are counted from {result_format.origin}."
         )
     if message:
         on_message(message)
@@ -299,7 +299,7 @@ def _stored_protocol(
     file: Path,
     on_message: Callable[[str], None],
 ) -> str:
-    """Return the protocol of a run; plain `tre` if the toolkit's start frames differ."""
+    """Return the protocol of a run; `tre` without options if the start frames differ from ours."""
     if rows.protocol != "tre":
         return rows.protocol or STORED_ONE_PASS
     present = _present(sequence)
@@ -317,7 +317,7 @@ def _stored_protocol(
 
 
 def _with_whole_segments(run: Run, sequence: ResultSequence) -> Run:
-    """Extend segments from the first target to the end, as protocols store them."""
+    """Extend segments from the first target to the end to whole sequences, as in stored runs."""
     first = int(_present(sequence).argmax())
     n = len(sequence.boxes)
     segments, inserted, row = [], [], 0

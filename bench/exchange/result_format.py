@@ -57,7 +57,7 @@ class ResultRows:
     # (n,): time of each update or of the initialisation [s]; NaN if unknown. Times are exported
     # but not imported: times of other machines are not comparable.
     seconds: NDArray[np.float64] | None = None
-    simplification: str = ""  # what was simplified when the file was read, for a message
+    simplification: str = ""  # message on regions that were simplified when the file was read
     headers: tuple[Header, ...] = ()  # one per segment, in the order of the rows
     protocol: str = ""  # protocol of a file with segments, such as `sre`; empty for one-pass
 
@@ -83,7 +83,7 @@ class ResultFormat:
 
     expects: str  # content of a tracker's folder, for messages
     exports: str  # boxes, confidences and times that an export contains, for messages
-    origin: int  # number of the first pixel, unless the first boxes show another one
+    origin: int  # coordinate of the first pixel, unless the first boxes show another one
     files: Callable[[Path], Mapping[str, Sequence[Path]]]  # by sequence; one file per repetition
     # Return whether a file has this format and no other one. None: the user must name the format.
     fits: Callable[[Path], bool] | None
@@ -174,7 +174,7 @@ def file_name(sequence: str) -> str:
 
 
 def normalized_name(name: str) -> str:
-    """Return the lower-case letters and digits of a name, so that `Jogging.1` is `jogging-1`."""
+    """Return the lower-case letters and digits of a name: `Jogging.1` equals `jogging-1`."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
 

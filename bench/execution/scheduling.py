@@ -70,7 +70,8 @@ class Units:
         keys = [
             (
                 spec.label if time_dependent else owner_of(spec),
-                time_dependent or spec.randomness is Randomness.PROCESS,
+                # Trackers in processes of their own would run several processes at a time.
+                time_dependent or spec.randomness is Randomness.PROCESS or spec.call_seconds > 0,
             )
             for spec in self.plan.trackers.values()
         ]
@@ -112,6 +113,7 @@ class Units:
             owner,
             arrays,
             planned.fingerprint,
+            max(plan.trackers[entry.tracker].call_seconds for entry in entries),
         )
 
 

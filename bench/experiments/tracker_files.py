@@ -1,7 +1,8 @@
 """Trackers from outside the package, imported in a child process.
 
 Importing a file can print, end the process, change the working directory or never return. A child
-process therefore imports such files and writes the result as JSON.
+process therefore imports such files and writes the result as JSON. Trackers in processes of their
+own (`bench.external`) are described by these processes.
 """
 
 import json
@@ -27,9 +28,11 @@ from trackmark.bench.experiments.tracker_spec import (
     parse_trackers,
     split_text,
 )
+from trackmark.bench.external.definition import is_external, open_external
+from trackmark.bench.external.python import close_idle_processes
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import Randomness, Tracker, TrackerError
-from trackmark.trackers.base.catalogue import is_outside
+from trackmark.trackers.base.catalogue import describe_plugin, is_outside
 from trackmark.trackers.base.former_imports import warn_of_former_imports
 
 _SECONDS = 300.0
@@ -44,17 +47,31 @@ def resolve_trackers(texts: Iterable[str]) -> dict[str, TrackerSpec]:
     Raises `TrackerError`, which names the file, for an invalid tracker or a failed import.
     """
     texts = list(dict.fromkeys(texts))
-    names = {text: split_text(text)[0] for text in texts}
-    outside = {name: is_outside(name) for name in set(names.values())}
-    answers = _ask_child("parse", [text for text in texts if outside[names[text]]])
-    built_in = parse_trackers(text for text in texts if text not in answers)
+    parts = {text: split_text(text) for text in texts}
+    outside = {name: is_outside(name) for name in {name for name, _ in parts.values()}}
+    imported = [text for text in texts if outside[parts[text][0]] and not is_external(*parts[text])]
+    answers = _ask_child("parse", imported)
+    try:
+        built_in = parse_trackers(text for text in texts if text not in answers)
+    finally:
+        close_idle_processes()
     return {
         text: built_in[text] if text in built_in else _spec(text, answers[text]) for text in texts
     }
 
 
-def describe_tracker(name: str) -> dict[str, Any]:
-    """Describe a tracker as `trackers.describe` does, also one from outside the package."""
+def describe_tracker(text: str) -> dict[str, Any]:
+    """Describe a tracker as `trackers.describe` does, also one from outside the package.
+
+    `text` is a name; only a tracker in a process of its own needs its options.
+    """
+    name, options = split_text(text)
+    if is_external(name, options):
+        try:
+            external = open_external(name, options)
+            return describe_plugin(external.plugin, external.file, external.name)
+        finally:
+            close_idle_processes()
     return _ask_child("describe", [name])[name] if is_outside(name) else trackers.describe(name)
 
 
@@ -93,7 +110,7 @@ def _ask_child(question: str, texts: list[str]) -> dict[str, Any]:
 def _child(request: str) -> tuple[str, list[bytes]]:
     """Run the child process; return how it ended, and the lines that it wrote."""
     with tempfile.TemporaryFile() as answers:
-        child = ProcessTree(
+        child = ProcessTree.run_module(
             "trackmark.bench.experiments.tracker_files",
             [answers.fileno()],
             stdin=subprocess.PIPE,

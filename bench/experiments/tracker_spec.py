@@ -14,12 +14,18 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from trackmark import trackers
+from trackmark.bench.external.definition import is_external, open_external, split_table
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
 from trackmark.datasets.versioning import find_version
 from trackmark.trackers import Randomness, Tracker, TrackerError
-from trackmark.trackers.base.catalogue import DEFAULT_PRESET, in_file
+from trackmark.trackers.base.catalogue import (
+    DEFAULT_PRESET,
+    Specification,
+    in_file,
+    resolve_plugin,
+)
 
 TrackerFactory: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
@@ -98,6 +104,8 @@ class TrackerSpec:
     file: Path | None  # source file; None for a callable without a file
     init: str = BOXES  # as in `Identity`
     class_name: str = ""  # class in the file, if it is not part of the name
+    # Time limit of a call, which the tracker's own process enforces [s]; 0 without such a process.
+    call_seconds: float = 0.0
 
     @cached_property
     def version(self) -> dict[str, Any]:
@@ -178,6 +186,8 @@ def parse_trackers(
     versions = {} if versions is None else versions
     specs = {text: parse_tracker(text) for text in dict.fromkeys(texts)}
     for entry in specs.values():
+        if "version" in vars(entry):  # of a tracker in a process of its own
+            continue
         key = entry.file, entry.class_name
         if key not in versions:
             versions[key] = entry.version
@@ -232,11 +242,23 @@ def _from_text(text: str) -> TrackerSpec:
     name, options = split_text(text)
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
+    if is_external(name, options):
+        external = open_external(name, options)
+        specification = resolve_plugin(
+            external.plugin, external.file, external.name, external.parameters
+        )
+        spec = _from_specification(specification, init, call_seconds=external.call_seconds)
+        vars(spec)["version"] = external.version  # value of the `cached_property`
+        return spec
     specification = trackers.resolve(name, **options)
-    parameters = specification.parameters
-    init_option = {} if init == BOXES else {"init": init}
     class_name = specification.plugin.__name__
     named = in_file(name) is None or specification.name.endswith(f".py:{class_name}")
+    return _from_specification(specification, init, class_name="" if named else class_name)
+
+
+def _from_specification(specification: Specification, init: str, **fields: Any) -> TrackerSpec:
+    parameters = specification.parameters
+    init_option = {} if init == BOXES else {"init": init}
     return TrackerSpec(
         label=format_text(specification.name, {**specification.options, **init_option}),
         name=specification.name,
@@ -246,7 +268,7 @@ def _from_text(text: str) -> TrackerSpec:
         make=specification.create,
         file=specification.file,
         init=init,
-        class_name="" if named else class_name,
+        **fields,
     )
 
 
@@ -255,9 +277,10 @@ def split_text(text: str) -> tuple[str, dict[str, str]]:
 
     Raises `TrackerError` for a malformed text.
     """
-    place = in_file(text.strip())
+    table = split_table(text.strip())
+    place: tuple[Path | str, str] | None = table or in_file(text.strip())
     file, rest = place or ("", text)
-    if place and "=" in rest.partition(":")[0]:  # an option, not a class
+    if place and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
         rest = f":{rest}"
     try:
         name, options = parse_text(rest)

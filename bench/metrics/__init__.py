@@ -13,7 +13,7 @@ _FOLDER = Path(__file__).parent / "presets"
 
 @cache
 def preset_names() -> list[str]:
-    """Return the sorted names of the metrics presets, which are their module names."""
+    """Return the sorted names of the metrics presets, which are the names of their modules."""
     return sorted(file.stem.replace("_", "-") for file in _FOLDER.glob("[a-z]*.py"))
 
 

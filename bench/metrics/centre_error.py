@@ -9,7 +9,7 @@ MAX_CENTRE_ERROR = 1e100
 """Largest finite centre error [px]. Sums and squares of larger errors would overflow."""
 
 
-@np.errstate(over="ignore", invalid="ignore")  # boxes of 1e308
+@np.errstate(over="ignore", invalid="ignore")  # coordinates of 1e308
 def centres(boxes: ArrayLike) -> NDArray[np.float64]:
     """Return the centres (x, y) of boxes, shape (n, 2), in pixels.
 
@@ -20,9 +20,9 @@ def centres(boxes: ArrayLike) -> NDArray[np.float64]:
     return b[:, :2] + b[:, 2:] / 2
 
 
-@np.errstate(over="ignore", invalid="ignore")  # boxes of 1e308
+@np.errstate(over="ignore", invalid="ignore")  # coordinates of 1e308
 def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
-    """Return the Euclidean distance of box centres by row [px], shape (n,).
+    """Return the Euclidean distance of the box centres in each row [px], shape (n,).
 
     The distance is NaN if the target is absent. It is infinite, a miss at every threshold, if the
     estimate is malformed or the distance is above `MAX_CENTRE_ERROR`.

@@ -16,12 +16,12 @@ NORMALISED_DISTANCES = np.arange(51) / 100
 def share_curve(
     values: NDArray[np.float64], thresholds: NDArray[np.float64], *, above: bool = False
 ) -> NDArray[np.float64]:
-    """Return the share of values that are up to each threshold, or above it.
+    """Return the share of values at or below each threshold; if `above`, the share above it.
 
     The result has points (threshold, share), shape (thresholds, 2). NaN values are never counted.
     All shares are NaN if there are no values.
     """
-    ordered = np.sort(values)  # NaN last
+    ordered = np.sort(values)  # NaN values last
     counts = ordered.searchsorted(thresholds, "right")
     if above:
         counts = ordered.searchsorted(np.nan) - counts

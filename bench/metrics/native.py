@@ -1,7 +1,7 @@
-"""Definitions of the metrics preset `native`, by which a perfect tracker scores 1.
+"""Definitions of the metrics preset `native`, in which a perfect tracker scores 1.
 
 The frames with a target after the initialisation are evaluated. Overlaps refer to `boxes`.
-`frames_inside` and `first_loss` refer to the region `full` if the sequence has one.
+`frames_inside` and `first_loss` refer to the region `full`, the whole object, if there is one.
 Unknown visibility counts as visible. A malformed estimate is a miss: overlap 0, centre error
 infinite.
 """
@@ -19,7 +19,7 @@ SUCCESS_OVERLAP = 0.5
 """Minimum overlap of a success."""
 
 LOSS_FRAMES = 10
-"""Number of consecutive visible frames with the centre outside that make a failure."""
+"""Number of consecutive visible frames with the centre outside the box that make a failure."""
 
 VISIBLE_FRACTION = 0.3
 """Minimum visible fraction of a frame that can contribute to a failure."""
@@ -47,7 +47,7 @@ class GroundTruthLike(Protocol):
 def native(
     truth: GroundTruthLike, estimate: NDArray[np.float64], visible: NDArray[np.bool_] | None = None
 ) -> dict[str, float]:
-    """Compute the scores of the preset `native`; its columns describe them.
+    """Compute the scores of the preset `native`; the columns of the preset describe them.
 
     `estimate`: boxes in pixels, shape (n, 4); rows up to the initialisation are ignored.
     `visible`: shape (n,), True if the tracker reported the target; without it `absence_reported` is
@@ -87,10 +87,10 @@ def native(
 def first_loss(
     inside: NDArray[np.bool_], evaluated: NDArray[np.bool_], visibility: NDArray[np.float64]
 ) -> int:
-    """Return the first of `LOSS_FRAMES` consecutive frames with the centre outside; n if none.
+    """Return the first frame of a loss, `LOSS_FRAMES` frames with the centre outside; n if none.
 
-    Only evaluated frames count, and only if `VISIBLE_FRACTION` of the target or an unknown fraction
-    is visible. All arguments have shape (n,).
+    The frames of a loss are consecutive evaluated frames in which `VISIBLE_FRACTION` of the target
+    or an unknown fraction is visible. Other frames are skipped. All arguments have shape (n,).
     """
     counted = np.flatnonzero(evaluated & ~(visibility < VISIBLE_FRACTION))
     start = first_streak(~inside[counted], LOSS_FRAMES)
@@ -110,7 +110,7 @@ def _mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
 
 
 def _quantile(values: NDArray[np.float64], q: float) -> float:
-    """Return a quantile by linear interpolation; infinite if an infinite value has a weight."""
+    """Return a quantile by linear interpolation; infinite if an interpolated value is infinite."""
     if not len(values):
         return np.nan
     ordered = np.sort(values)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # boxes of 1e308, empty boxes
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # coordinates of 1e308, empty boxes
 def overlap(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
     """Return the intersection over union of boxes, shape (n, 4), by row: shape (n,) in [0, 1].
 

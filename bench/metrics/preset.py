@@ -41,7 +41,7 @@ class GroundTruthArrays:
     image_size: tuple[int, int] | None = (
         None  # width and height of the images, for presets that clip regions
     )
-    shapes: Shapes = None  # for presets with overlaps of regions
+    shapes: Shapes = None  # polygons or masks, for presets that use them instead of boxes
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """Overlap of a ground-truth region (box, polygon or mask) with a box, clipped to the image.
 
 `raster_overlap` is the definition of the VOT toolkit: coordinates are rounded to whole pixels and
-pixels are counted. A box covers the pixels from its corner on, a polygon also those of its
-vertices. `exact_overlap` uses areas. docs/metrics.md lists the differences.
+pixels are counted. A box of width w covers w columns, a polygon also the pixels of its vertices.
+ `exact_overlap` uses areas. docs/metrics.md lists the differences.
 """
 
 from collections.abc import Iterator, Sequence
@@ -101,7 +101,7 @@ def _boxes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 def _pixel_overlap(
     shape: NDArray[np.float64], corners: NDArray[np.int64], size: tuple[int, int] | None
 ) -> float:
-    """Return the overlap of a mask or of a polygon with integer coordinates with a box."""
+    """Return the overlap between a box and a mask or polygon, all with integer coordinates."""
     left, top, right, bottom = (int(value) for value in corners)
     mask, x, y = (shape, 0, 0) if shape.dtype == bool else _polygon_pixels(shape, size, left)
     height, width = mask.shape
@@ -117,10 +117,10 @@ def _polygon_pixels(
 ) -> tuple[NDArray[np.bool_], int, int]:
     """Return the pixels of a polygon with integer coordinates as a mask, with its column and row.
 
-    In each row the crossings with edges are paired; the pixels of a pair are inside, including both
-    ends. Equal crossings count once if another one follows. Crossings are truncated to integers.
-    Columns are counted from `from_column` if it is left of the polygon, as VOT counts from the left
-    end of both regions.
+    In each row, crossings with edges are truncated to integers, sorted and paired. Pixels from the
+    first to the second crossing of a pair are inside. Of two equal crossings the first is ignored,
+    unless they are the last two of the row. Columns are counted from `from_column` if it is left of
+    the polygon, as VOT counts from the left end of both regions.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     low[0] = min(low[0], from_column)

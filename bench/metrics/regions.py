@@ -1,9 +1,8 @@
 """Scores of masks: region similarity J and contour accuracy F of the DAVIS benchmark.
 
-Source: Perazzi, Pont-Tuset, McWilliams, Van Gool,
-Gross, Sorkine-Hornung, "A benchmark dataset and evaluation methodology for video object
-segmentation", CVPR 2016, with the conventions of the published evaluation
-(github.com/davisvideochallenge/davis2017-evaluation).
+Source: Perazzi, Pont-Tuset, McWilliams, Van Gool, Gross, Sorkine-Hornung, "A benchmark dataset and
+evaluation methodology for video object segmentation", CVPR 2016, with the conventions of the
+published evaluation (github.com/davisvideochallenge/davis2017-evaluation).
 """
 
 from dataclasses import dataclass
@@ -57,10 +56,10 @@ def contour_accuracy(
     """Return the contour accuracy F, the harmonic mean of the contours' precision and recall.
 
     Precision is the share of contour pixels of the estimate that have a contour pixel of the ground
-    truth within the tolerance. Recall is the reverse. A pixel is on a contour if its right, lower
-    or lower right neighbour differs; the border of the image is not a contour. F is 1 if neither
-    mask has a contour and 0 if only one has. `tolerance`: share of the image diagonal, rounded up
-    to whole pixels. Raises `ValueError` for masks of different shapes.
+    truth within the tolerance. Recall exchanges the two. A pixel is on a contour if its right,
+    lower or lower right neighbour differs; the border of the image is not a contour. F is 1 if
+    neither mask has a contour and 0 if only one has. `tolerance`: share of the image diagonal,
+    rounded up to whole pixels. Raises `ValueError` for masks of different shapes.
     """
     _check_shapes(estimate, truth)
     # Contours exist only near the masks: the computation is restricted to this part.

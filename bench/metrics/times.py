@@ -2,8 +2,8 @@
 
 Trackers with one thread are compared by CPU time: other load can double the wall time and affects
 the CPU time less. They are compared by *warm* times, on images in memory. The *as-decoded* time is
-that of an update right after decoding, which evicts the CPU caches; it was 1.4 to 3.1 times as
-long.
+that of an update right after decoding, which evicts the CPU caches. In measurements it was 1.4 to
+3.1 times as long.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Times:
     cpu: NDArray[Any]
     initialisation_wall: float  # time of `init`
     initialisation_cpu: float
-    warm_wall: NDArray[Any] | None = None  # None in results of versions without warm times
+    warm_wall: NDArray[Any] | None = None  # None in results of older versions of trackmark
     warm_cpu: NDArray[Any] | None = None
 
 

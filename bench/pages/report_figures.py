@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import heading
 from trackmark.bench.pages.player_runs import PageRuns
+from trackmark.bench.reporting.by_annotation import MIN_AXES, AnnotationReport
 from trackmark.bench.reporting.by_attribute import AttributeReport, write_plot
 from trackmark.bench.reporting.by_preset import PresetScores
 from trackmark.bench.reporting.film_strips import TRACE_WORDS, write_strips
 from trackmark.reports.figures import heat_plot, write_for_papers
 from trackmark.reports.page.content import Chart, Line, Page
 from trackmark.reports.plots import chart_plot
+from trackmark.reports.radar import radar_plot
 
 
 @dataclass(frozen=True)
@@ -24,14 +26,15 @@ class FigureFiles:
     """Requested figures.
 
     `suffix`: format, such as `.png`; film strips are PNG. `on_message`: called with a message on
-    each sequence and preset that cannot be drawn. `scored`, `by_attribute`: scores of presets that
-    are also drawn.
+    each sequence and preset that cannot be drawn. `scored`, `by_attribute`, `annotated`: scores of
+    presets that are also drawn.
     """
 
     suffix: str
     on_message: Callable[[str], None]
     scored: Sequence[PresetScores] = ()
     by_attribute: Sequence[AttributeReport] = ()
+    annotated: Sequence[AnnotationReport] = ()
 
 
 def write_figures(
@@ -53,6 +56,10 @@ def write_figures(
     for table, measure, curves in requested.by_attribute:
         file = folder / f"{table.name}{requested.suffix}"
         paths += write_plot(file, curves, measure, page.title)
+    for report in requested.annotated:
+        if len(report.heads) >= MIN_AXES:
+            figure = radar_plot(report.scores, report.heads, report.quantity, page.title)
+            paths += write_for_papers(folder / f"{report.table.name}{requested.suffix}", figure)
     return paths + write_strips(experiment, folder, requested.on_message, runs.trackers)
 
 

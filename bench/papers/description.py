@@ -21,7 +21,7 @@ Options = dict[Text, str]
 
 
 class SequenceEntry(Entry):
-    """Sequence that claims and tables name. Values of several members are summed."""
+    """Sequence as named in claims and tables. Values of several members are summed."""
 
     members: Annotated[tuple[Text, ...], BeforeValidator(as_tuple)]
     scenes_of: Text | None = None  # name of the scenes in criteria.csv, if not that of the member
@@ -81,7 +81,8 @@ class FigureEntry(Entry):
     sequence: Text = ""
     trackers: Names = ()
     frames: tuple[int, ...] = ()
-    paper: dict[Text, tuple[Literal["on", "off"], ...]] = Field(default={})  # by tracker and frame
+    # tracked (`on`) or lost (`off`) in the paper, by tracker and frame
+    paper: dict[Text, tuple[Literal["on", "off"], ...]] = Field(default={})
     shape: Literal["box", "ellipse"] = "box"  # drawn around the target in a strip
     of: Text = "error"  # value per frame of a series
     quantity: str = ""  # axis label of a series with its unit
@@ -141,16 +142,16 @@ class Description(Entry):
     citation: Text
     method: Text
     finding: Text  # result of the reproduction in one sentence
-    # Stochastic trackers; odd, because a scene succeeds if more than half of its runs do.
+    # Runs of stochastic trackers; odd, because a scene succeeds if more than half of its runs do.
     repetitions: Annotated[int, Field(ge=1)] = 1
     frames_from: int = 0  # number of the first frame in the paper
-    # Tracked frames: `within` (error up to half the mean box side), `inside` (centre in the box),
-    # or a function in the paper's `measures.py`.
+    # Definition of a tracked frame: `within` (error up to half the mean box side), `inside` (centre
+    # in the box), or a function in the paper's `measures.py`.
     on_target: Text = "within"
     trace: Literal["online", "revised"] = "online"
     quick_scenes: Annotated[int, Field(ge=1)] = 3
     trackers: dict[Text, Text]  # specifications by the names of claims, tables and figures
-    settings: dict[Text, Options]  # added to each tracker, by its registered name
+    settings: dict[Text, Options]  # options added to each tracker, by its registered name
     sequences: dict[Text, Annotated[SequenceEntry, BeforeValidator(_as_sequence)]]
     setting_table: tuple[tuple[str, ...], ...]  # parameter, both settings, source
     main_table: MainTable

@@ -1,4 +1,4 @@
-"""Runs that the numbers of a page open in its player, with the frames around their worst frames."""
+"""Runs that a click on a number of a page opens in the player, and frames around the worst one."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,14 +28,12 @@ from trackmark.bench.store.truth import read_truth
 from trackmark.reports.page.content import PlayerPosition, PlayerScene
 
 SHOWN_SCENES = 6  # maximum per claim and setting
-KINDS = {
-    "overlap": "overlap",
-    "frames": "loss",
-}  # worst frame by unit of the measure; otherwise the largest error
+# kind of the worst frame, by unit of the measure; otherwise the frame with the largest error
+KINDS = {"overlap": "overlap", "frames": "loss"}
 MAX_FRAMES = 2400  # maximum per page: about 10 MB
 MAX_SECONDS, MAX_QUICK_SECONDS = 20.0, 1.0  # maximum time to render the frames of a page
 REACHES = (1_000_000, 100, 50, 20, 10, 5, 2)
-"""Candidates for the number of frames around a worst frame; the first within the limits is used."""
+"""Numbers of frames before and after a worst frame; the first within the limits is used."""
 
 
 class ShownRun(NamedTuple):
@@ -57,7 +55,7 @@ class SceneRow(NamedTuple):
 
 @dataclass(frozen=True)
 class Footage:
-    """Rendered scenes of a page, and the positions in the player that its numbers open."""
+    """Rendered scenes of a page, and the position in the player that each number opens."""
 
     reading: PageRuns
     scenes: Sequence[PlayerScene]
@@ -83,8 +81,8 @@ def film_runs(
     places = {run: place for run in runs if (place := _place(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.effort.quick else MAX_SECONDS
     frames = _frames(reading, list(places.values()), limit)
-    filmed = [*scenes(reading, str(results), watch, selected=frames)] if files else []
-    return Footage(reading, filmed, places)
+    player_scenes = [*scenes(reading, str(results), watch, selected=frames)] if files else []
+    return Footage(reading, player_scenes, places)
 
 
 def _stored(places: Iterable[tuple[Path, RunKey]]) -> Iterator[StoredRun]:
@@ -109,19 +107,19 @@ def _place(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition
 def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float) -> list[list[int]]:
     """Choose frames of each sequence around the places, within limits of size and time."""
     costs = [stage.row["frame_seconds"] or 0.0 for stage in reading.stages]
-    chosen: list[list[int]] = []
+    frames_by_sequence: list[list[int]] = []
     for reach in REACHES:
         sets: list[set[int]] = [set() for _ in reading.stages]
         for place in places:
-            n = len(reading.stages[place.sequence].truth)
-            sets[place.sequence].update(
-                range(n)[max(0, place.frame - reach) : place.frame + reach + 1]
-            )
-        chosen = [*map(sorted, sets)]
-        took = sum(cost * len(frames) for cost, frames in zip(costs, chosen, strict=True))
-        if took <= seconds and sum(map(len, chosen)) <= MAX_FRAMES:
+            last = len(reading.stages[place.sequence].truth) - 1
+            near = range(max(0, place.frame - reach), min(last, place.frame + reach) + 1)
+            sets[place.sequence] |= {*near}
+        frames_by_sequence = [*map(sorted, sets)]
+        pairs = zip(costs, frames_by_sequence, strict=True)
+        needed = sum(cost * len(frames) for cost, frames in pairs)
+        if needed <= seconds and sum(map(len, frames_by_sequence)) <= MAX_FRAMES:
             break
-    return chosen
+    return frames_by_sequence
 
 
 def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneRow]:

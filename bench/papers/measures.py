@@ -1,7 +1,7 @@
 """Measures of a run; a specification is, for example, `mean_error:first=36:last=80`.
 
 A measure is a function of a `JudgedRun` with the decorator `@measure`. A paper's `measures.py` adds
-further ones. Frames are numbered as in the paper.
+further measures. Frames are numbered as in the paper.
 """
 
 import importlib
@@ -43,7 +43,7 @@ class JudgedRun:
 
     run: Run
     truth: StoredTruth  # boxes are those of the init region
-    description: Description  # of the paper
+    description: Description  # content of `paper.toml`
     tracker: str  # specification
 
     @cached_property
@@ -276,7 +276,7 @@ def mean_overlap(judged: JudgedRun, first: int | None = None, last: int | None =
 
 @measure("frames")
 def first_loss(judged: JudgedRun) -> float:
-    """Return the number of frames before the target is lost until the end."""
+    """Return the number of frames up to the last frame in which the target is tracked."""
     on = np.flatnonzero(judged.on_target)
     return float(on[-1] + 1 if len(on) else 0)
 
@@ -303,7 +303,7 @@ def pattern(
 
     `on=11+16`: tracked in all of these frames. `off=58+100`: tracked in none of them.
     `once_off=12-15`: not tracked in at least one of them. `mean_off=36-51`: the mean error over
-    them exceeds the tolerance.
+    these frames exceeds the tolerance.
     """
     holds = bool(_on_at(judged, parse_frames(on)).all()) if on else True
     holds &= not (off and _on_at(judged, parse_frames(off)).any())

@@ -90,32 +90,33 @@ def requests(
 ) -> list[Request]:
     """Return the runs that the main table, the figures and, unless quick, the claims need.
 
-    All trackers of a sequence run on equally many scenes, the most that a claim needs: images are
-    rendered once for all trackers.
+    All trackers of a sequence run on the same scenes, because images are rendered once for all
+    trackers. The claim that needs the most scenes determines their number.
     """
-    count: dict[str, int] = {}
-    wanted: dict[tuple[str, str], None] = {}
+    scene_counts: dict[str, int] = {}
+    tracker_texts: dict[tuple[str, str], None] = {}
 
-    def want(sequences: Iterable[str], trackers: Iterable[str], scenes: int) -> None:
+    def add(sequences: Iterable[str], trackers: Iterable[str], scenes: int) -> None:
         for sequence in sequences:
-            count[sequence] = max(count.get(sequence, 0), scenes)
+            scene_counts[sequence] = max(scene_counts.get(sequence, 0), scenes)
             for tracker in trackers:
                 texts = [tracker_text(description, tracker, setting) for setting in SETTINGS]
-                wanted.update(dict.fromkeys((sequence, text) for text in texts))
+                tracker_texts.update(dict.fromkeys((sequence, text) for text in texts))
 
     scenes_shown = description.quick_scenes if effort.quick else MAIN_SCENES
     for row in description.main_table.rows:
-        want(row.sequences, row.trackers, scenes_shown)
+        add(row.sequences, row.trackers, scenes_shown)
     for figure in description.figure.values():
         if figure.sequence and figure.is_drawn(effort.quick):
-            want([figure.sequence], figure.trackers, scenes_shown)
+            add([figure.sequence], figure.trackers, scenes_shown)
     for claim in () if effort.quick else claims.values():
         if claim.trackers:
-            want(claim.sequences, claim.trackers, claim.n_scenes)
+            add(claim.sequences, claim.trackers, claim.n_scenes)
     repetitions = 1 if effort.quick else description.repetitions
     repetitions = min(repetitions, effort.seeds or repetitions)
     return [
-        Request(sequence, tracker, count[sequence], repetitions) for sequence, tracker in wanted
+        Request(sequence, tracker, scene_counts[sequence], repetitions)
+        for sequence, tracker in tracker_texts
     ]
 
 
@@ -131,32 +132,32 @@ def sensitivity_requests(description: Description, table: Sensitivity) -> list[R
 
 
 def experiments(
-    description: Description, wanted: Iterable[Request], suffix: str = ""
+    description: Description, needed_runs: Iterable[Request], suffix: str = ""
 ) -> list[Experiment]:
     """Convert requests to experiments: one for all sequences with the same trackers."""
     trackers: dict[tuple[str, str, int, int], list[str]] = {}
-    for request in wanted:
+    for request in needed_runs:
         key = request.sequence, request.on, request.scenes, request.repetitions
         trackers.setdefault(key, []).append(request.tracker)
     groups: dict[tuple[tuple[str, ...], int], list[tuple[str, str, int]]] = {}
     for (sequence, on, scenes, repetitions), texts in trackers.items():
         groups.setdefault((tuple(texts), repetitions), []).append((sequence, on, scenes))
     planned: list[Experiment] = []
-    for (chosen, repetitions), places in groups.items():
+    for (tracker_texts, repetitions), sequence_keys in groups.items():
         names = [
             text
-            for sequence, on, scenes in places
+            for sequence, on, scenes in sequence_keys
             for members in scene_names(description, sequence, scenes, on)
             for text in members
         ]
-        name = f"{description.name}-{suffix}{places[0][0].replace(' ', '-')}"
+        name = f"{description.name}-{suffix}{sequence_keys[0][0].replace(' ', '-')}"
         while name in {item.name for item in planned}:
             name += "-more"
-        sequence_names = ", ".join(dict.fromkeys(sequence for sequence, *_ in places))
+        sequence_names = ", ".join(dict.fromkeys(sequence for sequence, *_ in sequence_keys))
         planned.append(
             Experiment(
                 name=name,
-                trackers=chosen,
+                trackers=tracker_texts,
                 sequences=tuple(map(SequenceSource, dict.fromkeys(names))),
                 repetitions=repetitions,
                 title=f"{description.name}: {sequence_names}",

@@ -84,8 +84,8 @@ class Reproduction:
         """Return the experiments to run, in order."""
         planned = experiments(self.description, requests(self.description, self.claims, effort))
         if effort.everything:
-            wanted = sensitivity_requests(self.description, read_sensitivity(self.name))
-            planned += experiments(self.description, wanted, "sensitivity-")
+            needed_runs = sensitivity_requests(self.description, read_sensitivity(self.name))
+            planned += experiments(self.description, needed_runs, "sensitivity-")
         return planned
 
     def report(

@@ -65,7 +65,7 @@ class StoredRuns:
         return {key: [files[k] for k in sorted(files)] for key, files in places.items()}
 
     def files(self, tracker: str, sequence: str) -> list[StoredPlace]:
-        """Return the places of a tracker's runs on a sequence (specifications), by repetition."""
+        """Return folders and keys of runs on a sequence (both specifications), by repetition."""
         key = parse_tracker(tracker).label, datasets.identity(sequence)[0]
         return self._files.get(key, [])
 

@@ -26,7 +26,7 @@ from trackmark.datasets.spec_string import parse_text
 
 FOLDER = Path(__file__).parent
 CHECKED_SCENES = 40
-FIRST_SCENE = 200  # default; trials have used scenes with lower numbers
+FIRST_SCENE = 200  # default first scene; scenes with lower numbers were used to design the scenes
 CLIPS = "nguyen2002/clips"  # sequence whose scene is a set of clips
 COMPARISONS = {"<=": operator.le, ">=": operator.ge}
 
@@ -111,7 +111,8 @@ def check_paper(
 ) -> list[CriterionValue]:
     """Measure a paper's criteria on the first `count` scenes of each sequence.
 
-    `only`: part of the names of the checked sequences. `first_scene`: replaces the frozen one.
+    `only`: part of the names of the checked sequences. `first_scene`: replaces the first scene of
+    `criteria.toml`.
     """
     frozen, rows = read_criteria(paper)
     sequences = [name for name in dict.fromkeys(row.sequence for row in rows) if only in name]
@@ -182,8 +183,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m trackmark.bench.papers.scene_check")
     parser.add_argument("paper")
     parser.add_argument("--scenes", type=int, default=CHECKED_SCENES, help="scenes per sequence")
-    parser.add_argument("--first", type=int, help="first scene instead of the frozen one")
-    parser.add_argument("--only", default="", help="part of a sequence's name")
+    parser.add_argument("--first", type=int, help="number of the first scene")
+    parser.add_argument(
+        "--only", default="", help="check only sequences with this text in the name"
+    )
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--write", action="store_true", help="write criteria.csv")
     arguments = parser.parse_args()

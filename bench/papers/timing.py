@@ -95,7 +95,7 @@ class _Side:
         self._method: Any = None
 
     def turn(self, number: int, start: int, stop: int) -> float:
-        """Return the CPU time of updates on images of a clip [s]; start 0 re-initialises."""
+        """Return the CPU time of updates on images of a clip [s]; start 0 begins the clip again."""
         if start == 0:
             self._method = deepcopy(self._initialised[number])
         update, images = self._method.update, self._clips[number][1][start + 1 : stop + 1]

@@ -18,10 +18,12 @@ class RankedTracker(NamedTuple):
 
     name: str
     mean: float
-    interval: tuple[float, float] | None = None  # of the mean; None below `MIN_UNITS` units
-    wins: int = 0  # units on which it is better than every other tracker
+    interval: tuple[float, float] | None = (
+        None  # interval of the mean; None below `MIN_UNITS` units
+    )
+    wins: int = 0  # number of units on which the tracker is better than every other tracker
     milliseconds: float = nan  # per frame
-    answer: str = ""  # `better` if the main tracker is better than this one, and so on
+    answer: str = ""  # decision on the main tracker against this one, such as `better`
     reason: str = ""  # reason of an inconclusive answer
 
 
@@ -40,7 +42,7 @@ class Measured:
 
 
 class Answer(NamedTuple):
-    """Answer: one sentence, and sentences with the runner-up, the wins and the limit."""
+    """Answer in one sentence, and details: second-best tracker, wins, too few units."""
 
     heading: str
     details: tuple[str, ...] = ()
@@ -59,7 +61,7 @@ def answer(
 ) -> Answer:
     """Return the answer of a comparison.
 
-    `main`: tracker that is compared with each other one, by default the one with the best mean.
+    `main`: tracker that is compared with every other one; by default, that with the best mean.
     `left_out`: trackers without a score, as all of their runs failed. With fewer than `MIN_UNITS`
     units no tracker is called better.
     """

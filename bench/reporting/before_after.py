@@ -55,17 +55,21 @@ def _table(stages: Mapping[str, Rows], caption: str) -> Table:
     """Return a table with each tracker before and after, over its replaced runs."""
     runs = to_data_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
     masks = [m for m in MASKS if m.name in runs and runs[m.name].notna().any()]
-    missing = [m.name for m in SUMMARY if m.name not in runs]  # for example of supervised runs
+    missing = [
+        m.name for m in SUMMARY if m.name not in runs
+    ]  # for example, supervised runs have no one-pass scores
     runs = runs.assign(**dict.fromkeys(missing, np.nan))
     measures = TIMES if (runs["protocol"] == "timing").any() else (*SUMMARY, *masks)
     parts: list[Table] = []
     rows: list[list[Cell]] = []
-    for name, its in runs.groupby("tracker", sort=False, observed=True):
-        labelled = its.assign(tracker=[f"{name}, {stage}" for stage in its["stage"]])
+    for name, tracker_runs in runs.groupby("tracker", sort=False, observed=True):
+        labelled = tracker_runs.assign(
+            tracker=[f"{name}, {stage}" for stage in tracker_runs["stage"]]
+        )
         parts.append(summary_table(labelled, measures, "", PRESET))
         rows += [
             [Cell(str(name)), Cell(str(stage)), *row[1:]]
-            for stage, row in zip(its["stage"].unique(), parts[-1].rows, strict=True)
+            for stage, row in zip(tracker_runs["stage"].unique(), parts[-1].rows, strict=True)
         ]
     return replace(
         parts[0],

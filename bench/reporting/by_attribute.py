@@ -48,10 +48,10 @@ class Bin(NamedTuple):
     first: float  # lowest value of the attribute
     last: float  # highest value
     sequences: int
-    mean: float  # of the scores
-    low: float  # of the 95 % interval of this mean
-    high: float
-    centre: float  # mean of the attribute
+    mean: float  # mean score
+    low: float  # lower end of the 95 % interval of the mean score
+    high: float  # upper end of this interval
+    centre: float  # mean value of the attribute
 
 
 @dataclass(frozen=True)
@@ -231,8 +231,8 @@ def attribute_curves(
 def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
     """Return indices of sequences in bins of similar size, in the order of their values, (n,).
 
-    Each bin has at least `MIN_UNITS` sequences; there are at most `MAX_BINS` bins, and none instead
-    of one. Equal values are in the same bin.
+    Each bin has at least `MIN_UNITS` sequences. The number of bins is 0 or from 2 to `MAX_BINS`.
+    Equal values are in the same bin.
     """
     values = np.asarray(places, np.float64)
     order = np.argsort(values, kind="stable")
@@ -266,7 +266,7 @@ def attribute_table(
     notes += [
         f"Intervals of correlations are corrected for all {len(curves)} rows (Bonferroni) and hold "
         "together at 95 %; * or bold: the interval excludes 0.",
-        "Lowest and highest: means over the sequences with least and most of the attribute.",
+        "Lowest and highest: mean scores in the bins with the lowest and highest attribute values.",
     ]
     if few:
         notes.append(

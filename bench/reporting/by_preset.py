@@ -57,14 +57,14 @@ TOGETHER = "all sequences"
 MEANS = "mean of sequences"
 """Label of rows with means over units, if the preset has other weights of sequences."""
 
-LATE = ScoreMeasure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
+LATE = ScoreMeasure("late_share", "late estimates", "%", None, 1, scale=100, rank=-1)
 """Share of frames after the first with an estimate of an earlier frame (real-time evaluation)."""
 
 NOT_SCORED = "not scored"
 """Status of finished runs that a preset cannot score."""
 
 _MAX_NOTES = 3
-"""Maximum number of notes on runs that cannot be judged."""
+"""Maximum number of notes on runs that cannot be scored."""
 
 ScoredRun = PresetResult | str
 """Result of a run by a preset, or the reason why the preset cannot score the run."""
@@ -181,6 +181,27 @@ def runs_by(
     return runs.drop(columns=columns, errors="ignore").join(_scores(results, columns))
 
 
+def scores_by_group(
+    folder: Path, name: str, runs: pd.DataFrame, groups: Mapping[str, Collection[str]], stored: str
+) -> dict[str, dict[str, PresetResult]]:
+    """Return the results of a preset over groups of sequences, by group and tracker.
+
+    `runs`: as `load_results` returns them. `groups`: names of sequences by group. `stored`: stored
+    name of the protocol. A tracker is omitted if one of its runs has no score.
+    """
+    runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
+    runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+    table = _PresetTable(name, runs, _judge_runs(folder, [name], runs)[name], "")
+    return {
+        group: {
+            str(tracker): _overall(table.preset, rows[rows["sequence"].isin(members)], table.judged)
+            for tracker, rows in table.runs.groupby("tracker", sort=False)
+            if tracker in table.together
+        }
+        for group, members in groups.items()
+    }
+
+
 def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
     """Return the scores of a run by preset; None for a preset that cannot score the run.
 
@@ -257,7 +278,7 @@ def _judge_run(run: Run, truth: StoredTruth, name: str) -> ScoredRun:
 
 
 def _scores(scored: Mapping[int, ScoredRun], columns: list[str]) -> pd.DataFrame:
-    """Return the scores of judged runs by row."""
+    """Return the scores of runs by row."""
     scores = {row: dict(run.scores) for row, run in scored.items() if isinstance(run, PresetResult)}
     return pd.DataFrame.from_dict(scores, "index", columns=columns)
 
@@ -320,7 +341,7 @@ class _PresetTable:
         rows, data = list[list[TableCell]](), list[pd.DataFrame]()
         if self.preset.combine is not mean_of_sequences:
             label = MEANS
-            words += f"; {TOGETHER}: as the preset weights them, without interval"
+            words += f"; {TOGETHER}: weighted as the preset defines, without interval"
             if self.together:
                 together = self._together_table()
                 rows += [[*row[:2], *map(_without_interval, row[2:])] for row in together.rows]
@@ -354,8 +375,8 @@ def _overall(
 ) -> PresetResult:
     """Combine the runs of a tracker."""
     by_sequence = [
-        [judged[row] for row in its.index if row in judged]
-        for _, its in rows.groupby("sequence", sort=False)
+        [judged[row] for row in sequence_rows.index if row in judged]
+        for _, sequence_rows in rows.groupby("sequence", sort=False)
     ]
     return preset.overall(by_sequence)
 

@@ -1,11 +1,11 @@
 """Worst scores for failed runs, and notes on them.
 
-A failed run counts as the run of a tracker without boxes after the initialisation. Scores with
-better high values are 0, and the target is lost in the first frame after the initialisation. The
-centre error is the diagonal of the image, or without image size a lower bound: the diagonal from
-the origin to the farthest corner of the ground truth. Other scores with better low values have no
-bound: they are those of a tracker that fails as often as possible. Scores of masks are 0. Times
-have no worst value and stay missing.
+A failed run is scored like a run without boxes after the initialisation. Scores of which higher is
+better are 0, and the target is lost in the first frame after the initialisation. The centre error
+is the diagonal of the image. If the size of the image is unknown, it is a lower bound: the diagonal
+from the origin to the farthest corner of the ground truth. Other scores of which lower is better
+have no upper bound: they are those of a tracker that fails as often as possible. Scores of masks
+are 0. Times have no worst value and stay missing.
 """
 
 from collections.abc import Sequence
@@ -107,7 +107,7 @@ def judge_failed(run: Run, truth: StoredTruth, preset: str) -> PresetResult:
 
 
 def _lost_run(run: Run) -> Run:
-    """Return a run without boxes, in which a supervised tracker fails as often as possible."""
+    """Return a run without boxes; in a supervised run, each restart is followed by a failure."""
     n = len(run.boxes)
     states: NDArray[np.int32] | None = None
     if run.states is not None:

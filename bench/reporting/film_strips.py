@@ -71,8 +71,9 @@ def boxes_on(
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, Outlines]]:
     """Return boxes, with the ground truth first, and outlines on a sequence by label.
 
-    A label is a tracker, with the trace if it revised boxes. Outlines exist for online estimates
-    only. Failed runs are included up to their failure.
+    A label is the name of a tracker. If the tracker revised boxes, it ends with the trace, online
+    or revised. Outlines exist for online estimates only. Failed runs are included up to their
+    failure.
     """
     experiments = experiment_folders(folder)
     stored = [run for path in experiments for run in one_pass_runs(path, sequence=sequence)]

@@ -1,4 +1,4 @@
-"""Charts of both reports and comparisons: survival, and a score against the time."""
+"""Charts that reports and comparisons share: survival, and a score against the time."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType

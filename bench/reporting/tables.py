@@ -123,21 +123,23 @@ def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "
     result += _table_of("segmentation", segmenting, SEGMENTATION, masks)
     notes = list(not_repeatable(runs).values())
     result = [replace(table, notes=[*table.notes, *notes]) for table in result]
-    times = f"{title}, timing runs (none where load disturbed a pass: remove it and run again)"
+    times = (
+        f"{title}, timing runs (no time: other load disturbed a pass; remove the run and repeat it)"
+    )
     return result + _table_of("times", timed, TIMES, times)
 
 
 def _table_of(
     name: str, runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str
 ) -> list[Table]:
-    """Make a table of every sequence with this name; an empty list without runs."""
+    """Make a table of scores by sequence with the given name; an empty list without runs."""
     if runs.empty:
         return []
     return [replace(sequence_table(runs, measures, title, PRESET), name=name)]
 
 
 def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
-    """Return a note by tracker whose timing run has other scores than its run with the same seed.
+    """Return a note for each tracker whose accuracy and timing runs of one seed differ in scores.
 
     `runs`: as `load_results` returns them. Scores are compared, as equal boxes have equal scores.
     """
@@ -211,9 +213,8 @@ def meaning_of_intervals(units: StatisticalUnits) -> str:
             "± standard deviation over repetitions."
         )
     return (
-        f"[from, to]: 95 % interval of the mean {units.scope}. * or bold: the best mean, and every "
-        "tracker that is worse than no other by the interval of their difference, corrected for "
-        "all pairs."
+        f"[from, to]: 95 % interval of the mean {units.scope}. * or bold: no other tracker is "
+        "better, by the interval of the difference, corrected for all pairs."
     )
 
 

@@ -36,7 +36,8 @@ def decide_deterministic(difference: float, margin: float) -> Decision:
 def decide_by_seeds(differences: ArrayLike, comparisons: int, detect: float) -> Decision:
     """Judge a stochastic tracker by its differences, shape (seeds,), in the range -1 to 1.
 
-    `comparisons`: number of decisions that share the 5 % of false ones. `detect`: drop to detect.
+    `comparisons`: number of decisions; the probability that any is false is 5 %. `detect`: drop to
+    detect.
     """
     decision = decide(differences, MARGIN, comparisons, unit="seeds")
     interval = decision.interval
@@ -52,7 +53,7 @@ def decide_by_seeds(differences: ArrayLike, comparisons: int, detect: float) -> 
 
 
 def _seeds_needed(mean: float, interval: Interval, seeds: int, detect: float) -> float:
-    """Estimate how many seeds would show a drop or exclude a drop of `detect`."""
+    """Estimate how many seeds would show a drop, or exclude one as large as `detect`."""
     ratios = []
     if mean < 0:
         ratios.append((interval.high - mean) / -mean)

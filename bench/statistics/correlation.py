@@ -16,10 +16,10 @@ def rank_correlation(
 ) -> tuple[float, Interval]:
     """Return Spearman's correlation of n pairs, and its interval by Fisher's z.
 
-    The variance of z is (1 + r²/2) / (n - 3), by Bonett and Wright. A perfect agreement of few
-    pairs can occur by chance: for the interval, r is clipped at half of the smallest step from ±1.
-    The interval is [-1, 1] with fewer than `MIN_UNITS` pairs. The correlation is NaN if one side is
-    constant. Infinite values have the last rank.
+    The variance of z is (1 + r²/2) / (n - 3), by Bonett and Wright. Few pairs can agree perfectly
+    by chance. For the interval, |r| is therefore limited to 1 - s / 2, where 1 - s is the largest
+    correlation of imperfect agreement. The interval is [-1, 1] with fewer than `MIN_UNITS` pairs.
+    The correlation is NaN if one side is constant. Infinite values have the last rank.
     """
     a, b = rankdata(first), rankdata(second)
     n = len(a)

@@ -14,7 +14,7 @@ MIN_SKEWNESS = 1e-6
 """Minimum skewness in Hall's transformation, which divides by the skewness."""
 
 MIN_RELATIVE_SPREAD = 1e-12
-"""Largest ratio of standard deviation to largest value that counts as a rounding error."""
+"""Ratio of standard deviation to largest value up to which the spread is a rounding error."""
 
 
 class Interval(NamedTuple):
@@ -91,7 +91,7 @@ def share_interval(successes: ArrayLike, trials: ArrayLike, confidence: float = 
     """
     good = int((2 * np.asarray(successes) > np.asarray(trials)).sum())
     n, tail = len(np.asarray(trials)), (1 - confidence) / 2
-    from scipy.special import betaincinv  # imported here, as `stdtrit` above
+    from scipy.special import betaincinv  # imported here for the same reason as `stdtrit`
 
     low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
     high = float(betaincinv(good + 1, n - good, 1 - tail)) if good < n else 1.0

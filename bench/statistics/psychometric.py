@@ -1,11 +1,11 @@
 """Psychometric threshold: the difficulty at which half of the runs survive.
 
 A difficulty is a number from 0, the easy end of a range, to 1, the hard end. The probability of
-survival falls with the difficulty x along a logistic curve, luck + (1 - lapse - luck) / (1 +
-exp((x - m) / s)). `lapse` is the share of runs that fail at any difficulty, `luck` the share that
-never fail. The threshold is the difficulty at which the curve is one half, and does not depend
-on these shares. Its posterior is a sum over a grid of all four numbers (as in psignifit), without
-iteration.
+survival falls with the difficulty x along a logistic curve, luck + (1 - lapse - luck) / (1 + exp((x
+- m) / s)). `lapse` is the share of runs that fail at any difficulty, `luck` the share that fail at
+none. The threshold is the difficulty at which the curve is one half; it is not the middle m if
+lapse and luck differ. Its posterior is computed on a grid of the four parameters m, s, lapse and
+luck (as in psignifit), without iteration.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from trackmark.bench.statistics.intervals import Interval
 Array = NDArray[np.float64]
 
 N_FIRST_RUNS, N_NEXT_RUNS = 20, 10
-"""Numbers of runs: first batch, evenly spread over the range; each further batch."""
+"""Numbers of runs in the first batch (evenly spread over the range) and in each further batch."""
 
 MAX_EXCESS = 0.5
 """Largest distance of a threshold from the range [widths of the range]."""
@@ -54,7 +54,7 @@ class Threshold:
         return (self.interval.high - self.interval.low) / 2
 
     def survival(self, difficulties: ArrayLike) -> Array:
-        """Return the posterior mean of the survival at each difficulty, shape (n,)."""
+        """Return the posterior mean of the survival probability at each difficulty, shape (n,)."""
         values = np.asarray(difficulties).tolist()
         return np.array([self.weights @ _grid().survival(x) for x in values])
 
@@ -80,8 +80,8 @@ def next_difficulties(
 ) -> Array:
     """Return random difficulties of the next runs in [0, 1], shape (count,).
 
-    Each of `count` equal shares of the posterior contains one difficulty. The estimate then depends
-    least on the shape of the curve.
+    The posterior is divided into `count` parts of equal probability; each part contains one
+    difficulty. The estimate then depends least on the shape of the curve.
     """
     shares = (np.arange(count) + generator.uniform(0, 1, count)) / count
     return np.clip([posterior.quantile(share) for share in shares.tolist()], 0.0, 1.0)
@@ -91,7 +91,7 @@ class _Grid(NamedTuple):
     """Grid of logistic curves; each field has shape (curves,)."""
 
     middles: Array
-    slopes: Array  # s: the curve falls from 90 % to 10 % within 4.4 s
+    slopes: Array  # s; the curve falls from 90 % to 10 % over a distance of 4.4 times s
     lapses: Array
     lucks: Array
     prior: Array  # logarithm of the prior

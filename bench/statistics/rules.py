@@ -1,7 +1,8 @@
 """Decision rules of `compare`, `check` and claims, with their constants.
 
-Each decision follows from the printed interval (`intervals.mean_interval`), so that they never
-contradict. A slow test simulates the rules and checks the properties that docs/ states.
+Each decision follows from the printed interval (`intervals.mean_interval`), so that decision and
+interval never contradict each other. A slow test simulates the rules and checks the properties that
+docs/ states.
 """
 
 from dataclasses import dataclass, replace
@@ -44,7 +45,9 @@ MIN_SCENES = 12
 """Minimum number of scenes for a verdict on a claim."""
 
 SHARE_LIMIT = 0.5
-"""Default limit of a share of scenes. A paper's figure shows one run, and thus a typical scene."""
+"""Default limit of a share of scenes. A paper's figure shows one run, which should be typical: what
+it shows must occur in most scenes.
+"""
 
 DEFAULT_SEEDS = 20
 """Number of seeds per sequence in a baseline."""
@@ -77,9 +80,9 @@ def decide(
     """Decide which of two sides is better by their differences on the same units.
 
     `differences`: first minus second, shape (n,), positive if the first is better. `margin`:
-    largest irrelevant difference, 0 or more. `comparisons`: number of comparisons that share the
-    5 % of false decisions. `limit`: largest possible absolute difference, at which intervals are
-    clipped. `unit`: plural, for reasons.
+    largest irrelevant difference, 0 or more. `comparisons`: number of comparisons; the probability
+    that any decision is false is 5 %. `limit`: largest possible absolute difference, at which
+    intervals are clipped. `unit`: name of the units in the plural, for the reason.
 
     Raises `ValueError` if a value is not finite or the margin is negative.
     """
@@ -197,7 +200,7 @@ def too_few(n: int, minimum: int, unit: str) -> str:
 def star_marks(
     values: ArrayLike, margin: float = MARGIN, *, higher: bool = True, limit: float = inf
 ) -> list[bool]:
-    """Return which trackers get a star: `decide` calls them worse in no pair.
+    """Return which trackers get a star: those that are not `worse` by `decide` in any pair.
 
     `values`: finite, shape (trackers, units). Fewer than two trackers or `MIN_UNITS` units give no
     marks. `margin` and `limit` are those of `decide`.

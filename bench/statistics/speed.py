@@ -25,7 +25,7 @@ MAX_MISSED = 0.05
 
 MIN_SESSIONS = 6
 _MAX_SESSIONS = 1000
-_MIN_SPREAD = 1e-4  # lower limit: two sessions can agree by chance to the last digit
+_MIN_SPREAD = 1e-4  # lower limit of the spread: two sessions can agree by chance to the last digit
 
 PaceLabel = Literal["slower", "inconclusive", "faster", "as fast"]
 
@@ -47,7 +47,7 @@ class Pace:
     low: float = nan  # 95 % interval
     high: float = nan
     sessions: int = 0
-    reason: str = ""  # reason why there is no timing
+    reason: str = ""  # reason why the tracker was not timed
 
 
 def log_ratio(times: NDArray[np.float64]) -> float:
@@ -68,8 +68,8 @@ def sample_of(logs: Sequence[float]) -> Sample:
 def judge_pace(sample: Sample, tests: int = 1) -> Pace:
     """Judge sessions by Student's t.
 
-    `sample`: log ratios to the old version. `tests`: number of trackers that share the 1 % of false
-    alarms.
+    `sample`: log ratios to the old version. `tests`: number of tested trackers; the probability of
+    any false alarm is 1 %.
     """
     levels = [0.975, 1 - MAX_MISSED, 1 - MAX_FALSE_ALARMS / tests]
     half, missed, alarm = (_standard_error(sample) * stdtrit(sample.n - 1, levels)).tolist()
@@ -88,7 +88,7 @@ def judge_pace(sample: Sample, tests: int = 1) -> Pace:
 def sessions_needed(sample: Sample, tests: int = 1) -> float:
     """Return the number of sessions that detects a slowdown of 5 % in 95 % of cases."""
     for n in range(MIN_SESSIONS, _MAX_SESSIONS):
-        # Half of the allowed misses, as the spread of few sessions can be too small by chance.
+        # Only half of the allowed misses is used: few sessions can agree too well by chance.
         steps = stdtrit(n - 1, 1 - MAX_FALSE_ALARMS / tests) + stdtrit(n - 1, 1 - MAX_MISSED / 2)
         if steps * _standard_error(sample._replace(n=n)) <= log1p(SLOWDOWN) - log1p(MARGIN):
             return float(n)

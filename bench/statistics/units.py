@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.bench.statistics.rules import MIN_UNITS
 
 Unit = Literal["sequence", "family", "scene"]
-"""Kind of a unit. A family is the part of a sequence's name before the first `:`."""
+"""Kind of a statistical unit. A family is the part of a sequence's name before the first `:`."""
 
 _PLURALS = {"sequence": "sequences", "family": "families", "scene": "scenes"}
 
@@ -35,7 +35,7 @@ class StatisticalUnits:
 
     @property
     def scope(self) -> str:
-        """Population of a decision: `for new scenes of these 2 families only`."""
+        """Population to which a decision applies: `for new scenes of these 2 families only`."""
         if self.kind != "scene":
             return f"for new {self.plural}"
         families = f"these {self.families} families" if self.families > 1 else "this family"
@@ -46,7 +46,7 @@ class StatisticalUnits:
         """Advice if there are too few families; empty for other units."""
         if self.kind != "family" or len(self) >= MIN_UNITS:
             return ""
-        return "; --unit scene answers for new scenes of these families"
+        return "; use --unit scene for conclusions about new scenes of these families"
 
     def means(self, values: ArrayLike) -> NDArray[np.float64]:
         """Return the mean over the sequences of every unit: (..., sequences) to (..., units)."""

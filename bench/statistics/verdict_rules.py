@@ -63,7 +63,7 @@ class Verdict:
 
     @property
     def _numbers(self) -> str:
-        """Estimate and interval, with two digits of half the width of the interval."""
+        """Estimate and interval, rounded to two digits of half the width of the interval."""
         width = self.interval.high - self.interval.low
         if isnan(width):
             return f"{self.statistic:.3g}"
@@ -238,8 +238,8 @@ def conjunction(parts: Mapping[str, Judge], comparisons: int = 1) -> Verdict:
     """Judge a claim with k parts, all of which must hold.
 
     The claim holds if all parts hold at 95 %: a false claim has at least one false part. It does
-    not hold if one part fails with its interval at level 1 - 0.05 / k: each part can fail by
-    chance. The result contains the numbers of the first failing part, else of the first
+    not hold if one part does not hold by its interval at level 1 - 0.05 / k, because each part can
+    fail by chance. The result contains the numbers of the first failing part, else of the first
     inconclusive part, else of the first part. `comparisons`: number of parts of the enclosing
     claim.
     """
@@ -271,7 +271,8 @@ def _beyond_limit(
 ) -> Verdict:
     """Judge whether the interval of at least `least` units is above a limit.
 
-    `scale`: converts a value into the unit of the averaged numbers.
+    `scale`: function that converts a value into the unit of the averaged numbers, such as a
+    logarithm.
     """
     verdict: Outcome = "inconclusive"
     if n < least:

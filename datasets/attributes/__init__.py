@@ -1,4 +1,4 @@
-"""Attributes of difficulty, measured from pixels and ground truth of a sequence and cached.
+"""Attributes that describe how difficult a sequence is, measured from pixels and ground truth.
 
 >>> from trackmark.datasets.attributes import names
 >>> names()[:3]

@@ -22,7 +22,7 @@ class Attribute:
     Attributes
     ----------
     name : str
-        Name of the function that measures it.
+        Name of the function that measures the attribute.
     definition : str
         Formula, meaning and source; the first line is a summary.
     unit : str
@@ -49,7 +49,10 @@ class Attribute:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     def overall(self, series: ArrayLike) -> float:
-        """Return a sequence's value from those of its frames, shape (n,); NaN if all are NaN."""
+        """Return the value of a sequence from the values of its frames, shape (n,).
+
+        It is NaN if all values are NaN.
+        """
         values = np.asarray(series, np.float64)
         values = values[np.isfinite(values)]
         if len(values) == 0:

@@ -8,8 +8,8 @@ properties are averaged (`mean`). Properties that can end tracking in a single f
 95 % of the frames are below it (`95 %`), or above it if low values are difficult (`5 %`). A maximum
 would depend on single errors of the ground truth.
 
-Only boxes are used, also for polygons and masks. Few datasets have masks, and values from masks
-would not be comparable with values from boxes.
+Boxes are used even if the ground truth contains polygons or masks. Few datasets have masks, and
+values from masks would not be comparable with values from boxes.
 
 Sources: [OTB] Wu, Lim and Yang, CVPR 2013; [VOT] Kristan et al., PAMI 2016, and its toolkit's
 `sequence/clustering`; [VideoCube] Hu, Zhao, Huang and Huang, PAMI 2022; [Crete] Crete, Dolmiere,
@@ -26,8 +26,8 @@ from trackmark.datasets.attributes.attribute import attribute
 from trackmark.datasets.attributes.view import TargetView, part_of
 
 BLUR_PIXELS = 9  # width of the mean filter in [Crete]
-SURROUND_SCALE = 1.5  # side length of the surround relative to the box, as in [VOT]
-MIN_LEVELS = 1e-4  # smaller ranges of grey levels are rounding errors of resizing in float32
+SURROUND_SCALE = 1.5  # size of the box around the surroundings, relative to the box [VOT]
+MIN_LEVELS = 1e-4  # a smaller range of grey levels can be a rounding error of resizing
 N_BITS = 3  # bits of a colour channel in histograms: 8 bins per channel, 512 in total
 
 
@@ -53,7 +53,7 @@ def scale_change(now: TargetView) -> float:
 def aspect_change(now: TargetView) -> float:
     """Aspect ratio relative to the first frame, |log₂((w / h) / (w₁ / h₁))|.
 
-    The definition of [VOT] with another base of the logarithm.
+    [VOT] defines it with another base of the logarithm.
     """
     if now.first is None:
         return 0.0
@@ -61,9 +61,9 @@ def aspect_change(now: TargetView) -> float:
     return abs(log2(float(ratios[0] / ratios[1])))
 
 
-@attribute(unit="sizes a frame", statistic="95 %", minimum=0.0)
+@attribute(unit="sizes/frame", statistic="95 %", minimum=0.0)
 def motion(now: TargetView) -> float:
-    """Displacement of the box's centre since the previous frame per size, |c - c'| / √(w' h').
+    """Displacement of the box's centre since the previous frame, in sizes, |c - c'| / √(w' h').
 
     NaN if the target is absent in the previous frame. Camera motion is included.
     """
@@ -78,9 +78,10 @@ def blur(now: TargetView) -> float:
     """Fraction of the differences between adjacent pixels that remains after averaging [Crete].
 
     For the grey pixels in the box: Σ min(D, D') / ΣD, with Sobel differences D of the image and D'
-    of its mean over 9 pixels, along rows and along columns; the larger value. It ranges from 0
-    (only fine detail) to 1 (no fine detail), independent of gain and offset. Two pixels at the
-    border are left out, as in `blur_effect` of scikit-image. NaN for a uniform box.
+    of its mean over 9 pixels. The fraction is computed along rows and along columns, and the larger
+    one is returned: from 0 (only fine detail) to 1 (no fine detail), independent of gain and
+    offset. As in `blur_effect` of scikit-image, pixels at the border of the box are left out. NaN
+    for a uniform box.
     """
     shares = []
     for along, window in (((1, 0), (BLUR_PIXELS, 1)), ((0, 1), (1, BLUR_PIXELS))):
@@ -98,7 +99,7 @@ def blur(now: TargetView) -> float:
 
 @attribute(unit="grey levels", statistic="95 %", minimum=0.0, maximum=255.0)
 def brightness_change(now: TargetView) -> float:
-    """Difference of the mean grey level in the box to the first frame, |m - m₁|.
+    """Difference of the mean grey level in the box from that in the first frame, |m - m₁|.
 
     Illumination change in [VOT]. NaN if the box is outside one of the images.
     """
@@ -112,10 +113,10 @@ def brightness_change(now: TargetView) -> float:
 def correlation(now: TargetView) -> float:
     """Pearson correlation of the box's grey pixels with those of the previous frame, -1 to 1.
 
-    Only the part of the box that is inside both images is compared, after bilinear resizing of the
-    previous part. Low values are difficult. [VideoCube] instead correlates whole frames, which the
-    target may hardly affect. NaN if the target is absent in the previous frame, or a part is
-    uniform.
+    Only the part of the box that is inside both images is compared. The pixels of the previous
+    frame are resized to the current size by bilinear interpolation. Low values are difficult.
+    [VideoCube] instead correlates whole frames, which the target may hardly affect. NaN if the
+    target is absent in the previous frame, or if the pixels of a frame are uniform.
     """
     if now.previous is None:
         return nan
@@ -135,16 +136,18 @@ def correlation(now: TargetView) -> float:
 
 @attribute(unit="", statistic="mean", minimum=0.0, maximum=1.0)
 def clutter(now: TargetView) -> float:
-    """Similarity of target and surround: Bhattacharyya coefficient of their colours, Σ √(p q).
+    """Similarity of target and surroundings: Bhattacharyya coefficient of their colours, Σ √(p q).
 
-    p and q are normalised BGR histograms with 8 x 8 x 8 bins. p covers the pixels in the box, q
-    those around it, in a box 1.5 times as wide and as high (clutter in [VOT]). 1 means equal
-    colours, 0 no common colour. NaN if one of them has no pixel.
+    p and q are normalised BGR histograms with 8 x 8 x 8 bins. p contains the pixels in the box. q
+    contains the pixels around it, inside a box 1.5 times as wide and as high (clutter in [VOT]).
+    1 means equal colours, 0 no common colour. NaN if p or q has no pixels.
     """
     size = now.box[2:] * SURROUND_SCALE
-    around = np.concatenate([now.centre - size / 2, size])
-    target, both = (_histogram(part_of(now.image, box)) for box in (now.box, around))
-    surround = both - target
+    outer_box = np.concatenate([now.centre - size / 2, size])
+    target, target_and_surround = (
+        _histogram(part_of(now.image, box)) for box in (now.box, outer_box)
+    )
+    surround = target_and_surround - target
     if not (target.any() and surround.any()):
         return nan
     shared = np.sqrt((target / target.sum()) * (surround / surround.sum())).sum()
@@ -159,10 +162,11 @@ def visibility(now: TargetView) -> float:
 
 @attribute(unit="sizes", statistic="5 %", minimum=-inf)
 def border(now: TargetView) -> float:
-    """Distance of the box to the nearest image border per size of the target.
+    """Distance of the box to the nearest image border, in sizes of the target.
 
-    min(x, y, W - x - w, H - y - h) / √(w h): 0 if the box touches the border, negative if a part is
-    outside (out of view in [OTB]). Data with boxes cut at the border have no negative values.
+    min(x, y, W - x - w, H - y - h) / √(w h) for images of W x H pixels. It is 0 if the box touches
+    the border, and negative if a part of the box is outside (out of view in [OTB]). If a dataset
+    clips its boxes at the border, values are never negative.
     """
     height, width = now.image.shape[:2]
     end = now.box[:2] + now.box[2:]

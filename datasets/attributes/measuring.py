@@ -36,7 +36,7 @@ def names() -> list[str]:
 
 
 def find(name: str) -> Attribute:
-    """Return the attribute of a name; raises `ValueError` for an unknown name."""
+    """Return the attribute with this name; raises `ValueError` for an unknown name."""
     if name not in _attributes():
         hint = close_match(name, names())
         raise ValueError(f"unknown attribute {name!r}.{hint} Attributes: {', '.join(names())}.")

@@ -1,4 +1,4 @@
-"""Target in a frame: image, box, and the views in the previous and the first frame."""
+"""Target in a frame, linked to the target in the previous and in the first frame."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -46,9 +46,9 @@ class TargetView:
 
     @property
     def visible_part(self) -> NDArray[np.float64]:
-        """Part of the box inside the image: left, top, right, bottom from 0 to 1.
+        """Part of the box that is inside the image: left, top, right, bottom relative to the box.
 
-        If the box is outside, right <= left or bottom <= top.
+        All four are in [0, 1], unless the box is outside: then right <= left or bottom <= top.
         """
         size = np.array(self.image.shape[1::-1], np.float64)
         low, high = self.box[:2], self.box[:2] + self.box[2:]

@@ -14,14 +14,14 @@ from trackmark.datasets.interface import Image, Mask, Sequence, SequenceError, l
 
 Array = NDArray[np.float64]
 
-MIN_FRAMES_AFTER_WALL = 15  # more than the ten frames after which a target counts as lost
+MIN_FRAMES_AFTER_WALL = 15  # more than the ten frames of failure that count as a lost target
 WALL_MARGIN = 0.1  # margin of a wall around the occluded boxes [sizes of the first box]
 MAX_WALK_RADIUS = 1.5  # maximum distance of a random walk from its start [widths of the first box]
 CLIMB = 0.1  # speed of the similar object relative to the target [target heights/frame]
 
 
 def size(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Resize images, boxes and masks."""
+    """Resize images, boxes and masks so that the first box has the size `value`."""
     _, _, box_width, box_height = _first_box(sequence)
     width, height = sequence.image_size
     ratio = value / np.sqrt(box_width * box_height)
@@ -128,7 +128,7 @@ def occlusion(sequence: Sequence, value: float, draw: int) -> Sequence:
 
 
 def similarity(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Move a similar object upwards past the target, at half a width from the target's centre."""
+    """Move a similar object upwards past the target, half a target width to one side."""
     first = sequence.first_frame
     middle = first + (len(sequence) - first) / 2
     side = 0.5 if generator(draw, 2).random() < 0.5 else -0.5
@@ -216,7 +216,7 @@ def _similar_patch(sequence: Sequence, value: float) -> NDArray[np.uint8]:
 
 
 def _draw_ellipse(image: Image, patch: NDArray[np.uint8], corner: NDArray[np.int64]) -> None:
-    """Draw the ellipse that a patch contains, with the patch's corner at (x, y)."""
+    """Draw the pixels of a patch in its inscribed ellipse; `corner` is its upper left corner."""
     height, width = patch.shape[:2]
     y, x = np.mgrid[:height, :width] + 0.5
     inside = (x / width - 0.5) ** 2 + (y / height - 0.5) ** 2 <= 0.25

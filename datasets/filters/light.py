@@ -9,7 +9,7 @@ from trackmark.datasets.interface import Image, Sequence
 
 
 def gain(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Change the brightness geometrically, from the init frame to the middle of the rest."""
+    """Scale the light, geometrically from 1 in the init frame to `value` half-way to the end."""
     first = sequence.first_frame
     half = max(1.0, (len(sequence) - first) / 2)
 

@@ -16,7 +16,7 @@ from trackmark.datasets.spec_string import close_match, format_text
 
 PREFIX = "filter."
 
-DRAW = "draw"  # option that selects the random numbers for noise and directions; 0 by default
+DRAW = "draw"  # option with the seed of the random numbers for noise and directions; 0 by default
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Filter:
     whole : bool
         Whether values are integers.
     logarithmic : bool
-        Whether levels have equal ratios instead of equal differences.
+        Whether the values that `trackmark stress` tests have equal ratios, not equal differences.
     """
 
     apply: Callable[[Sequence, float, int], Sequence]
@@ -82,8 +82,8 @@ def split_filters(text: str) -> tuple[str, dict[str, float]]:
             if name in values:
                 raise SequenceError(f"{quote(text)}: {quote(key)} is given twice.")
             values[name] = _checked(text, name, value)
-    others = [part for part in parts[1:] if not part.startswith(PREFIX)]
-    return ":".join([parts[0], *others]), values
+    options = [part for part in parts[1:] if not part.startswith(PREFIX)]
+    return ":".join([parts[0], *options]), values
 
 
 def _checked(text: str, name: str, value: str) -> float:
@@ -120,7 +120,7 @@ def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
     """Apply filters to a sequence.
 
     `sequence` must have ground truth if a filter depends on the target's position. `values` are the
-    values by filter, and `draw`; see `split_filters`.
+    values of the filters and of `draw`, by name; see `split_filters`.
 
     Raises `SequenceError` if the sequence is too short, or the images become too large.
     """
@@ -141,6 +141,6 @@ def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
 
 @cache
 def _source_digests() -> list[str]:
-    """Return the digests of the filters' source; a changed line changes fingerprints."""
+    """Return the digests of the filters' source, which are part of each fingerprint."""
     folder = Path(__file__).parent
     return [tree_digest(Path(str(module.__file__)), folder) for module in (timing, geometry, light)]

@@ -1,4 +1,4 @@
-"""Filters of time, and functions of all filters: changed sequences and random numbers."""
+"""Filters of time, and functions for all filters: change a sequence, create a generator."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Image, Sequence, SequenceError
 
-MIN_FRAMES = 20  # minimum length of a sequence that starts later
+MIN_FRAMES = 20  # minimum number of frames that the filter `start` must leave
 
 
 class _ComputedFrames:
@@ -27,7 +27,7 @@ class _ComputedFrames:
 def with_changes(
     sequence: Sequence, image: Callable[[int], Image] | None = None, **changes: Any
 ) -> Sequence:
-    """Return a sequence with another function for images, and other arguments of `Sequence`."""
+    """Return a sequence with a new function for images, and changed arguments of `Sequence`."""
     boxes = changes.setdefault("boxes", sequence.boxes)
     unchanged: dict[str, Any] = {
         "name": sequence.name,
@@ -48,7 +48,7 @@ def with_changes(
 
 
 def generator(draw: int, *key: int) -> np.random.Generator:
-    """Return a random generator that does not depend on the filter's value."""
+    """Return a random generator that depends on `draw`, but not on the value of the filter."""
     return np.random.default_rng(np.random.SeedSequence(draw, spawn_key=key))
 
 
@@ -64,7 +64,7 @@ def start(sequence: Sequence, value: float, draw: int) -> Sequence:
 
 
 def step(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Show every nth frame, forwards and backwards, until the number of frames is unchanged."""
+    """Show every nth frame, repeatedly forwards and backwards, up to the original length."""
     forwards = np.arange(0, len(sequence), int(value))
     if len(forwards) < 2:
         raise SequenceError(
@@ -76,7 +76,7 @@ def step(sequence: Sequence, value: float, draw: int) -> Sequence:
 
 
 def _reordered(sequence: Sequence, numbers: NDArray[np.int64]) -> Sequence:
-    """Return the frames of a sequence in the order of their numbers."""
+    """Return the sequence of the frames `numbers`, which may repeat, in this order."""
     frames = numbers.tolist()
     return with_changes(
         sequence,

@@ -53,9 +53,9 @@ class Reader(Protocol):
     GENERAL : bool
         Whether the layout is general, so that all other readers have priority.
     MARKS : tuple of str
-        Glob patterns of entries that only this format has in a sequence's folder. Folders end with
-        `/`; `NAME` is the name of the folder. A folder that matches a mark, but that no reader
-        recognises, is an incomplete sequence.
+        Glob patterns of files and folders that only this format has in a sequence's folder. A
+        pattern of folders ends with `/`; `NAME` stands for the name of the sequence's folder. A
+        folder with a match that no reader recognises is an incomplete sequence.
     """
 
     EXPECTS: str
@@ -67,7 +67,7 @@ class Reader(Protocol):
         ...
 
     def read(self, path: Path, truth: Path | None) -> Sequence:
-        """Open the sequence with a given or its own ground-truth file. Reads no image."""
+        """Open the sequence with the given ground-truth file, or its own; read no image."""
         ...
 
 
@@ -111,7 +111,7 @@ def formats() -> dict[str, str]:
 
 
 def reads(path: Path) -> bool:
-    """Return whether a reader recognises the path; a path of some formats need not exist."""
+    """Return whether a reader recognises the path, which in some formats is only a name."""
     return _find_reader(path) is not None
 
 
@@ -261,7 +261,7 @@ def read(
         started = time.time_ns()
         sequence = _read(path, truth, chosen or {})
         cached = _CachedSequence(sequence, _stamps(sequence, path))
-        # A second change within the resolution of modification times would not be noticed.
+        # A second change within a step of modification times would not be noticed.
         if max(changed for _, changed in cached.stamps.values()) < started - TICK_NS:
             _cache[key] = cached
             if len(_cache) > _MAX_CACHED:
@@ -273,7 +273,7 @@ def read(
 
 
 class _CachedSequence(NamedTuple):
-    """Opened sequence with the state that its files had when it was opened."""
+    """Opened sequence, with size and modification time of its files when it was opened."""
 
     sequence: Sequence
     stamps: dict[str, tuple[int, int]]  # size [bytes] and modification time [ns] by path
@@ -329,8 +329,10 @@ def _not_recognised(path: Path) -> str:
         if path.is_dir():
             entries = sorted(file.name + "/" * file.is_dir() for file in path.iterdir())
             listed = quote(", ".join(entries[:_MAX_LISTED])) if entries else "nothing"
-            more = f" and {len(entries) - _MAX_LISTED} more" if len(entries) > _MAX_LISTED else ""
-            content = f" It contains {listed}{more}."
+            further = (
+                f" and {len(entries) - _MAX_LISTED} more" if len(entries) > _MAX_LISTED else ""
+            )
+            content = f" It contains {listed}{further}."
         similar = [reader.EXPECTS for reader in _readers() if _marks(path, reader)]
     expected = "; ".join(similar or [reader.EXPECTS for reader in _readers()])
     problem = "an incomplete sequence" if similar else "not in a format that a reader recognises"

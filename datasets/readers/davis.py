@@ -39,12 +39,12 @@ CITATION = (
     "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
 )
 
-# If objects are numbered, this value means no object. As the only value, it is the object.
+# If masks have other values too, this value means no object. As the only value, it is the object.
 _VOID = 255
 
 
 def recognises(path: Path) -> bool:
-    """Return whether the path is a sequence's image folder, or its name in the root folder."""
+    """Return whether the path is an image folder, or `ROOT/NAME` for the sequence `NAME`."""
     return _locate(path) is not None
 
 
@@ -191,8 +191,8 @@ def _files(path: Path) -> tuple[list[Path], list[Path]]:
     for mask in masks:
         if mask not in mask_files:
             raise SequenceError(
-                f"{mask}: this mask is missing. Expected is one per image. Add the file, or give "
-                "boxes in a ground-truth file."
+                f"{mask}: this mask is missing. Expected: one mask per image. Add the file, or "
+                "give boxes in a ground-truth file."
             )
     for mask in sorted(mask_files.difference(masks)):
         raise SequenceError(f"{mask}: the mask has no image. Add the image, or remove the mask.")

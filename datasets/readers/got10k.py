@@ -37,7 +37,8 @@ CITATION = (
     "the wild, IEEE TPAMI 43(5), 2021"
 )
 
-# Centres of 0, (0, 15] %, (15, 30], (30, 45], (45, 60], (60, 75], (75, 90], (90, 100), and 100 %.
+# Visible fraction by label, the centre of an interval: 0, (0, 15] %, (15, 30], (30, 45],
+# (45, 60], (60, 75], (75, 90], (90, 100), and 100 %.
 _VISIBILITY = np.array([0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0])
 
 
@@ -45,7 +46,7 @@ def recognises(path: Path) -> bool:
     """Return whether the folder has a ground truth, and a file or name that only GOT-10k has."""
     is_named = path.resolve().name.startswith("GOT-10k_")
     is_marked = is_named or any((path / mark).is_file() for mark in MARKS[1:])
-    # With a `truth.csv`, the reader of image folders reads it.
+    # The reader of image folders opens a folder with a `truth.csv`.
     return (path / TRUTH).is_file() and is_marked and not (path / "truth.csv").is_file()
 
 

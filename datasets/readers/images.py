@@ -7,7 +7,7 @@ from trackmark.datasets.image_files import SUFFIXES, ImageFiles, check_frame_num
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.recorded import recorded
 
-EXPECTS = f"a folder of images ({', '.join(SUFFIXES)}), with ground truth in truth.csv or given"
+EXPECTS = f"a folder of images ({', '.join(SUFFIXES)}), with truth.csv or a given ground-truth file"
 GENERAL = True
 MARKS = ("truth.csv",)
 

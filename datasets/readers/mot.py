@@ -39,12 +39,12 @@ def recognises(path: Path) -> bool:
 def options(path: Path) -> list[dict[str, Any]]:
     """Return the option `target`; see `datasets.options`."""
     targets = _read_targets(path / TRUTH)
-    remark = "; by default the one in most frames"
+    remark = "; by default the target in most frames"
     return [describe_option("target", targets, int(_longest(targets)), remark)]
 
 
 def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
-    """Open the sequence of one target, by default the one in most frames."""
+    """Open the sequence of one target, by default the target in most frames."""
     name = path.resolve().name
     fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
     images = numbered_images(field_path(fields, "imDir", path / FIELDS, IMAGES), 1)

@@ -2,8 +2,8 @@
 
 A row of the ground truth has the format of VATIC: track, left, top, right, bottom (from 0), frame,
 three flags (lost: the target is absent; occluded; generated), and the name. Some files for 30
-frames/s have the rows of all 240 frames/s, of which every eighth counts. The last group can have
-fewer than eight rows, with or without an image. Kiani Galoogahi et al., "Need for speed: a
+frames/s have the rows for 240 frames/s, of which only every eighth row is used. At the end, fewer
+than eight rows can remain, with or without an image. Kiani Galoogahi et al., "Need for speed: a
 benchmark for higher frame rate object tracking", ICCV 2017.
 """
 
@@ -48,7 +48,7 @@ def options(path: Path) -> list[dict[str, Any]]:
 
 
 def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
-    """Open the sequence, by default at 30 frames/s; occlusion is an attribute."""
+    """Open the sequence, by default at 30 frames/s; its attribute is `occlusion`."""
     locations = _locate(path)
     rate = choose(path, "fps", locations, options)
     folder, source = locations[rate]
@@ -88,7 +88,7 @@ def _rows(source: Path) -> NDArray[np.float64]:
             )
         rows.append(row)
     if not rows:
-        raise SequenceError(f"{source}: there are no rows. Expected is one row per frame.")
+        raise SequenceError(f"{source}: there are no rows. Expected: one row per frame.")
     _check_frames([row[5] for row in rows], source)
     return np.array(rows)
 
@@ -99,17 +99,17 @@ def _check_frames(frames: list[float], source: Path) -> None:
     Raises `SequenceError` naming the line.
     """
     steps = [after - before for before, after in pairwise(frames)]
-    usual = min(steps, default=1.0)
+    usual_step = min(steps, default=1.0)
     remedy = "Add the missing row, or download the file again."
     for line, step in enumerate(steps, 2):
-        if step != usual:
+        if step != usual_step:
             raise SequenceError(
                 f"{source}: line {line}: frame {frames[line - 1]:g} follows frame "
-                f"{frames[line - 2]:g}, but other rows are {usual:g} apart. {remedy}"
+                f"{frames[line - 2]:g}, but other rows are {usual_step:g} apart. {remedy}"
             )
-    if frames[0] > max(usual - 1, 1):
+    if frames[0] > max(usual_step - 1, 1):
         raise SequenceError(
-            f"{source}: line 1: the first frame is {frames[0]:g}. Expected is 0 or 1. {remedy}"
+            f"{source}: line 1: the first frame is {frames[0]:g}. Expected: 0 or 1. {remedy}"
         )
 
 

@@ -37,8 +37,8 @@ SPANS: Mapping[str, tuple[int, int | None]] = {
 }
 """First and last annotated image of sequences in which only a part of the images is annotated.
 
-None means the last image. In all other sequences the first image is 1; in data from other sources
-it can be 0."""
+None means the last image. In all other sequences, the first image has the number 1, or 0 in some
+copies of the benchmark."""
 
 
 def recognises(path: Path) -> bool:
@@ -82,11 +82,11 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
         if int(files[0].stem) == 0 and len(files) != len(rows.boxes):
             raise SequenceError(
                 f"{files[0]}: {len(rows.boxes)} ground-truth rows for {len(files)} images of "
-                f"{name}. It is unknown whether the first row belongs to this image. Remove it, or "
-                "the images without a row."
+                f"{name}. It is unknown whether the first row belongs to this image. Remove this "
+                "image, or the images without a row."
             )
         later = [file for file in files if int(file.stem) >= first]
-        if len(later) >= len(rows.boxes):  # otherwise the images are a renumbered part
+        if len(later) >= len(rows.boxes):  # otherwise the annotated part is numbered from 1
             files = later
         if last is None or len(rows.boxes) != last - first + 1:
             check_row_count(len(rows.boxes), files, source)

@@ -1,8 +1,8 @@
 """Sequences of Temple Color 128: `img/`, `NAME_gt.txt` and `NAME_frames.txt` (first, last).
 
-A row of the ground truth is `x,y,width,height`; x and y count from 1, as in the OTB toolkit, for
-which it is written. Liang, Blasch, Ling, "Encoding color information for visual tracking:
-algorithms and benchmark", IEEE TIP 24(12), 2015.
+A row of the ground truth is `x,y,width,height`; x and y count from 1, as the OTB toolkit expects.
+The benchmark is written for this toolkit. Liang, Blasch, Ling, "Encoding color information for
+visual tracking: algorithms and benchmark", IEEE TIP 24(12), 2015.
 """
 
 from pathlib import Path

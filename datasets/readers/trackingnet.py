@@ -2,8 +2,8 @@
 
 A row of the ground truth is `x,y,width,height`, assumed to count from 0, as nothing else is stated.
 In the set TEST only the first box is public: later frames have no ground truth and are not scored.
-Müller et al.,
-"TrackingNet: a large-scale dataset and benchmark for object tracking in the wild", ECCV 2018.
+Müller et al., "TrackingNet: a large-scale dataset and benchmark for object tracking in the wild",
+ECCV 2018.
 """
 
 from pathlib import Path
@@ -27,7 +27,7 @@ CITATION = (
 
 
 def recognises(path: Path) -> bool:
-    """Return whether the path is a sequence's image folder, or its name in its set."""
+    """Return whether the path is an image folder, or `SET/NAME` for the sequence `NAME`."""
     return _locate(path) is not None
 
 
@@ -57,6 +57,6 @@ def _locate(path: Path) -> tuple[Path, Path] | None:
     full = path.resolve()
     root = full.parents[1] if full.parent.name == IMAGES else full.parent
     images, truth = root / IMAGES / full.name, root / TRUTHS / f"{full.name}.txt"
-    # With a `truth.csv`, the reader of image folders reads it.
+    # The reader of image folders opens a folder with a `truth.csv`.
     is_complete = images.is_dir() and truth.is_file() and not (images / "truth.csv").is_file()
     return (images, truth) if is_complete else None

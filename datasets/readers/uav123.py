@@ -1,9 +1,9 @@
 """Sequences of UAV123 and UAV20L: `data_seq/UAV123/FOLDER/` and `anno/UAV123/NAME.txt`.
 
 Some sequences are parts of one folder of images, listed in the benchmark's `configSeqs.m` and in
-`PARTS`. A row of the ground truth is `x,y,width,height`; x and y count from 1, as in the OTB
-toolkit, for which it is written. The target is absent in NaN rows. Müller, Smith, Ghanem, "A
-benchmark and simulator for UAV tracking", ECCV 2016.
+`PARTS`. A row of the ground truth is `x,y,width,height`; x and y count from 1, as the OTB toolkit
+expects. The benchmark is written for this toolkit. The target is absent in NaN rows. Müller, Smith,
+Ghanem, "A benchmark and simulator for UAV tracking", ECCV 2016.
 """
 
 from pathlib import Path
@@ -47,9 +47,9 @@ PARTS = {
 
 
 def recognises(path: Path) -> bool:
-    """Return whether the path is a ground-truth file, a name in the root, or an image folder.
+    """Return whether the path is a ground-truth file, `ROOT/NAME`, or an image folder.
 
-    An image folder is recognised if it has the name of a sequence.
+    `NAME` is the name of a sequence, which an image folder must also have.
     """
     return _locate(path) is not None
 

@@ -8,7 +8,8 @@ from trackmark.datasets.recorded import recorded
 
 SUFFIXES = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg")
 EXPECTS = (
-    f"a video file ({', '.join(SUFFIXES)}), with ground truth in a .csv of the same name or given"
+    f"a video file ({', '.join(SUFFIXES)}), with a .csv file of the same name or a given "
+    "ground-truth file"
 )
 GENERAL = False
 MARKS: tuple[str, ...] = ()

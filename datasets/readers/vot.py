@@ -48,7 +48,7 @@ CITATION = (
     "IEEE TPAMI 38(11), 2016"
 )
 
-# name, number of images and number of rows of published sequences that lack a last row
+# name, number of images and number of rows of published sequences without the last row
 PARTIAL = {("ball", 602, 601)}
 _ROW = "a box x,y,width,height, a polygon x1,y1,x2,y2,x3,y3,…, a mask mX,Y,WIDTH,HEIGHT,RUN,…, or 0"
 
@@ -56,7 +56,7 @@ _ROW = "a box x,y,width,height, a polygon x1,y1,x2,y2,x3,y3,…, a mask mX,Y,WID
 def recognises(path: Path) -> bool:
     """Return whether the folder has `groundtruth.txt`, and numbered images or their folder.
 
-    With a `truth.csv`, the reader of image folders reads it.
+    The reader of image folders opens a folder with a `truth.csv`.
     """
     if not _truth_files(path) or (path / "truth.csv").is_file():
         return False
@@ -128,7 +128,7 @@ class _Regions:
     size: tuple[int, int]  # width and height of the images; (0, 0) if there is no mask
 
     def mask(self, frame: int) -> Mask | None:
-        """Return the mask of a frame, or None if it has another shape."""
+        """Return the mask of a frame, or None if its region is not a mask."""
         shape = self.shapes.get(frame)
         return shape.decode(self.size) if isinstance(shape, EncodedMask) else None
 
@@ -155,7 +155,7 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
         except ValueError as error:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
     if not lines:
-        raise SequenceError(f"{path}: there are no rows. Expected is one row per frame.")
+        raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
     return _Regions(boxes, shapes, size)
 
 
@@ -171,7 +171,7 @@ def _parse_row(line: str) -> list[float]:
 
 
 def _box(row: list[float], *, first: bool) -> list[float]:
-    """Return the box around a row's numbers; NaN if the target is absent."""
+    """Return the box around the box or polygon of a row; NaN if the target is absent."""
     if not row:
         return [np.nan] * 4
     if len(row) > 4:

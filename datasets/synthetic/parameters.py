@@ -47,9 +47,9 @@ class SequenceParameters(BaseModel):
             return cls.model_validate(dict(values))
         except ValidationError as error:
             first = error.errors()[0]
-            where = f"parameter {first['loc'][0]}={first['input']}: " if first["loc"] else ""
+            prefix = f"parameter {first['loc'][0]}={first['input']}: " if first["loc"] else ""
             message = first["msg"].removeprefix("Value error, ")
-            raise SequenceError(f"{sequence}: {where}{message}.") from None
+            raise SequenceError(f"{sequence}: {prefix}{message}.") from None
 
     @classmethod
     def described(cls) -> list[dict[str, Any]]:

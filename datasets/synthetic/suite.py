@@ -83,8 +83,8 @@ class SyntheticSuite:
 
     def describe(self, name: str) -> SequenceMetadata:
         """Return the metadata of a sequence, from `golden.json` if its source is unchanged."""
-        entry, seal = self.entries[name], find_version(name, self.golden)
-        if seal is None or seal.tree != self.tree(name) or name not in seal.known:
+        entry, version = self.entries[name], find_version(name, self.golden)
+        if version is None or version.tree != self.tree(name) or name not in version.known:
             return sequence_metadata(self.load(name, {}), entry.size)
         parameters = entry.parameters.checked(name, {})
         return SequenceMetadata(
@@ -94,17 +94,17 @@ class SyntheticSuite:
             truth_source=name,
             images_beyond_truth=0,
             fingerprint=self._fingerprint(entry, parameters),
-            **seal.known[name],
+            **version.known[name],
         )
 
     def identity(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
-        """Return name and fingerprint of the sequence of `load`; exceptions are as in `load`."""
+        """Return name and fingerprint of the sequence that `load` opens; exceptions are equal."""
         entry = self.entries[name]
         parameters = entry.parameters.checked(name, options)
         return parameters.canonical_name(name), self._fingerprint(entry, parameters)
 
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
-        """Return a sequence of the suite; other parameters than `options` have their defaults.
+        """Return a sequence of the suite; parameters that `options` omits have their defaults.
 
         Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
@@ -139,9 +139,9 @@ class SyntheticSuite:
 
     def _fingerprint(self, entry: SequenceEntry, parameters: SequenceParameters) -> str:
         tree = self.tree(entry.name)
-        seal = find_version(entry.name, self.golden)
-        version = [tree] if seal is None else seal.identity(tree)
-        identity = [entry.name, _identity(parameters), *version]
+        stored = find_version(entry.name, self.golden)
+        version_identity = [tree] if stored is None else stored.identity(tree)
+        identity = [entry.name, _identity(parameters), *version_identity]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
 
 

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tests import browser
 from trackmark import bench, datasets
 from trackmark.bench.cli import main
 from trackmark.bench.engine import worker
@@ -102,6 +103,19 @@ def workspace(tmp_path, otb):
     otb(tmp_path / "data" / "Small", 5)
     (tmp_path / "knob.py").write_text(KNOB_TRACKER)
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory):
+    opened = browser.Browser(tmp_path_factory.mktemp("profile"))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="session")
+def axe():
+    """Provide the script of axe-core."""
+    return pytest.importorskip("axe_core_python.base").AXE_SCRIPT
 
 
 class InProcessPool:

@@ -240,7 +240,7 @@ def test_cache_digest_depends_on_the_definitions(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["plain/target:length=10", "samples/bow-tie"])
-def test_attributes_of_synthetic_and_recorded_sequences(name):
+def test_synthetic_and_recorded_sequences_are_measured(name):
     values = attributes.measure(datasets.load(name)[:6])
     assert all(series.shape == (6,) for series in values.values())
     finite = {key for key, series in values.items() if np.isfinite(series[1:]).all()}

@@ -55,7 +55,7 @@ class TestPaths:
             ("walk", "../{workdir.name}/walk/", "walk"),
         ],
     )
-    def test_path_is_named_after_its_folder(
+    def test_sequence_of_a_path_is_named_after_the_folder(
         self, workdir, write_images, monkeypatch, folder, text, name
     ):
         monkeypatch.setenv("HOME", str(workdir))
@@ -63,7 +63,7 @@ class TestPaths:
         assert datasets.load(text.format(workdir=workdir)).name == name
 
     @pytest.mark.parametrize("text", [".", "./", "../walk"])
-    def test_current_folder_is_a_path(self, workdir, write_images, monkeypatch, text):
+    def test_relative_path_opens_the_current_folder(self, workdir, write_images, monkeypatch, text):
         write_images(workdir / "walk", ["1.png"])
         monkeypatch.chdir(workdir / "walk")
         assert datasets.load(text).name == "walk"
@@ -131,7 +131,7 @@ class TestErrors:
     "text",
     ["plain/target", "plain/target:scene=3:noise=4", "samples/face", "plain/target:filter.noise=4"],
 )
-def test_identity_equals_that_of_the_opened_sequence(text):
+def test_identity_agrees_with_the_opened_sequence(text):
     sequence = datasets.load(text)
     assert datasets.identity(text) == (sequence.name, sequence.fingerprint)
 

@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.datasets.synthetic.scenes import unless_sealed
+from tests.datasets.synthetic.scenes import slow_if_unchanged
 from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.golden import golden_digests, look_difference
@@ -32,8 +32,8 @@ PARAMETERS = {
     name: {parameter["name"]: parameter for parameter in datasets.options(name)}
     for name in SYNTHETIC
 }
-SEALS = [seal for suite in suites() for seal in read_versions(suite.golden).values()]
-GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()}
+VERSIONS = [version for suite in suites() for version in read_versions(suite.golden).values()]
+GOLDEN = {text: golden for version in VERSIONS for text, golden in version.golden.items()}
 EVERYDAY = ("plain/target", "wang2010/hand", "nguyen2002/lights", "stress/twin")
 """Cheap scenes that are tested every day, even if their source is unchanged."""
 
@@ -42,7 +42,8 @@ def parametrized(names):
     """Mark unchanged scenes as slow, except for `EVERYDAY`."""
     is_slow = {*SYNTHETIC} - {*EVERYDAY}
     return [
-        pytest.param(name, marks=unless_sealed(name) if name in is_slow else ()) for name in names
+        pytest.param(name, marks=slow_if_unchanged(name) if name in is_slow else ())
+        for name in names
     ]
 
 
@@ -85,7 +86,7 @@ class CachedFrames:
 def load_cached(name):
     sequence = datasets.load(name)
     sequence.frames = CachedFrames(sequence.frames)
-    _ = sequence[-1]  # first in other order than that of golden digests
+    _ = sequence[-1]  # golden digests read the images in another order
     return sequence
 
 
@@ -113,7 +114,7 @@ def test_sequence_is_runnable_and_has_its_summary(sequence):
 
 @pytest.mark.slow  # opens all clips, which computes their ground truth
 @pytest.mark.parametrize("name", datasets.names())
-def test_metadata_are_those_of_the_opened_sequence(name):
+def test_stored_metadata_agree_with_the_opened_sequence(name):
     sequence = datasets.load(name)
     assert datasets.summary(name).length == len(sequence)
     assert datasets.describe(name) == sequence_metadata(sequence)
@@ -136,7 +137,7 @@ def test_ground_truth_of_scenes_is_complete(synthetic):
 
 
 def test_scene_has_its_golden_digests(synthetic):
-    """Compare with the stored digests.
+    """Compare images and ground truth with the golden digests.
 
     A change affects all results on the sequence. If it is intended, check the images and give the
     scene a new version: `python -m trackmark.bench.evaluation.version_check --new NAME`.
@@ -231,7 +232,7 @@ def test_fingerprints_are_unique():
 
 
 @pytest.mark.parametrize("suite", suites(), ids=lambda suite: suite.golden.parent.name)
-def test_source_of_scenes_has_its_stored_version(suite):
+def test_source_of_scenes_has_its_stored_digest(suite):
     versions = {name: find_version(name, suite.golden) for name in suite.names()}
     assert all(version is not None and version.golden for version in versions.values())
     edited = [name for name, version in versions.items() if version.tree != suite.tree(name)]
@@ -244,16 +245,17 @@ FIRST_VERSIONS = {
     "plain/target:light=0.5": "dee7681874ecf9db",
     "plain/target:occlusion=0.4": "4b7b297cb698fb47",
 }
-"""Fingerprints of first versions: digests of source bytes and library versions."""
+"""Fingerprints of first versions, which contain digests of source bytes and library versions."""
 
 
 @pytest.mark.parametrize(
-    "text", [pytest.param(text, marks=unless_sealed(text.partition(":")[0])) for text in VARIANTS]
+    "text",
+    [pytest.param(text, marks=slow_if_unchanged(text.partition(":")[0])) for text in VARIANTS],
 )
 def test_variants_equal_the_golden_digests(text):
-    sealed, digests = GOLDEN[text], golden_digests(datasets.load(text))
-    assert look_difference(sealed["look"], digests["look"]) <= 1, "the pictures changed"
-    assert (digests["truth"], digests["images"]) == (sealed["truth"], sealed["images"])
+    golden, digests = GOLDEN[text], golden_digests(datasets.load(text))
+    assert look_difference(golden["look"], digests["look"]) <= 1, "the pictures changed"
+    assert (digests["truth"], digests["images"]) == (golden["truth"], golden["images"])
 
 
 def test_describe_opens_no_unchanged_rendered_sequence(monkeypatch):
@@ -281,16 +283,16 @@ def test_golden_keys_are_canonical():
 
 
 @pytest.mark.parametrize(
-    "seal",
-    [seal for seal in SEALS if len(seal.golden) > 1],
-    ids=lambda seal: next(iter(seal.golden)),
+    "version",
+    [version for version in VERSIONS if len(version.golden) > 1],
+    ids=lambda version: next(iter(version.golden)),
 )
-def test_scenes_differ_in_image_and_ground_truth(seal):
-    scenes = {text: parse_specification(text)[2].scene for text in seal.golden}
-    for first, second in itertools.combinations(seal.golden, 2):
+def test_scenes_differ_in_image_and_ground_truth(version):
+    scenes = {text: parse_specification(text)[2].scene for text in version.golden}
+    for first, second in itertools.combinations(version.golden, 2):
         if scenes[first] != scenes[second]:
-            assert look_difference(*(seal.golden[text]["look"] for text in (first, second))) > 20
-            assert seal.golden[first]["truth"] != seal.golden[second]["truth"]
+            assert look_difference(*(version.golden[text]["look"] for text in (first, second))) > 20
+            assert version.golden[first]["truth"] != version.golden[second]["truth"]
     assert len(set(scenes.values())) > 1
 
 
@@ -318,20 +320,21 @@ def test_fingerprint_changes_with_an_edited_source(edited):
     assert len(set(fingerprints)) == 3
 
 
-def test_fingerprint_of_unchanged_source_is_its_version(edited, monkeypatch):
+def test_fingerprint_of_unchanged_source_depends_on_its_version(edited, monkeypatch):
     fingerprints = []
     for tree in ("one", "other"):
         edited(tree)
-        seal = VersionEntry([2], tree)
+        version = VersionEntry([2], tree)
         monkeypatch.setattr(
-            "trackmark.datasets.synthetic.suite.find_version", lambda name, file, seal=seal: seal
+            "trackmark.datasets.synthetic.suite.find_version",
+            lambda name, file, version=version: version,
         )
         fingerprints.append(datasets.load("plain/target").fingerprint)
     assert fingerprints[0] == fingerprints[1]
 
 
 @pytest.mark.parametrize(("text", "stored"), FIRST_VERSIONS.items())
-def test_fingerprint_of_first_version_is_stored_one(edited, text, stored):
+def test_fingerprint_of_first_version_equals_stored_fingerprint(edited, text, stored):
     suite, entry, parameters = parse_specification(text)
     edited(find_version(entry.name, suite.golden).tree)
     assert suite._fingerprint(entry, parameters) == stored

@@ -93,7 +93,7 @@ def test_distributions_equal_those_of_importlib():
     }
 
 
-def test_digest_of_a_file_outside_the_package(package, tmp_path):
+def test_digest_of_outside_file_depends_on_its_imports(package, tmp_path):
     file = tmp_path / "mine.py"
     file.write_text("import animals.shared\n")
     before, _ = source_digest(file, package)
@@ -202,7 +202,7 @@ def test_cache_folder_is_set_by_the_environment(monkeypatch, tmp_path):
 FIRST = VersionEntry(["abc", {"numpy": "2"}], "tree", {"suite/one": {"images": "12"}})
 
 
-def test_version_identifies_the_stored_source_alone():
+def test_version_identifies_only_the_stored_source():
     assert FIRST.identity("tree") == ["abc", {"numpy": "2"}]
     assert FIRST.identity("edited") == ["abc", {"numpy": "2"}, "edited"]
 

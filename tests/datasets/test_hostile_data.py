@@ -154,7 +154,10 @@ HOSTILE = {
     ),
     "two sizes": (two_sizes, r"walk: 2\.png has 20x10 pixels, others have 48x32"),
     "large bitmap": (large_bitmap, r"1\.bmp: frame 0 cannot be read"),
-    "GIF named PNG": (disguised_gif, r"1\.png: frame 0 cannot be read \(not an image of JPEG, PNG"),
+    "GIF named PNG": (
+        disguised_gif,
+        r"1\.png: frame 0 cannot be read \(not an image in the format JPEG, PNG",
+    ),
     "folder in Latin-1": (latin_folder_name, r"caf\\udce9: this name is not UTF-8"),
     "file in Latin-1": (latin_file_name, r"\\udce9\.png: this name is not UTF-8"),
     "damaged image": (damaged_first_image, r"00000\.jpg: damaged, or not an image"),
@@ -202,7 +205,7 @@ def test_invalid_path_is_refused(text, message, tmp_path, monkeypatch):
         readers.reads(tmp_path / ("a" * 300))
 
 
-def test_given_truth_opens_a_folder_without_targets(tmp_path, write_images):
+def test_given_ground_truth_opens_a_folder_without_targets(tmp_path, write_images):
     path = no_target(tmp_path / "walk", write_images)
     (tmp_path / "mine.csv").write_text(BOX)
     assert len(load_all(path, truth=tmp_path / "mine.csv")[0]) == 1

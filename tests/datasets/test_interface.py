@@ -134,8 +134,8 @@ def test_first_frame_is_the_first_with_the_target():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"boxes": [[1, 2, 3]] * 6}, r"numbered: boxes: the shape is \(6, 3\). Expected is \(6, 4"),
-        ({"visibility": [1.0]}, r"numbered: visibility: the shape is \(1,\). Expected is \(6,\)"),
+        ({"boxes": [[1, 2, 3]] * 6}, r"numbered: boxes: the shape is \(6, 3\)\. Expected: \(6, 4"),
+        ({"visibility": [1.0]}, r"numbered: visibility: the shape is \(1,\)\. Expected: \(6,\)"),
         ({"regions": {"full": [BOX]}}, r"numbered: region full: the shape is \(1, 4\)"),
         ({"attributes": {"fast": [True]}}, r"numbered: attribute fast: the shape is \(1,\)"),
         (

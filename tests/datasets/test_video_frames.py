@@ -60,7 +60,7 @@ def test_jump_decodes_from_the_last_key_frame(tmp_path, write_video, monkeypatch
     assert 1 <= len(decoded) <= 12
 
 
-def test_early_seek_is_not_repeated(tmp_path, write_video, monkeypatch):
+def test_early_seek_is_decoded_without_reopening(tmp_path, write_video, monkeypatch):
     path = write_video(tmp_path / "clip.mkv")
     expected = decoded_in_order(path)
     opened = []

@@ -144,7 +144,7 @@ def test_plugin_file_errors_state_the_problem(plugin):
         trackers.create(f"{plugin.parent}/missing.py:Drift")
     with pytest.raises(TrackerError, match=r"class in .*drift\.py 'Drfit'. Did you mean 'Drift'"):
         trackers.create(f"{plugin}:Drfit")
-    with pytest.raises(TrackerError, match="not a class derived from"):
+    with pytest.raises(TrackerError, match="it lacks init, update"):
         trackers.create(f"{plugin}:NotATracker")
     incomplete = plugin.with_name("lacking.py")
     incomplete.write_text("import a_library_that_nobody_has\n")

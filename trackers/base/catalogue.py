@@ -27,6 +27,7 @@ from trackmark.trackers.base.parameters import (
     closest_match,
     unknown_name_error,
 )
+from trackmark.trackers.base.plain import is_plain, to_plugin
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
@@ -120,7 +121,15 @@ def resolve(name: str, **parameters: Any) -> Specification:
     plugin, file = _load(name)
     label = name
     if in_file(name) is not None:
-        label = _tracker_name(plugin, file, parameters.pop("as", ""))
+        label = tracker_name(plugin, file, parameters.pop("as", ""))
+    return resolve_plugin(plugin, file, label, parameters)
+
+
+def resolve_plugin(
+    plugin: type[TrackerPlugin], file: Path, label: str, parameters: Mapping[str, Any]
+) -> Specification:
+    """Return a class with the values of all parameters; `parameters` can contain `preset`."""
+    parameters = dict(parameters)
     default = _default_preset(plugin)
     preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
@@ -152,14 +161,21 @@ def describe(name: str) -> dict[str, Any]:
     `meaning` ends with the unit in brackets.
     """
     plugin, file = _load(name)
+    return describe_plugin(
+        plugin, file, name if in_file(name) is None else tracker_name(plugin, file, "")
+    )
+
+
+def describe_plugin(plugin: type[TrackerPlugin], file: Path, name: str) -> dict[str, Any]:
+    """Return the description of a class; see `describe`."""
     fields = plugin.Parameters.model_fields
     required = {key: "" for key, field in fields.items() if field.is_required()}
     if required:
         values: Mapping[str, Any] = {key: field.default for key, field in fields.items()} | required
     else:
-        values = dict(resolve(name).parameters)
+        values = dict(resolve_plugin(plugin, file, name, {}).parameters)
     return {
-        "name": name if in_file(name) is None else _tracker_name(plugin, file, ""),
+        "name": name,
         "summary": inspect.cleandoc(plugin.__doc__ or ""),
         "paper": plugin.paper,
         "randomness": str(plugin.randomness),
@@ -202,7 +218,7 @@ def _default_preset(plugin: type[TrackerPlugin]) -> str:
     return str(getattr(plugin, "default_preset", DEFAULT_PRESET))
 
 
-def _tracker_name(plugin: type[TrackerPlugin], file: Path, requested_name: str) -> str:
+def tracker_name(plugin: type[TrackerPlugin], file: Path, requested_name: str) -> str:
     """Return a tracker's name: the requested one, else its class attribute, else file and class."""
     name = requested_name or plugin.name
     if not (isinstance(name, str) and name):  # a class may define `name` as a property
@@ -326,21 +342,25 @@ def _error_text(error: BaseException, file: str) -> str:
 
 
 def _only_tracker(module: ModuleType, file: Path) -> str:
-    """Return the name of the only tracker class in a file; raise TrackerError if ambiguous."""
-    trackers = {
+    """Return the name of the only tracker class in a file; raise TrackerError if ambiguous.
+
+    Plain trackers count only if the file defines no `TrackerPlugin`.
+    """
+    defined = {
         key: value
         for key, value in vars(module).items()
-        if isinstance(value, type)
-        and issubclass(value, TrackerPlugin)
-        and value.__module__ == module.__name__
+        if isinstance(value, type) and value.__module__ == module.__name__
     }
+    trackers = {key: value for key, value in defined.items() if issubclass(value, TrackerPlugin)}
+    trackers = trackers or {key: value for key, value in defined.items() if is_plain(value)}
     classes = [key for key in trackers if not inspect.isabstract(trackers[key])] or list(trackers)
     exported = [key for key in classes if key in getattr(module, "__all__", classes)]
     if len(exported) == 1:
         return exported[0]
     if not classes:
         raise TrackerError(
-            f"{file}: the file defines no class derived from trackers.TrackerPlugin."
+            f"{file}: the file defines no tracker. Expected: a class with the methods "
+            "init(image, box) and update(image)."
         )
     raise TrackerError(
         f"{file}: the file defines several trackers: {', '.join(classes)}. Select one, for "
@@ -349,10 +369,10 @@ def _only_tracker(module: ModuleType, file: Path) -> str:
 
 
 def _validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
-    if not (isinstance(plugin, type) and issubclass(plugin, TrackerPlugin)):
-        raise TrackerError(
-            f"tracker {name!r}: {plugin!r} is not a class derived from trackers.TrackerPlugin."
-        )
+    if not isinstance(plugin, type):
+        raise TrackerError(f"tracker {name!r}: {plugin!r} is not a class.")
+    if not issubclass(plugin, TrackerPlugin):
+        return to_plugin(plugin, name)
     presets: Any = plugin.presets
     if inspect.isabstract(plugin):
         missing_methods = ", ".join(sorted(plugin.__abstractmethods__))

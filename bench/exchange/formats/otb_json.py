@@ -96,8 +96,8 @@ def _protocol(file: Path, records: Sequence[Mapping[str, Any]]) -> str:
         is_supported = result == "rect" and isinstance(evaluation, str) and evaluation in PROTOCOLS
         if not is_supported or evaluation != kinds[0][1]:
             raise ExchangeError(
-                f"{file}: {quote(f'{result} of {evaluation}')}. Expected: rect of "
-                f"{', '.join(PROTOCOLS)}, the same in all records of a file."
+                f"{file}: resType, evalType: {quote(f'{result}, {evaluation}')}. Expected: rect, "
+                f"one of {', '.join(PROTOCOLS)}, the same in all records of a file."
             )
     protocol = PROTOCOLS[kinds[0][1]]
     if not protocol and len(records) > 1:
@@ -217,7 +217,7 @@ def _record(
     folder: Path, sequence: str, rows: ResultRows, evaluation: str, start: int, shift: str | None
 ) -> dict[str, Any]:
     first = int(np.isfinite(rows.boxes).all(axis=1).argmax())
-    times = np.empty(0) if rows.seconds is None else rows.seconds[first + 1 :]  # of updates
+    times = np.empty(0) if rows.seconds is None else rows.seconds[first + 1 :]  # times of updates
     times = times[np.isfinite(times)]
     return {
         "tracker": folder.name,

@@ -1,7 +1,8 @@
 """Format of pysot: `SEQ.txt`, and `longterm/SEQ/SEQ_001.txt` with confidences.
 
-Its data sets for one-pass evaluation (OTB, LaSOT, UAV, NFS) use the first files, VOT-LT the second.
-The user must name this format, because its files are also valid in `otb` and `vot`.
+Its data sets for one-pass evaluation (OTB, LaSOT, UAV, NFS) use files of the first kind, VOT-LT
+uses the second kind. The user must name this format, because its files are also valid in `otb` and
+`vot`.
 """
 
 from collections.abc import Mapping, Sequence

@@ -51,9 +51,8 @@ def files(folder: Path) -> Mapping[str, list[Path]]:
     """Return the files of an experiment by sequence: the folder itself, or its only subfolder."""
     experiments = [folder / name for name in EXPERIMENTS if (folder / name).is_dir()]
     if {path.name for path in experiments} == {ONE_PASS, LONG_TERM}:
-        experiments = [
-            folder / LONG_TERM
-        ]  # `write` creates both experiments; only this one has confidences
+        # `write` creates both experiments; only the long-term one has confidences.
+        experiments = [folder / LONG_TERM]
     if len(experiments) > 1:
         names = ", ".join(path.name for path in experiments)
         raise ExchangeError(
@@ -328,7 +327,8 @@ def _texts(
 FORMAT = ResultFormat(
     expects="SEQ/SEQ_001.txt with a region per line, in baseline, unsupervised, longterm or "
     "realtime",
-    exports="boxes to 4 decimals (anchors: all) except the init box; confidence; no times",
+    exports="boxes to 4 decimals (exact in runs from anchors) except the init box; confidence; "
+    "no times",
     origin=0,
     files=files,
     fits=fits,

@@ -33,7 +33,7 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     run = select_evaluated(truth, estimates)
     t, present = run.truth, run.present
     e = _replace_malformed(run.estimate, present)
-    # The toolkit counts pixels from 1 and treats ground truth with a smaller number as invalid.
+    # The toolkit counts pixels from 1. It treats ground truth with a smaller coordinate as invalid.
     valid = present & (t[:, :2] > -1).all(axis=1) & (t[:, 2:] > 0).all(axis=1)
     always_hit = present & ~valid
     overlaps = np.where(valid, overlap(t, e), -1.0)

@@ -27,7 +27,7 @@ from trackmark.bench.metrics.preset import (
 )
 from trackmark.bench.metrics.region_overlap import raster_overlap
 
-_MAX_THRESHOLDS = 98  # without the thresholds of plus and minus infinity
+_MAX_THRESHOLDS = 98  # in addition to plus and minus infinity
 
 
 def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:

@@ -1,4 +1,4 @@
-"""Scores without the conventions of a toolkit; a perfect tracker scores 1.
+"""Scores that follow no toolkit; a perfect tracker scores 1.
 
 The frames with a target after the initialisation are evaluated. Absent frames are neither hits nor
 misses, and a malformed box is a miss. Overlaps are those of exact boxes, and success is an overlap
@@ -27,7 +27,9 @@ PRESET = Preset(
         "success_share": Column("share of frames with an overlap of 0.5 or more"),
         "frames_inside": Column("frames with the estimated centre in the ground-truth box", None),
         "inside_share": Column("share of frames with the centre in the ground-truth box"),
-        "first_loss": Column("first of 10 visible frames with the centre outside", None),
+        "first_loss": Column(
+            "first of 10 consecutive visible frames with the centre outside", None
+        ),
         "centre_error": Column("mean distance of the centres [px]", 0.0, "lower"),
         "centre_error_median": Column("median distance of the centres [px]", 0.0, "lower"),
         "centre_error_p90": Column("90th percentile of the distance [px]", 0.0, "lower"),
@@ -36,7 +38,9 @@ PRESET = Preset(
         ),
         "malformed": Column("frames with a malformed box", 0.0, "lower"),
         "absent_frames": Column("frames without target", None, None),
-        "absence_reported": Column("share of frames without target with reported absence", None),
+        "absence_reported": Column(
+            "share of the frames without target in which its absence is reported", None
+        ),
     },
     score=score_run,
 )

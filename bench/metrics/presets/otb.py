@@ -25,7 +25,7 @@ from trackmark.bench.metrics.preset import (
 
 _INDEX_OF_20_PIXELS = 20
 _INDEX_OF_HALF = 10
-# Largest numbers that do not exceed a threshold when rounded to 4 decimals. Python rounds like the
+# Largest numbers that are at most a threshold after rounding to 4 decimals. Python rounds like the
 # toolkit; NumPy multiplies first and differs at ties.
 _TIES = [(k, k + 0.5e-4) for k in DISTANCES.tolist()]
 _LIMITS = np.array([x if round(x, 4) <= k else np.nextafter(x, 0) for k, x in _TIES])

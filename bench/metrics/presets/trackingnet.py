@@ -44,7 +44,7 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     return PresetResult(scores, curves)
 
 
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # boxes of 1e308
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # coordinates of 1e308
 def _centre_errors(
     truth: NDArray[np.float64], estimate: NDArray[np.float64], unit: NDArray[np.float64] | float
 ) -> NDArray[np.float64]:

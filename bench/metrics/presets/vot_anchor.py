@@ -5,8 +5,8 @@ of the sequence. It fails at the first of 10 frames with a target and an overlap
 Robustness is the share of frames before failures, and accuracy is their mean overlap. The first
 frame counts with overlap 0, so that a perfect tracker has an accuracy of (n - 1) / n. Over
 sequences, accuracy is weighted by the tracked frames and robustness by the lengths. The expected
-average overlap is the mean, over lengths of 115 to 754 frames, of the mean overlap of that many
-frames. The overlap is 0 after a failure, and runs that end sooner with the sequence are excluded.
+average overlap is the mean, over lengths k of 115 to 754 frames, of the mean overlap of the first
+k frames. The overlap is 0 after a failure. Runs whose sequence ends sooner are excluded.
 Overlaps are those of rasterised regions clipped to the image; a correctly reported absence has an
 overlap of 1. Kristan et al., "The eighth visual object tracking VOT2020 challenge results", ECCV
 workshops 2020.

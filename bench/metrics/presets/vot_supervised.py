@@ -4,11 +4,11 @@ These are the measures of VOT 2013 to 2019. A tracker fails if its region does n
 ground truth, and is initialised again 5 frames later. Accuracy is the mean overlap without frames
 of failures, skipped frames and the 10 frames from each initialisation on. Robustness is exp(-30
 failures / frames). Scores of a sequence are averaged over repetitions, then over sequences weighted
-by length. The expected average overlap is the mean, over lengths of 100 to 356 frames (as in
-VOT2018), of the mean overlap of that many frames after an initialisation. The overlap is 0 after a
-failure, and pieces that end sooner with the sequence are excluded. Overlaps are those of rasterised
-regions clipped to the image; `exact` columns use areas. Kristan et al., "A novel performance
-evaluation methodology for single-target trackers", TPAMI 2016.
+by length. The expected average overlap is the mean, over lengths k of 100 to 356 frames (as in
+VOT2018), of the mean overlap of the first k frames after an initialisation. The overlap is 0 after
+a failure. Initialisations after which the sequence ends sooner are excluded. Overlaps are those of
+rasterised regions clipped to the image; columns with `exact` use exact areas. Kristan et al., "A
+novel performance evaluation methodology for single-target trackers", TPAMI 2016.
 """
 
 from collections.abc import Iterable
@@ -110,9 +110,9 @@ def _check_states(overlaps: NDArray[np.float64], states: NDArray[Any] | None) ->
     if wrong.any():
         frame = int(wrong.argmax()) + 1
         raise ValueError(
-            f"Supervised run, {frame} frames after its first: state {states[frame]} after "
-            f"{states[frame - 1]}. Expected: SKIPPED or INITIALISED after FAILED or SKIPPED, else "
-            "FAILED or TRACKED."
+            f"Supervised run, frame {frame} after the first initialisation: state {states[frame]} "
+            f"after {states[frame - 1]}. Expected: SKIPPED or INITIALISED after FAILED or SKIPPED, "
+            "else FAILED or TRACKED."
         )
     return states
 
@@ -131,7 +131,7 @@ def _accuracy(run: PresetResult, kind: str) -> float:
 
 
 def _pieces(run: PresetResult, kind: str) -> Iterable[tuple[NDArray[np.float64], bool]]:
-    """Yield the overlaps from each initialisation to the failure, and whether there was one."""
+    """Yield the overlaps from each initialisation on, and whether they end with a failure."""
     states, overlaps = run.evidence["states"], run.evidence[f"overlaps{kind}"]
     failures = np.flatnonzero(states == FrameState.FAILED)
     for start in np.flatnonzero(states == FrameState.INITIALISED):

@@ -1,6 +1,7 @@
 """Margins of the single and the two-part histogram, measured on images and ground truth.
 
-The rectangle encloses the whole person (region `full`), as the init box of the trackers does.
+A margin is positive if the target matches the histogram of the first frame better than clutter
+does. The rectangle encloses the whole person (region `full`), as the init box of the trackers does.
 Colours, bins and distances are those of the tracker in the setting `as-written`.
 """
 
@@ -100,7 +101,7 @@ def sampled_frames(n_frames: int) -> NDArray[np.int64]:
 
 
 def clutter_boxes(box: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return rectangles next to a box (three widths, half a height) that hardly overlap it."""
+    """Return rectangles up to three widths and half a height from a box that hardly overlap it."""
     across = np.arange(-WIDTHS, WIDTHS + STEP, STEP)
     offsets = np.array([(dx, dy) for dx in across for dy in RISES])
     shared = np.clip(1 - np.abs(offsets), 0, None).prod(axis=1)
@@ -122,8 +123,8 @@ def margins(
     boxes = sequence.regions["full"]
     first = sequence.first_frame
     model = Appearance(sequence[first], boxes[first])
-    wanted = sampled_frames(len(sequence)) if frames is None else np.array(frames)
-    clear = wanted[sequence.visibility[wanted] >= CLEAR]
+    selected = sampled_frames(len(sequence)) if frames is None else np.array(frames)
+    clear = selected[sequence.visibility[selected] >= CLEAR]
     values = []
     for frame in clear.tolist():
         box = boxes[frame]

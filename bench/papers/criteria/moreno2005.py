@@ -1,4 +1,4 @@
-"""Criteria of the moreno2005 scenes."""
+"""Criteria of the moreno2005 scenes; the ring is the surroundings of the target in `shared`."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from trackmark.datasets.interface import Mask
 
 
 def model_auc(scene: SceneImages, *, frame: int, age: int) -> float:
-    """Return the AUC of target against ring in `frame`, by the colours of `age` frames before."""
+    """Return the AUC of target against ring in `frame`, by the colours `age` frames earlier."""
     return colour_auc(scene, frame, frame - age)
 
 
@@ -26,7 +26,7 @@ def auc_percentile(
 
 
 def hard_share(scene: SceneImages, *, limit: float, age: int) -> float:
-    """Return the share of frames with an AUC <= `limit`, by the colours of `age` frames before."""
+    """Return the share of frames with an AUC <= `limit`, by the colours `age` frames earlier."""
     frames = range(age, len(scene))
     return float(np.mean([colour_auc(scene, frame, frame - age) <= limit for frame in frames]))
 

@@ -14,7 +14,7 @@ def right_choice(scene: SceneImages, *, two_coloured: bool) -> float:
 
 
 def low_margin_share(scene: SceneImages, *, parts: int, below: float, until: float = 1.0) -> float:
-    """Return the share of frames with a margin below a limit; `until`: part of the length."""
+    """Return the share of frames with a margin below a limit, before `until` times the length."""
     frames, values = margins.margins(scene.sequence)
     return float((values[parts - 1][frames < until * len(scene)] < below).mean())
 
@@ -29,13 +29,13 @@ def low_margin_stretch(scene: SceneImages, *, parts: int, below: float) -> float
 
 
 def crossing_time(scene: SceneImages, *, after: float) -> float:
-    """Return when the target is most hidden after `after`, as a part of the sequence's length."""
+    """Return the time of strongest occlusion after `after`, both as parts of the length."""
     first = round(after * len(scene))
     return float((first + scene.visibility[first:].argmin()) / len(scene))
 
 
 def crossing_margin(scene: SceneImages, *, after: float) -> float:
-    """Return the smallest margin of the single histogram after a part of the sequence's length."""
+    """Return the smallest margin of the single histogram after `after`, a part of the length."""
     frames = tuple(range(round(after * len(scene)), len(scene), 2))
     return float(margins.margins(scene.sequence, frames)[1][0].min())
 

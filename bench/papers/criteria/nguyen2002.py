@@ -1,4 +1,4 @@
-"""Criteria of the nguyen2002 scenes; those of clips are medians or extremes over a set."""
+"""Criteria of the nguyen2002 scenes; values of clips are medians or extremes over 20 clips."""
 
 from functools import lru_cache
 
@@ -87,14 +87,14 @@ def _hidden_lengths(clips: ClipSet) -> list[int]:
 
 
 def _frame_pairs(clip: SceneImages, pairs: int) -> list[int]:
-    """Return evenly spaced frames that show all of the target, as do the frames after them."""
+    """Return evenly spaced frames; each frame and the next one show all of the target."""
     whole = clip.visibility > 0.98
     frames = np.flatnonzero(whole[:-1] & whole[1:])
     return [int(frame) for frame in frames[np.linspace(0, len(frames) - 1, pairs).astype(int)]]
 
 
 def _signal_to_noise(clip: SceneImages, frame: int) -> tuple[float, float]:
-    """Return variance of the target / variance of its change in a frame, for RGB and c1c2c3."""
+    """Return the target's variance divided by that of its change in a frame, for RGB and c1c2c3."""
     shift = np.round(clip.centres[frame + 1] - clip.centres[frame]).astype(int)
     rows, columns = np.nonzero(clip.mask(frame))
     height, width = clip.mask(frame).shape

@@ -12,7 +12,7 @@ from trackmark.bench.papers.criteria.shared import (
 
 
 def occlusions(visibility: NDArray[np.float64], visible: float) -> list[tuple[int, int]]:
-    """Return first frame and end of the occlusions that leave less than `visible` of the target.
+    """Return first frame and end of the occlusions with less than `visible` of the target visible.
 
     The target is visible before and after an occlusion. Entering and leaving the view do not count.
     """
@@ -29,7 +29,7 @@ def tree_occlusion(visibility: NDArray[np.float64], visible: float) -> tuple[int
 def frame_after_tree(visibility: NDArray[np.float64]) -> int:
     """Return the first frame after the tree in which the target is fully visible (>= 0.99).
 
-    A tracker that starts in this frame meets only the short occlusions.
+    After this frame only the short occlusions follow.
     """
     _, end = tree_occlusion(visibility, 0.5)
     return end + int(np.argmax(visibility[end:] >= 0.99))
@@ -84,7 +84,7 @@ def hider_distance(scene: SceneImages, stretch: tuple[int, int]) -> float:
 
 
 def distance_of_students(scene: SceneImages) -> float:
-    """Return the smaller distance between the colours of target and occluding students."""
+    """Return the smaller of the distances between the colours of the target and each occluder."""
     return min((hider_distance(scene, stretch) for stretch in short_occlusions(scene)), default=0.0)
 
 

@@ -1,4 +1,7 @@
-"""Images and ground truth of a scene, and criteria of several papers."""
+"""Images and ground truth of a scene, and criteria of several papers.
+
+The ring of a target is its surroundings: the box, enlarged about its centre, without the target.
+"""
 
 from functools import lru_cache
 
@@ -52,7 +55,7 @@ class SceneImages:
         return np.asarray(self.image(frame)[self.mask(frame)])
 
     def ring_colours(self, frame: int, scale: float = 2.0) -> NDArray[np.uint8]:
-        """Return the colours of `scale` times the box without the target, shape (k, 3)."""
+        """Return the colours in the box enlarged by `scale`, without the target, shape (k, 3)."""
         around = box_mask(self.mask(frame).shape, self.boxes[frame], scale)
         return np.asarray(self.image(frame)[around & ~self.mask(frame)])
 

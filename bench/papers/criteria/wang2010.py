@@ -10,13 +10,16 @@ from trackmark.bench.papers.criteria.shared import SceneImages, ring_distance
 
 
 def upward_speed(scene: SceneImages, *, first: int, last: int) -> float:
-    """Return the mean upward speed on arrival at frames `first` to `last` [px/frame]."""
+    """Return the mean upward speed of the steps to frames `first` to `last` [px/frame]."""
     rows = scene.centres[:, 1]
     return float((rows[first - 2] - rows[last - 1]) / (last - first + 1))
 
 
 def velocity_changes(scene: SceneImages) -> NDArray[np.float64]:
-    """Return the change of the velocity on arrival at each frame, from frame 3 on [px/frame]."""
+    """Return by how much the step to each frame differs from the step before [px/frame].
+
+    The first value belongs to frame 3.
+    """
     changes = np.diff(scene.centres, n=2, axis=0)
     return np.asarray(np.hypot(changes[:, 0], changes[:, 1]))
 
@@ -27,7 +30,7 @@ def velocity_change(scene: SceneImages, *, frame: int) -> float:
 
 
 def other_velocity_change(scene: SceneImages, *, frame: int) -> float:
-    """Return the largest change of velocity in other frames / the change in `frame`."""
+    """Return the largest change of velocity in other frames, divided by the change in `frame`."""
     changes = velocity_changes(scene)
     return float(np.delete(changes, frame - 3).max() / changes[frame - 3])
 

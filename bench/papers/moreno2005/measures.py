@@ -1,4 +1,4 @@
-"""Measures on masks: region similarity J of a run, at similar patches and at jumps of the light."""
+"""Measures on masks: region similarity J, near patches of similar colour and jumps of the light."""
 
 from math import nan
 
@@ -15,7 +15,7 @@ AFTER = 10  # frames after a jump
 
 
 def similarity(judged: JudgedRun) -> Values:
-    """Return J by frame, shape (n,); NaN if the target is invisible and in the init frame."""
+    """Return J by frame, shape (n,); NaN in the init frame and if the target is invisible."""
     segmentation = judged.run.segmentation
     if judged.run.failure or segmentation is None:
         return np.where(judged.present, 0.0, nan)

@@ -30,18 +30,19 @@ Array: TypeAlias = NDArray[np.float64]
 COMPONENTS = 2, 5  # components of the mixtures of target and background, as in the tracker
 COLOURS = 500, 1500  # sampled pixels of target and background, as in the tracker
 NEAR = 12  # width of the target's surroundings [px]
-LOW_CONTRAST = 0.25  # share of the frames
-FRAMES = 5  # of a scene, evenly spaced, in which snakes are started
+LOW_CONTRAST = 0.25  # share of the frames of a scene that count as low-contrast
+FRAMES = 5  # number of evenly spaced frames of a scene in which snakes are started
 STARTS = 8  # snakes per frame
 STRETCH, SHIFT = 0.04, 2.0  # standard deviations of a start: affine coefficients, shift [px]
 
 
 @measure("J")
 def contour_gain(scene: str, setting: str) -> float:
-    """Return J of the contour minus J of the map > 1/2 in the quarter of least contrast (Fig. 8).
+    """Return J of the contour minus J of the map in the frames of least contrast (Fig. 8).
 
-    Both masks are from one run of the method. Contrast is the distance between the mean colours of
-    the target and of its surroundings.
+    The mask of the map contains the pixels with a posterior above 1/2. Both masks are from one run
+    of the method. The quarter of the frames with the least contrast is used. Contrast is the
+    distance between the mean colours of the target and of its surroundings.
     """
     sequence = datasets.load(scene)
     text = tracker_text(read_description("moreno2005"), "full", setting)

@@ -1,6 +1,6 @@
 """Steps of the tracker in one frame: Fig. 3, 5 and 6 of the paper.
 
-Frame 10 of the first scene, repetition 0. The frame was chosen before any run.
+All show frame 10 of the first scene in repetition 0. The frame was chosen before any run.
 """
 
 from math import ceil, floor
@@ -147,8 +147,8 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
 
 def _started_tracker(text: str, sequence: datasets.Sequence) -> Moreno2005:
     """Return the tracker of repetition 0 after its initialisation."""
-    chosen = parse_tracker(text)
-    tracker = chosen.make(run_seed(chosen.name, sequence.name, 0))
+    spec = parse_tracker(text)
+    tracker = spec.make(run_seed(spec.name, sequence.name, 0))
     assert isinstance(tracker, Moreno2005)
     first = sequence.first_frame
     tracker.init(sequence[first], sequence.boxes[first], sequence.mask(first))
@@ -161,32 +161,32 @@ def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
     The result has no rows without a mask or if the target is invisible.
     """
     mask = sequence.mask(frame)
-    pieces = [np.empty((0, 2))]
+    outlines = [np.empty((0, 2))]
     if mask is not None:
         number, parts = cv2.connectedComponents(mask.astype(np.uint8))
         for part in range(1, number):
             pixels = parts == part
             # 2 √(π n) is the perimeter of a disc of n pixels, the shortest of all shapes.
             points = max(8, round(2 * np.sqrt(np.pi * np.count_nonzero(pixels)) / SPACING))
-            pieces += [outline(pixels, points), np.full((1, 2), np.nan)]
-    return np.concatenate(pieces)
+            outlines += [outline(pixels, points), np.full((1, 2), np.nan)]
+    return np.concatenate(outlines)
 
 
 def hypotheses_figure(step: Step, label: str) -> Figure:
-    """Draw Fig. 5: planes, contours, and colours of the largest, median and smallest weight."""
+    """Draw Fig. 5: planes, contours, and colour hypotheses of large, median and small weight."""
     return hypotheses_plot(
         step.image,
         (step.bases, step.planes.weights),
         (step.contours.states, step.contours.weights),
         palettes_of(step),
         f"Fig. 5, {label}, frame {STEPS} of the leaf: "
-        "hypotheses, darker with more weight; right: some of the colours on their planes, and "
-        "posterior maps by them",
+        "hypotheses, darker with more weight; right: three colour hypotheses on their planes, "
+        "and their posterior maps",
     )
 
 
 def palettes_of(step: Step) -> dict[str, Palette]:
-    """Return the colours with the largest, median and smallest weight, by label."""
+    """Return the colour hypotheses with the largest, median and smallest weight, by label."""
     weights = step.colours.weights
     order = np.argsort(-weights, kind="stable")
     places = {"greatest": 0, "median": len(order) // 2, "least": len(order) - 1}
@@ -229,7 +229,7 @@ def stages(step: Step) -> list[Panel]:
     return [
         Panel("(a) posterior map", posterior_map.astype(np.float64)),
         Panel("(b) edges", edge_map(image, None)),
-        Panel("(c) edges that (a) shows", edge_map(image, posterior_map)),
+        Panel("(c) edges that remain with (a)", edge_map(image, posterior_map)),
         Panel(f"(d) mean, J = {agree[0]:.2f}", image, contour=mean - corner),
         Panel(f"(e) snake, J = {agree[1]:.2f}", image, contour=snake - corner),
     ]

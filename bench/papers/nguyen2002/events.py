@@ -25,8 +25,8 @@ class Declared(NamedTuple):
     """Occlusion that a tracker declared.
 
     `beginning`: first frame with a declared occlusion (t_o). `end`: frame of the re-detection
-    (t_e). `back`: first frame in which the online box is tracked again. `end` and `back` are None
-    if the sequence ends before.
+    (t_e). `back`: first frame in which the online box follows the target again. `end` and `back`
+    are None if the sequence ends before.
     """
 
     beginning: int
@@ -59,8 +59,9 @@ def declared_in(run: Run) -> list[Declared]:
 
     The details of a run contain at most one `beginning` and one `end` per frame, which lag behind
     the events, and the number `ended` of occlusions so far. `candidate` is the end of an occlusion
-    that is open when the sequence ends. Later occlusions are found in the revised boxes, which move
-    in equal steps during an occlusion. The end is late if the target continues in equal steps.
+    that is open when the sequence ends. Occlusions that are missing in the details are detected in
+    the revised boxes, which move in equal steps during an occlusion. Their detected end is too late
+    if the box continues in equal steps after the occlusion.
     """
     details = run.details
     beginnings, ends = _finite_frames(details["beginning"]), _finite_frames(details["end"])
@@ -95,7 +96,7 @@ def _end(boxes: Boxes, beginning: int, offsets: list[int]) -> int | None:
 
 
 def _straight(boxes: Boxes, beginning: int) -> int:
-    """Return for how many frames the box repeats the step with which it arrived at a frame."""
+    """Return for how many frames after `beginning` the box repeats its step to this frame."""
     steps = np.diff(boxes[beginning - 1 :], axis=0)
     others = np.flatnonzero((np.abs(steps - steps[0]) > STRAIGHT).any(axis=1))
     return int(others[0] if len(others) else len(steps)) - 1

@@ -12,8 +12,8 @@ from trackmark.bench.papers.measures import SERIES as COMMON_SERIES
 from trackmark.bench.papers.measures import JudgedRun, measure
 from trackmark.bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 
-SUCCESS, LAST = 0.9, 5
-"""Minimum share of clear frames with sufficient overlap in a tracked clip."""
+SUCCESS = 0.9  # minimum share of clear frames with sufficient overlap in a tracked clip
+LAST = 5  # number of last clear frames, in all of which the overlap is sufficient
 
 IN_VIEW = 0.75  # minimum visible share of a target that can be re-detected
 SWITCH = "lamp off"  # attribute of frames with a lamp switched off

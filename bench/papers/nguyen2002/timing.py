@@ -9,7 +9,7 @@ from trackmark.bench.papers.timing import Pairs, Values, kept_times, millisecond
 from trackmark.reports.tables import Table, text_table
 
 CLIPS = "clips"
-WHOLE = 1000  # more frames than a clip has
+WHOLE = 1000  # more frames than any clip: whole clips are timed
 
 
 def _times(context: Context, setting: str) -> dict[str, Values]:

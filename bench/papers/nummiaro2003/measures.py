@@ -11,7 +11,7 @@ from trackmark.bench.papers.measures import JudgedRun, Values, measure
 HIDDEN = 0.5  # visible share below which the target is hidden
 GONE = 0.1  # visible share below which the target is hidden completely
 CLEAR = 0.8  # visible share above which the target is in view again
-RECOVERY = 30  # largest number of frames from the tree to tracking
+RECOVERY = 30  # number of frames after the occlusion by the tree until the target is tracked
 BRIDGE = 10  # frames after a short occlusion, or after the target leaves the view
 END = 20  # number of last visible frames
 

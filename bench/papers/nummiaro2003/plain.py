@@ -13,12 +13,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 ALPHA = 0.1
-POSITION_NOISE, VELOCITY_NOISE, SIZE_NOISE, SCALE_NOISE = (
-    0.12,
-    0.05,
-    0.01,
-    0.003,
-)  # as a share of Hx
+# standard deviations as a share of Hx
+POSITION_NOISE, VELOCITY_NOISE, SIZE_NOISE, SCALE_NOISE = 0.12, 0.05, 0.01, 0.003
 BACKGROUND_POSITIONS = 1000  # approximate number
 LEAST_HALF_AXIS = 3.0  # pixels
 LEAST_SHARE = 0.25  # minimum share of an ellipse inside the image

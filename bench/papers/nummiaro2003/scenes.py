@@ -86,8 +86,8 @@ def ellipse_in(box: Array) -> Array:
 def _clear_frames(sequence: datasets.Sequence, most: int) -> list[int]:
     clear = np.flatnonzero(sequence.present & (sequence.visibility >= CLEAR))
     clear = clear[clear > sequence.first_frame]
-    chosen = np.linspace(0, len(clear) - 1, min(most, len(clear))).round().astype(int)
-    return [int(frame) for frame in clear[chosen]]
+    indices = np.linspace(0, len(clear) - 1, min(most, len(clear))).round().astype(int)
+    return [int(frame) for frame in clear[indices]]
 
 
 def _grid(target: Array, size: Array) -> Array:

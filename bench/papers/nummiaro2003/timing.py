@@ -33,7 +33,7 @@ FRAMES, STRETCHES = 4, 4  # clips from the whole sequence, because the target's 
 PLAIN = ("particles", "bins", "sigma", "update_reading", "update_threshold", "scale_persistence")
 
 PAPERS_CLOCK = 800e6  # Hz
-STEPS = 250_000  # steps of the chain that measures the clock
+STEPS = 250_000  # steps of the operations that measure the clock frequency
 CYCLES_PER_STEP = 6  # three shifts and three operations, each dependent on the one before
 SHORTEST = 1e-9  # s
 
@@ -90,7 +90,7 @@ def _chain(state: Any, steps: int) -> Any:
 
 
 def plain(texts: Mapping[str, str]) -> Methods:
-    """Return the plain filter with single and double weighting, and the chain."""
+    """Return the plain filter with single and double weighting, and the clock's operations."""
     (text,) = texts.values()
     options = {name: parse_tracker(text).parameters[name] for name in PLAIN}
     filters = {"once": PlainFilter, "twice": _PlainWeighting}

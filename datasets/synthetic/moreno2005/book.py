@@ -4,7 +4,7 @@ The paper describes the non-rigid boundary of a bending book. The light changes 
 natural to yellow. A model of smooth changes fails because of "the effect of self-shadowing produced
 during the movement of the book". All other properties are our choice: the hand, the room, and the
 lamp at the side of the book. When the book bends, most of its cover lies in its own shadow within
-one frame, and the shadowed cloth looks like the wall.
+one frame, and its shadowed cloth looks like the wall.
 
 The book is a sheet that bends without stretching. The hand holds it at the middle of its lower
 edge, which is the origin of the coordinates u (right), v (down, from minus the height to 0) and w
@@ -66,7 +66,7 @@ from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_
 Array = NDArray[np.float64]
 
 STEPS = 48  # number of line segments of a cross-section
-NEAR = 1.0  # minimum distance along a ray at which it meets another part of the sheet [pixels]
+NEAR = 1.0  # an intersection nearer than this is the starting point of the ray [pixels]
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Section:
     along: Array  # (n,): arc length from the ruling through the origin
     across: Array  # (n,): positions perpendicular to the rulings
     near: Array  # (n,): positions towards the camera
-    turn: Array  # (n,): slope, positive if the sheet recedes to the right [radians]
+    turn: Array  # (n,): inclination, positive if the sheet recedes to the right [radians]
 
 
 def bend_sheet(
@@ -295,8 +295,8 @@ def print_cover(
 ) -> NDArray[np.float32]:
     """Return the texture of a book, linear BGR: the cover, then twice `PAGES` rows.
 
-    The size is in pixels, with `FINE` texels per pixel. `cloth` is the colour of the cover, BGR in
-    [0, 255].
+    `half_width` and `height` are in pixels; the texture has `FINE` texels per pixel and axis.
+    `cloth` is the colour of the cover, BGR in [0, 255].
     """
     columns, rows = round(2 * half_width * FINE), round(height * FINE)
     picture = np.empty((rows + 2 * PAGES, columns, 3), np.uint8)
@@ -421,7 +421,7 @@ class Book:
         return np.zeros((rows + 2 * PAGES, columns, 3), np.float32)
 
     def mesh(self, texture: NDArray[np.float32]) -> Mesh:
-        """Return the triangles of the book with a texture; its shape is as in `blank`."""
+        """Return the triangles of the book; `texture` has the shape of `blank`."""
         front = np.stack([self._u + self.half_width, self._v + self.height], axis=1) * FINE
         rows, columns = texture.shape[0] - 2 * PAGES, texture.shape[1]
         texels, triangles = (
@@ -440,7 +440,7 @@ class Book:
         return Mesh(np.concatenate(triangles), np.concatenate(texels), texture, closed=True)
 
     def surface(self, bending: Bending, pose: BookPose, lamp: Array) -> BookSurface:
-        """Return the vertices of the bent book in a pose, with a lamp in a direction."""
+        """Return the vertices of the bent book in a pose; `lamp` is the direction to the lamp."""
         places, normals, section = bend_sheet(bending, self.half_width, self._u, self._v)
         level = np.array([lamp[2], 0.0, -lamp[0]])
         rays = (lamp + SPREAD[:, None] * level) @ pose.axes
@@ -477,7 +477,7 @@ AROUND, STRAIGHT, ROOM_STRAIGHT = 0.22, 1.7, 0.35
 # colours of the light, BGR: a window to the north, a light bulb
 NATURAL, YELLOW = np.array([1.12, 1.0, 0.90]), np.array([0.32, 0.84, 1.08])
 FAR = 620.0  # distance of the lamp from the centre of the image [pixels]
-SHADOWED = 1.1  # light on the cloth for which the cloth looks like the wall [multiples of `AROUND`]
+SHADOWED = 1.1  # light on the cloth in which the cloth looks like the wall [multiples of `AROUND`]
 HORIZON = 178  # image row at which the wall meets the desk [pixels]
 ROOM_FINE = 2  # samples per pixel and axis of static objects
 # window of hand and arm: upper left corner relative to the held point, size, samples per pixel
@@ -593,7 +593,7 @@ class BookSetting:
 
 
 def _most_frequent(colours: Floats) -> Array:
-    """Return the mean of the colours, shape (k, 3), in the fullest of 12³ histogram bins."""
+    """Return the mean of those colours, of shape (k, 3), that fall in the fullest of 12³ bins."""
     bins = (12 * np.sqrt(np.clip(colours, 0, 0.999))).astype(int)
     _, inverse, counts = np.unique(bins, axis=0, return_inverse=True, return_counts=True)
     return np.asarray(colours[inverse.ravel() == counts.argmax()].mean(axis=0), np.float64)

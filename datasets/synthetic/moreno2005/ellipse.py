@@ -40,7 +40,9 @@ FASTEST = 6.9
 # showed that trackers can follow steps of .03 (mean overlap .86).
 NEW = 0.03
 STEP = 0.05  # mean step of the colour per frame, in RGB of [0, 1]
-TURN = 0.45  # change of the colour's direction per frame: noise that is added to a unit vector
+TURN = (
+    0.45  # standard deviation of the noise that is added to the unit direction of the colour path
+)
 COLOURS = 0.08, 0.92  # minimum and maximum of every channel
 
 
@@ -232,9 +234,9 @@ class EllipsePatch:
 
 
 def sample_patches(seed: int, plan: EllipsePlan) -> list[EllipsePatch]:
-    """Sample pairs of patches that have colour and surroundings of the ellipse in one frame.
+    """Sample pairs of background patches with the colour that the ellipse has in one frame.
 
-    One patch of each pair touches the ellipse; the other patch lies next to the ellipse.
+    In this frame, one patch lies at some distance from the ellipse; the other patch touches it.
     """
     random = part_generator(seed, "moreno2005/ellipse patches")
     bounds = np.linspace(FIRST, FRAMES, MEETINGS + 1).astype(int).tolist()

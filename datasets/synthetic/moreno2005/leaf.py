@@ -326,7 +326,10 @@ class LeafSetting:
         return self._layer("still foliage", FAR, 1.0), self._layer("foliage that sways", NEAR, 0.4)
 
     def _layer(self, part: str, count: int, depth: float) -> FoliageLayer:
-        """Render `count` overlapping leaves that are darker with depth; depth 1 leaves no gaps."""
+        """Render `count` overlapping leaves; with a larger `depth`, the lower leaves are darker.
+
+        A layer of depth 1 has no gaps between leaves.
+        """
         random = self._random(part)
         around, straight = (np.zeros((*LAYER[::-1], 4), np.float32) for _ in range(2))
         if depth == 1:
@@ -447,7 +450,7 @@ class LeafScene(SyntheticScene):
 
     @cached_property
     def _foliage(self) -> tuple[tuple[Floats, Floats], ...]:
-        """Static image and swaying sheet of the foliage, under the cloud and in sunshine."""
+        """Images of the static and of the swaying foliage, under the cloud and in sunshine."""
         still, swaying = self.setting.layers
         inner = (slice(MARGIN, -MARGIN),) * 2
         return tuple(

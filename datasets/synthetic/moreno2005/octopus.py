@@ -89,7 +89,7 @@ def _reef(random: Generator) -> Array:
 
 
 def _spotted(random: Generator) -> Array:
-    """Return relaxed skin: pale spots with dark lines between them."""
+    """Return a texture of relaxed skin: pale spots with dark lines between them."""
     cells = fractal(random, SIDE, 32, 64, 0.5)
     tone = 1 + 0.22 * np.clip(2 * cells, -1, 1) + 0.05 * fractal(random, SIDE, 128, 256, 1.0)
     pale = np.clip(4 * fractal(random, SIDE, 32, 32) - 3.4, 0, 1)
@@ -353,7 +353,7 @@ def _balls(places: Array, radii: Array, height: float, flat: float) -> Array:
 
 
 def _wave(waves: Array, time: float) -> Array:
-    """Return the offset of each row: amplitude times the sine of time."""
+    """Return a sine at a time [frames] for each row (amplitude, period, phase) of `waves`."""
     size, period, phase = waves.T
     return np.asarray(size * np.sin(2 * np.pi * time / period + phase))
 
@@ -387,10 +387,10 @@ class Skin:
     def __init__(self, random: Generator, body: Body, textures: Sequence[Array]) -> None:
         rest = body.at_rest().balls
         self._rest = rest[:, :2]
-        worn = mould_heights(rest, (-SIDE / 2, -SIDE / 2), 1.0, (SIDE, SIDE))[1] >= 0
+        on_body = mould_heights(rest, (-SIDE / 2, -SIDE / 2), 1.0, (SIDE, SIDE))[1] >= 0
         # Scaled so that the part of the texture on the body has the given mean colour.
         fitted = (
-            texture * (texture.mean(axis=(0, 1)) / texture[worn].mean(axis=0))
+            texture * (texture.mean(axis=(0, 1)) / texture[on_body].mean(axis=0))
             for texture in textures
         )
         eyes = body.scale * EYES, body.scale * EYE
@@ -465,7 +465,7 @@ CLOSE = 0.2
 # minimum distance between the initial mean colour and the first floor's, RGB of [0, 1]
 CONTRAST = 0.25
 
-FLOORS = 3  # kinds of floor in a scene: start, destination, another
+FLOORS = 3  # kinds of floor in a scene: at the start, at the destination, and a third kind
 OWN = FLOORS  # index of the initial texture; the preceding textures imitate the floors
 BORDER_SOFTNESS = 4.0  # approximate width of the transition between floors [pixels]
 # amplitude and length of the waves of the borders in both directions [pixels]
@@ -542,7 +542,7 @@ class OctopusPlan:
 
     @cached_property
     def camouflaged(self) -> NDArray[np.bool_]:
-        """Return for every frame whether the skin's colour is close to the surrounding floors."""
+        """Return for every frame whether the skin has nearly the colour of the floors around it."""
         own_colour = self.colours[OWN]
         textures = np.vstack([imitate_floor(self.colours[:OWN], own_colour), own_colour])
         skin = np.empty((FRAMES, 3))
@@ -581,8 +581,8 @@ def sample_plan(seed: int) -> OctopusPlan:
         kind for kind, skin in SKINS.items() if np.linalg.norm(skin.colour - first) > CONTRAST
     ]
     own_kind = str(floors.choice(contrasting_kinds))
-    means = [*(FLOOR_KINDS[kind].colour for kind in kinds), SKINS[own_kind].colour]
-    colours = np.array(means) * floors.uniform(1 - TINT, 1 + TINT, (FLOORS + 1, 3))
+    mean_colours = [*(FLOOR_KINDS[kind].colour for kind in kinds), SKINS[own_kind].colour]
+    colours = np.array(mean_colours) * floors.uniform(1 - TINT, 1 + TINT, (FLOORS + 1, 3))
     zones = _sample_zones(floors, place)
     still = OctopusPlan(body, place, heading, zones, (*kinds, own_kind), colours, np.zeros((2, 2)))
     arrival = float(np.argmax(_surroundings(zones, still.boxes)[:, 1] > 0.5))
@@ -698,7 +698,7 @@ class Water:
         self._random = random
 
     def over(self, picture: Floats, frame: int) -> Image:
-        """Return the appearance of an image (even light, BGR in [0, 1]) below the water."""
+        """Return an image (in even light, BGR in [0, 1]) as it looks below the water."""
         canvas = np.empty(picture.shape, np.uint8)
         first, second = (self._layer(layer, frame) for layer in range(2))
         _look_through(picture, first, second, THROUGH * (1 - HAZE_SHARE), HAZE * HAZE_SHARE, canvas)

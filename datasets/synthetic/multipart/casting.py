@@ -129,8 +129,8 @@ def stripe_clothes(look: WalkerLook) -> WalkerLook:
 
 def _differ(first: BGR, second: BGR) -> bool:
     chroma, lightness = DIFFERENT_HALVES
-    apart = abs(float(_luv(first)[0] - _luv(second)[0])) >= lightness
-    return apart and chroma_distance(first, second) >= chroma
+    differs_in_lightness = abs(float(_luv(first)[0] - _luv(second)[0])) >= lightness
+    return differs_in_lightness and chroma_distance(first, second) >= chroma
 
 
 def chroma_distance(first: BGR, second: BGR) -> float:
@@ -215,27 +215,27 @@ def twin_plan(scene: int, distance: float, same: bool) -> WalkPlan:
     place = random.uniform(-0.3, 0.3), random.uniform(7.6, 8.4)
     target = straight_path(TWIN_FRAMES, TWIN_FRAMES // 2, place, velocity, random.uniform())
     random = generator("clothes")
-    worn = sample_street_clothes(random)
-    unlike = sample_other_clothes(random, worn)
-    first = sample_person(generator("target"), target, worn)
+    clothes = sample_street_clothes(random)
+    unlike = sample_other_clothes(random, clothes)
+    first = sample_person(generator("target"), target, clothes)
     width = body_boxes(*WalkPlan(0, views, [first]).places[0].T)[:, 2]
-    course = routes.sample_path_beside_target(generator("twin way"), views, target, width, distance)
+    path = routes.sample_path_beside_target(generator("twin way"), views, target, width, distance)
     # The generators are equal, so that variants differ only in the second person's clothes.
-    second = sample_person(generator("twin"), course, worn if same else unlike)
+    second = sample_person(generator("twin"), path, clothes if same else unlike)
     return WalkPlan(sample_seed(generator("street")), views, [first, second])
 
 
 def sample_person(
     random: Generator,
-    course: WalkingPath,
-    worn: tuple[BGR, BGR],
+    path: WalkingPath,
+    clothes: tuple[BGR, BGR],
     bag: BGR | None = None,
     weaves: Weaves = WEAVES,
 ) -> Person:
     """Sample a person in given clothes; all other properties are random."""
     look = WalkerLook(
-        shirt=worn[0],
-        trousers=worn[1],
+        shirt=clothes[0],
+        trousers=clothes[1],
         hair=HAIR[random.integers(len(HAIR))],
         skin=SKIN[random.integers(len(SKIN))],
         shoes=SHOES[random.integers(len(SHOES))],
@@ -246,7 +246,7 @@ def sample_person(
         bulk=random.uniform(0.92, 1.1),
         loose=random.uniform(0.92, 1.12),
     )
-    return Person(look, sample_seed(random), random.uniform(1.62, 1.88), course)
+    return Person(look, sample_seed(random), random.uniform(1.62, 1.88), path)
 
 
 def sample_seed(random: Generator) -> int:

@@ -39,7 +39,7 @@ class Design:
     posts: int = 0  # number of lamp posts that the target passes behind
     # number of people in stripes of the target's two colours who overtake the target
     mixed: int = 0
-    pace: float = 0.9  # speed of these people relative to the target [metres/second]
+    pace: float = 0.9  # speed of the overtaking people relative to the target [metres/second]
     # True if a person in the target's clothes crosses in front of the target
     crossing: bool = False
 

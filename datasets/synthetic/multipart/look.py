@@ -18,7 +18,9 @@ from trackmark.datasets.synthetic.render.colours import BGR
 from trackmark.datasets.synthetic.render.texture import creases, fractal
 from trackmark.datasets.synthetic.scene import part_generator
 
-COLUMNS = 5  # columns of a node of a part: row, centre, half width, blur, row of the texture
+COLUMNS = (
+    5  # numbers of a node (cross-section) of a part: row, centre, half width, blur, texture row
+)
 ROWS = 128  # number of texture rows, from the upper to the lower end of a part
 AROUND = 256  # number of texture columns around a part; column 0 is the front
 
@@ -82,16 +84,16 @@ def paint_part(
         line = texture[min(max(row >> 6, 0), ROWS - 1)]
         # The position across the part, as quotient and remainder; only the quotient is used.
         start = ((first << 6) + 32 - centre) << 8
-        whole, rest = start // half, start % half
-        more, more_rest = (64 << 8) // half, (64 << 8) % half
-        most = (min(256, (half << 9) // ramp) * inside) >> 8
+        quotient, remainder = start // half, start % half
+        step, step_remainder = (64 << 8) // half, (64 << 8) % half
+        inner_cover = (min(256, (half << 9) // ramp) * inside) >> 8
         for x in range(first, last):
-            u = min(max(whole, -256), 256) + 256
-            whole, rest = whole + more, rest + more_rest
-            if rest >= half:
-                whole, rest = whole + 1, rest - half
+            u = min(max(quotient, -256), 256) + 256
+            quotient, remainder = quotient + step, remainder + step_remainder
+            if remainder >= half:
+                quotient, remainder = quotient + 1, remainder - half
             if 2 * (half - abs((x << 6) + 32 - centre)) >= ramp:  # inner pixels of the span
-                cover = most
+                cover = inner_cover
             else:
                 cover = (_covered(x, centre, half, ramp) * inside) >> 8
             if cover == 0:
@@ -181,7 +183,7 @@ def wrap_textures(look: WalkerLook, seed: int) -> NDArray[np.uint8]:
 class _ClothFolds:
     """Shading of cloth: broad folds across a part, steep folds along it, and grain.
 
-    A person has one pair of patterns; each part uses another section of these patterns.
+    A person has one pair of patterns; each part uses a different section of these patterns.
     """
 
     def __init__(self, random: Generator) -> None:

@@ -25,7 +25,7 @@ class Person:
     look: WalkerLook  # clothes and build
     seed: int  # seed of folds and proportions
     stature: float  # [metres]
-    course: WalkingPath  # path on the ground
+    path: WalkingPath  # path on the ground
 
 
 @dataclass(frozen=True)
@@ -79,18 +79,18 @@ class WalkPlan:
 
     def pose(self, person: int, frame: int) -> GaitPose:
         """Return the gait pose of a person in a frame."""
-        course = self.people[person].course
-        return GaitPose(*(float(a[frame]) for a in (course.phase, course.stride, course.heading)))
+        path = self.people[person].path
+        return GaitPose(*(float(a[frame]) for a in (path.phase, path.stride, path.heading)))
 
     def depth(self, person: int, frame: int) -> float:
         """Return the depth of a person relative to the camera [metres]."""
-        return float(self.people[person].course.z[frame])
+        return float(self.people[person].path.z[frame])
 
     def motion(self, person: int, frame: int) -> Array:
         """Return the motion of a person in the image, right and down [pixels/frame]."""
         first, last = max(frame - 1, 0), min(frame + 1, len(self) - 1)
-        way = self.places[person, last] - self.places[person, first]
-        return np.asarray(way[:2] / (last - first))
+        displacement = self.places[person, last] - self.places[person, first]
+        return np.asarray(displacement[:2] / (last - first))
 
     def coverage(self, person: int, frame: int) -> Coverage:
         """Return the silhouette of a person in a frame, also outside the image."""
@@ -120,11 +120,11 @@ class WalkPlan:
 
     def _nearer(self, frame: int) -> Iterator[Coverage]:
         """Yield the silhouettes of objects in front of the target that may occlude it."""
-        depth = self.people[0].course.z[frame]
+        depth = self.people[0].path.z[frame]
         x, _, height = self.places[:, frame].T
         overlap = np.abs(x - x[0]) < 0.6 * (height + height[0])
         for person in self.in_picture(frame):
-            if overlap[person] and self.people[person].course.z[frame] < depth:
+            if overlap[person] and self.people[person].path.z[frame] < depth:
                 yield self.coverage(person, frame)
         for post in self.posts:
             if post.z < depth:
@@ -132,10 +132,10 @@ class WalkPlan:
 
 
 def _places(views: Views, person: Person) -> Array:
-    course = person.course
-    x = views.still.column(course.x - views.x, course.z) + views.shift_x
-    y = views.still.row(np.zeros(len(views.x)), course.z) + views.shift_y
-    return quantised(np.stack([x, y, person.stature * views.still.scale(course.z)], axis=1))
+    path = person.path
+    x = views.still.column(path.x - views.x, path.z) + views.shift_x
+    y = views.still.row(np.zeros(len(views.x)), path.z) + views.shift_y
+    return quantised(np.stack([x, y, person.stature * views.still.scale(path.z)], axis=1))
 
 
 def body_boxes(x: Array, y: Array, height: Array) -> Array:

@@ -20,7 +20,7 @@ from trackmark.datasets.synthetic.render.views import (
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-DIAGONAL = 1.0, 1.0  # first step of a target's path, sideways and in depth [metres]
+DIAGONAL = 1.0, 1.0  # first stretch of a target's path, sideways and in depth [metres]
 ELBOW_ROOM = 0.5  # minimum distance between two people [metres]
 
 # half width of a person in mid-step, which decides whether two people overlap [metres]
@@ -33,8 +33,8 @@ BESIDE = 1.4  # an overtaking person within this distance of the target must be 
 COMPANY = 2.2  # an overtaking person within this distance of the target follows its path [metres]
 
 CROSSING_REACH, CROSSING_TIME = 1.9, 30
-"""A crossing person is within this distance of the target [metres] only for a time before and
-after the crossing [frames].
+"""Minimum distance of a crossing person from the target [metres], except during this time before
+and after the crossing [frames].
 """
 
 UNDISTURBED = 25  # time at the start and at the end in which no person overlaps the target [frames]
@@ -88,26 +88,28 @@ def sample_path_in_view(random: Generator, design: Design, views: Views) -> Walk
 
 
 def sample_path_before_target(
-    random: Generator, views: Views, target: WalkingPath, others: list[WalkingPath], when: float
+    random: Generator,
+    views: Views,
+    target: WalkingPath,
+    others: list[WalkingPath],
+    meeting_frame: float,
 ) -> WalkingPath:
     """Sample the path of a person who passes between camera and target around a frame."""
     frames = len(target.x)
 
     def candidate() -> WalkingPath:
-        frame = round(when + random.uniform(-0.05, 0.05) * frames)
+        frame = round(meeting_frame + random.uniform(-0.05, 0.05) * frames)
         z = max(target.z[frame] - random.uniform(0.8, 1.6), 4.4)
         x = _aligned_x(views, frame, target, z)
         velocity = random.choice([-1, 1]) * random.uniform(0.6, 1.4), random.uniform(-0.15, 0.15)
         return straight_path(frames, frame, (x, z), velocity, random.uniform())
 
-    def cost(course: WalkingPath) -> int:
-        overlaps = _overlap_frames(views, course, target)
+    def cost(path: WalkingPath) -> int:
+        overlaps = _overlap_frames(views, path, target)
         together = sum(
             int((overlaps & _overlap_frames(views, other, target)).sum()) for other in others
         )
-        return (
-            together + _bad_occlusion_frames(overlaps) + _crowded_frames(course, [target, *others])
-        )
+        return together + _bad_occlusion_frames(overlaps) + _crowded_frames(path, [target, *others])
 
     return _best_candidate(candidate, cost)
 
@@ -149,7 +151,7 @@ def sample_path_behind_target(
         velocity = random.choice([-1, 1]) * random.uniform(0.7, 1.5), random.uniform(-0.06, 0.06)
         return straight_path(frames, frame, (x, z), velocity, random.uniform())
 
-    return _best_candidate(candidate, lambda course: _crowded_frames(course, [target, *others]))
+    return _best_candidate(candidate, lambda path: _crowded_frames(path, [target, *others]))
 
 
 def sample_overtaking_path(
@@ -157,18 +159,18 @@ def sample_overtaking_path(
     views: Views,
     target: WalkingPath,
     others: list[WalkingPath],
-    when: float,
+    meeting_frame: float,
     pace: float,
 ) -> WalkingPath:
-    """Sample the path of a person who passes the target behind it, faster or slower.
+    """Sample the path of a person who walks behind the target, and overtakes it or falls back.
 
-    `pace` is the speed relative to the target [metres/second]. `when` is the frame in which both
-    are in one image column.
+    `pace` is the speed relative to the target [metres/second]. In `meeting_frame`, both are in one
+    image column.
     """
     frames = len(target.x)
 
     def candidate() -> WalkingPath:
-        frame = when + random.uniform(-0.1, 0.1) * frames
+        frame = meeting_frame + random.uniform(-0.1, 0.1) * frames
         speed = random.choice([-1, 1]) * pace * random.uniform(0.92, 1.08)
         ahead = speed * (np.arange(frames) - frame) / FRAMES_PER_SECOND
         together = np.flatnonzero(np.abs(ahead) <= COMPANY)
@@ -177,16 +179,16 @@ def sample_overtaking_path(
             _extrapolate(x, together), _hold_depth(z, together), random.uniform()
         )
 
-    def cost(course: WalkingPath) -> int:
-        close = np.abs(course.x - target.x) < BESIDE
-        column = views.still.column(course.x - views.x, course.z) + views.shift_x
+    def cost(path: WalkingPath) -> int:
+        close = np.abs(path.x - target.x) < BESIDE
+        column = views.still.column(path.x - views.x, path.z) + views.shift_x
         hidden = np.abs(column - SIZE[0] / 2) > SIZE[0] / 2 - 25
         for other in others:
             hidden |= _overlap_frames(views, other, target)
-        before = _overlap_frames(views, course, target) & (course.z < target.z)
+        before = _overlap_frames(views, path, target) & (path.z < target.z)
         meets_again = len(target.x) * int(np.count_nonzero(np.diff(close)) > 2)
         disturbed = int((hidden & close).sum() + before.sum()) + meets_again
-        return disturbed + _crowded_frames(course, [target, *others])
+        return disturbed + _crowded_frames(path, [target, *others])
 
     return _best_candidate(candidate, cost)
 
@@ -198,7 +200,10 @@ def sample_crossing_path(
     others: list[WalkingPath],
     parts: tuple[float, float],
 ) -> WalkingPath:
-    """Sample a path that crosses in front of the target between two relative times."""
+    """Sample a path that crosses in front of the target.
+
+    `parts` is the range of the time of the crossing, relative to the length of the sequence.
+    """
     frames = len(target.x)
 
     def candidate() -> tuple[int, WalkingPath]:
@@ -209,10 +214,10 @@ def sample_crossing_path(
         return frame, straight_path(frames, frame, place, velocity, random.uniform())
 
     def cost(candidate: tuple[int, WalkingPath]) -> int:
-        frame, course = candidate
-        near = np.abs(course.x - target.x) < CROSSING_REACH
+        frame, path = candidate
+        near = np.abs(path.x - target.x) < CROSSING_REACH
         near[frame - CROSSING_TIME : frame + CROSSING_TIME] = False
-        return int(near.sum()) + _crowded_frames(course, [target, *others])
+        return int(near.sum()) + _crowded_frames(path, [target, *others])
 
     return _best_candidate(candidate, cost)[1]
 
@@ -249,10 +254,10 @@ def _aligned_x(views: Views, frame: int, target: WalkingPath, z: float) -> float
     return camera.x + (float(target.x[frame]) - camera.x) * ratio
 
 
-def _overlap_frames(views: Views, course: WalkingPath, target: WalkingPath) -> NDArray[np.bool_]:
+def _overlap_frames(views: Views, path: WalkingPath, target: WalkingPath) -> NDArray[np.bool_]:
     """Return for every frame whether two bodies overlap in image columns."""
-    x = (course.x - views.x) / course.z - (target.x - views.x) / target.z
-    return np.asarray(np.abs(x) < HALF_WIDTH * (1 / course.z + 1 / target.z))
+    x = (path.x - views.x) / path.z - (target.x - views.x) / target.z
+    return np.asarray(np.abs(x) < HALF_WIDTH * (1 / path.z + 1 / target.z))
 
 
 def _bad_occlusion_frames(overlaps: NDArray[np.bool_]) -> int:
@@ -265,11 +270,11 @@ def _bad_occlusion_frames(overlaps: NDArray[np.bool_]) -> int:
     )
 
 
-def _crowded_frames(course: WalkingPath, others: list[WalkingPath]) -> int:
+def _crowded_frames(path: WalkingPath, others: list[WalkingPath]) -> int:
     """Count the frames in which two people are too close."""
-    near = np.zeros(len(course.x), np.bool_)
+    near = np.zeros(len(path.x), np.bool_)
     for other in others:
-        x, z = course.x - other.x, course.z - other.z
+        x, z = path.x - other.x, path.z - other.z
         near |= x * x + z * z < ELBOW_ROOM * ELBOW_ROOM
     return int(near.sum())
 

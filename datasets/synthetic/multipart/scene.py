@@ -47,7 +47,7 @@ def scene(parameters: WalkingParameters, number: str = "") -> "WalkingScene":
 
 
 def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
-    """Return the ground truth; `shade`, shape (n,), is True if the target is in the shade of trees.
+    """Return the ground truth; `shade`, shape (n,), are the flags of the attribute `shade`.
 
     `boxes` contain the body from shoulders to ankles. The region `full` contains the whole person,
     `tight` the silhouette. The attributes are:
@@ -57,7 +57,7 @@ def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
     - `scale_change`: the size is outside 0.8 to 1.25 times the first size.
     - `turning`: the target turns by more than 30 degrees per second.
     - `clutter`: the axis of another person is within two box widths of the target's axis.
-    - `shade`: see above.
+    - `shade`: the target is in the shade of trees.
     """
     x, y, height = plan.places[0].T
     full = full_boxes(x, y, height)
@@ -70,7 +70,7 @@ def _truth(plan: WalkPlan, shade: NDArray[np.bool_]) -> SceneTruth:
             "occlusion": occluded(visibility),
             "out_of_view": out_of_view(full),
             "scale_change": rescaled(height),
-            "turning": turning(plan.people[0].course.heading, TURNING),
+            "turning": turning(plan.people[0].path.heading, TURNING),
             "clutter": near.any(axis=0),
             "shade": shade,
         },
@@ -101,7 +101,7 @@ class WalkingScene(SyntheticScene):
 
     def truth(self) -> SceneTruth:
         target = self.plan.people[0]
-        x, z = target.course.x[:, None], target.course.z[:, None]
+        x, z = target.path.x[:, None], target.path.z[:, None]
         gains = self._street.gains(x, z, LIT * target.stature)
         return _truth(self.plan, gains.mean(axis=1) < SHADE)
 
@@ -154,7 +154,7 @@ class WalkingScene(SyntheticScene):
     def _gains(self, person: int, frame: int) -> Array:
         """Return the light on a person from head to ground."""
         walker = self.plan.people[person]
-        x, z = float(walker.course.x[frame]), float(walker.course.z[frame])
+        x, z = float(walker.path.x[frame]), float(walker.path.z[frame])
         return self._street.gains(x, z, LIT * walker.stature)
 
     @cached_property

@@ -15,7 +15,7 @@ __all__ = ["SUITE"]
 MODULE, NAME = "trackmark.datasets.synthetic.nguyen2002", "nguyen2002/clip"
 SIZE = 320, 240
 
-# numbers of frames of the twenty clips in scene 0; every scene has other numbers
+# numbers of frames of the twenty clips in scene 0; they differ between scenes
 LENGTHS = (
     115, 119, 143, 134, 124, 155, 180, 146, 156, 164,
     157, 166, 126, 178, 140, 148, 168, 183, 115, 183,

@@ -31,8 +31,8 @@ class TargetParameters(SequenceParameters):
     )
     occlusion: Annotated[float, Field(ge=0, le=1)] = Field(
         0.0,
-        description="fraction of the target that a board occludes when it passes over the centre, "
-        "at one third of the sequence",
+        description="fraction of the target that a passing board occludes when their centres "
+        "coincide, at one third of the sequence",
     )
     absence: Annotated[int, Field(ge=0)] = Field(
         0,

@@ -72,7 +72,7 @@ class TargetMotion:
         self._exit_axis, self._exit_high = edge % 2, edge >= 2
 
     def _set_board(self) -> None:
-        """Set width and speed of the board, which hides `occlusion` when it is over the centre."""
+        """Set width and speed of the board; it occludes most when the centres coincide."""
         self.occlusion_frame = round(self.parameters.length / 3)
         self.board_width = self._board_middle = self._board_velocity = 0.0
         if self.parameters.occlusion == 0:
@@ -392,18 +392,20 @@ class TargetScene(SyntheticScene):
         thing.sprite.draw(canvas, centres, scale / thing.oversize)
 
     def _instants(self, frame: int, travelled: float) -> Array:
-        """Return times within the exposure [frames]: a power of two, about a pixel apart."""
-        way = max(1.0, travelled * self.parameters.blur)
-        count = min(MAX_INSTANTS, 1 << int(np.ceil(way) - 1).bit_length())
+        """Return 2**k times within the exposure [frames], between which objects move by a pixel."""
+        length = max(1.0, travelled * self.parameters.blur)
+        count = min(MAX_INSTANTS, 1 << int(np.ceil(length) - 1).bit_length())
         return frame + self.parameters.blur * ((np.arange(count) + 0.5) / count - 0.5)
 
     def _target_instants(self, frame: int) -> Array:
-        way = np.abs(np.diff(self.motion.centre(np.array([frame - 0.5, frame + 0.5])), axis=0))
-        return self._instants(frame, float(way.max()))
+        displacement = np.abs(
+            np.diff(self.motion.centre(np.array([frame - 0.5, frame + 0.5])), axis=0)
+        )
+        return self._instants(frame, float(displacement.max()))
 
     def _board_centres(self, frame: int) -> Array:
-        way = abs(float(np.diff(self.motion.board(np.array([frame, frame + 1])))[0]))
-        middles = self.motion.board(self._instants(frame, way))
+        displacement = abs(float(np.diff(self.motion.board(np.array([frame, frame + 1])))[0]))
+        middles = self.motion.board(self._instants(frame, displacement))
         return np.stack([middles, np.full(len(middles), self.parameters.height / 2)], axis=1)
 
     @cached_property

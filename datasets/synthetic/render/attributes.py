@@ -1,4 +1,4 @@
-"""Ground-truth attributes of scenes of several suites."""
+"""Ground-truth attributes that several suites use."""
 
 import numpy as np
 from numpy.typing import NDArray

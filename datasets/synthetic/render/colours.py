@@ -90,7 +90,7 @@ STORED: tuple[BGR, ...] = (
 )  # fmt: skip
 STEEL, DARK = (150, 150, 146), (44, 44, 46)
 
-APART = 0.1  # minimum hue difference between the cup and other objects; all hues span a length of 1
+APART = 0.1  # minimum hue difference between the cup and other objects; hues are in [0, 1]
 
 
 def sample_other_hue(random: Generator, colours: Sequence[BGR], cup: Array) -> Array:

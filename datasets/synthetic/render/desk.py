@@ -155,8 +155,8 @@ def _spine(random: Generator, foot: float, high: float) -> Finish:
 
     def gain(places: Array) -> Array:
         v = (places[:, 1] - foot) / high
-        on = np.any([np.abs(v - centre) < half for centre, half in bands], axis=0)
-        return np.asarray(np.where(on[:, None], ink, 1.0) * uneven(places))
+        in_band = np.any([np.abs(v - centre) < half for centre, half in bands], axis=0)
+        return np.asarray(np.where(in_band[:, None], ink, 1.0) * uneven(places))
 
     return Finish(colour, 0.03, gain)
 
@@ -208,8 +208,8 @@ def _pot(random: Generator, x: float) -> list[SceneObject]:
     ]
     for k in range(6):
         foot = np.array([x + (k - 2.5) * 0.22 * wide, 3.0, z])
-        way = np.array([random.uniform(-0.22, 0.22), 1.0, random.uniform(-0.15, 0.1)])
-        tip = foot + random.uniform(42, 56) * way
+        direction = np.array([random.uniform(-0.22, 0.22), 1.0, random.uniform(-0.15, 0.1)])
+        tip = foot + random.uniform(42, 56) * direction
         things.append(
             SceneObject(
                 Finish(_sample_colour(random, ACCENTS), 0.05), [limb(foot, tip, (1.5, 1.4))]
@@ -268,9 +268,9 @@ def _tins(random: Generator, x: float) -> list[SceneObject]:
         def gain(
             places: Array, low: float = label, top: float = 0.8 * high, tone: Array = tone
         ) -> Array:
-            on = (places[:, 1] > low) & (places[:, 1] < top)
+            on_label = (places[:, 1] > low) & (places[:, 1] < top)
             line = np.abs(places[:, 1] - (low + top) / 2) < 1.5
-            return np.where((on & ~line)[:, None], tone, 1.0)
+            return np.where((on_label & ~line)[:, None], tone, 1.0)
 
         things.append(
             SceneObject(

@@ -17,7 +17,7 @@ Floats = NDArray[np.floating]
 REACH = 400.0  # distance at which the light of a lamp of power 1 on a facing surface is 1 [pixels]
 RADIUS = 22.0  # radius of a lamp's shade [pixels]
 AMBIENT = 0.16  # fraction of a lamp's light that arrives by reflection from other walls of the room
-FAINT = 1e-4  # coverage that is too small to be visible and to determine a normal
+FAINT = 1e-4  # coverage that is too small to be visible or to determine a normal
 
 # number of points of a lamp that emit rays, and step length along a ray [pixels]
 SPOTS, STRIDE = 10, 1.8
@@ -39,21 +39,21 @@ def lamp_light(place: Array, point: Array, normal: Array) -> tuple[float, float]
     `REACH`. `normal` has the length 1.
     """
     u, v, w = place[0] - point[0], place[1] - point[1], place[2] - point[2]
-    far = np.sqrt(u * u + v * v + w * w)
-    facing = (u * normal[0] + v * normal[1] + w * normal[2]) / far
+    distance = np.sqrt(u * u + v * v + w * w)
+    facing = (u * normal[0] + v * normal[1] + w * normal[2]) / distance
     if facing <= 0:
         return 0.0, 0.0
-    half = facing + normal[2]  # direction half-way between lamp and camera
-    half /= np.sqrt((u * u + v * v) / (far * far) + (w / far + 1) ** 2)
-    power = (REACH / far) ** 2
+    half = facing + normal[2]  # along the direction half-way between lamp and camera
+    half /= np.sqrt((u * u + v * v) / (distance * distance) + (w / distance + 1) ** 2)
+    power = (REACH / distance) ** 2
     return facing * power, max(half, 0.0) ** 40 * power
 
 
 def plane_crossings(lamp: Lamp, points: Floats, depth: float) -> Floats:
     """Return columns and rows [pixels] at which the rays from a lamp to points cross a plane.
 
-    `depth` is the depth of the plane [pixels]. If the plane is behind a point, its result is far
-    away.
+    `depth` is the depth of the plane [pixels]. If, as seen from the lamp, the plane is behind a
+    point, the result for this point is far outside the image.
     """
     place = lamp.place.astype(points.dtype)
     share = (depth - points[..., 2:]) / (place[2] - points[..., 2:])
@@ -62,7 +62,7 @@ def plane_crossings(lamp: Lamp, points: Floats, depth: float) -> Floats:
 
 
 def shadow_softness(lamp: Lamp, depth: float, behind: float) -> float:
-    """Return the blur [pixels] of an object at `depth` that softens its shadow at `behind`."""
+    """Return the blur [pixels] of an object at `depth` for a soft shadow at depth `behind`."""
     return float(RADIUS / 2 * (depth - behind) / (lamp.place[2] - behind))
 
 
@@ -91,13 +91,13 @@ def _lamp_visibility(depths: Array, place: Array, fine: int, spots: Array) -> Ar
                 row = height - 1 - j if down else j
                 for i in range(width):
                     column = width - 1 - i if right else i
-                    most = depths[row, column]
+                    deepest = depths[row, column]
                     if i > 0:
-                        most = max(most, maximum[row, column + 1 if right else column - 1])
+                        deepest = max(deepest, maximum[row, column + 1 if right else column - 1])
                     if j > 0:
-                        most = max(most, maximum[row + 1 if down else row - 1, column])
-                    maximum[row, column] = most
-    seen = np.zeros((height, width))
+                        deepest = max(deepest, maximum[row + 1 if down else row - 1, column])
+                    maximum[row, column] = deepest
+    visible_spots = np.zeros((height, width))
     for row in range(height):
         for column in range(width):
             for k in range(len(spots)):
@@ -117,8 +117,8 @@ def _lamp_visibility(depths: Array, place: Array, fine: int, spots: Array) -> Ar
                     if depths[down, across] > z:
                         clear = 0.0
                         break
-                seen[row, column] += clear
-    return seen / len(spots)
+                visible_spots[row, column] += clear
+    return visible_spots / len(spots)
 
 
 @njit(cache=True)
@@ -137,9 +137,12 @@ def surface_light(place: Array, depth: Array, normal: Array, fine: int) -> tuple
 @njit(cache=True)
 def blend_lit_card(
     picture: Floats, colour: Floats, normal: Floats, depth: float, turn: Array,
-    places: Array, powers: Array, left: Floats,
+    places: Array, powers: Array, visible: Floats,
 ) -> None:  # fmt: skip
-    """Blend a lit card over an image in place."""
+    """Blend a lit card over an image in place.
+
+    `visible`, shape (lamps, height, width), is the share of each lamp visible from the card.
+    """
     point, facing = np.empty(3), np.empty(3)
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
@@ -157,8 +160,8 @@ def blend_lit_card(
             point[0], point[1], point[2] = column + 0.5, row + 0.5, depth
             for k in range(len(places)):
                 light, shine = lamp_light(places[k], point, facing)
-                light = AMBIENT + light * left[k, row, column]
-                shine *= normal[row, column, 3] * left[k, row, column]
+                light = AMBIENT + light * visible[k, row, column]
+                shine *= normal[row, column, 3] * visible[k, row, column]
                 for c in range(3):
                     back = colour[row, column, c] * light + shine
                     picture[row, column, c] += back * powers[k, c]

@@ -36,8 +36,8 @@ def print_picture(random: Generator, kind: str, width: int, height: int) -> Imag
     inks = [vary_colour(random, ink, 0.06) for ink in random.permutation(INKS)[:6]]
     painting = Painting(picture, float(width))
     {"book": _book, "tea": _tea, "toy": _toy}[kind](painting, random, inks, height / width)
-    worn = fractal(random, SIDE, 8, 256, 0.85)[:height, :width]
-    return np.asarray(np.clip(picture * (1 + 0.035 * worn[..., None]), 0, 255), np.uint8)
+    wear = fractal(random, SIDE, 8, 256, 0.85)[:height, :width]
+    return np.asarray(np.clip(picture * (1 + 0.035 * wear[..., None]), 0, 255), np.uint8)
 
 
 def _book(cover: Painting, random: Generator, inks: Sequence[Colour], high: float) -> None:

@@ -179,7 +179,7 @@ def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tupl
         u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
         reach = nearest + balls[thing, 3]
         if reach <= 0 or u * u + v * v + w * w > reach * reach:
-            continue  # the whole object is farther than another
+            continue  # no part of this object is nearer than the nearest object
         object_distance = 1e9
         for i in range(int(balls[thing, 4]), int(balls[thing, 5])):
             solid_distance = _distance_to(solids, i, x, y, z)
@@ -206,13 +206,13 @@ def _max_slope(solid: Array) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _facing_planes(solids: Array, balls: Array, up: float, on: float) -> NDArray[np.int64]:
+def _facing_planes(solids: Array, balls: Array, view_y: float, view_z: float) -> NDArray[np.int64]:
     """Return the indices of half-space objects to which every ray gets nearer."""
     numbers, count = np.empty(len(balls), np.int64), 0
     for thing in range(len(balls)):
         i = int(balls[thing, 4])
         alone = balls[thing, 5] == i + 1 and solids[i, 0] == HALF_SPACE
-        if alone and solids[i, 4] * up + solids[i, 5] * on >= 0:
+        if alone and solids[i, 4] * view_y + solids[i, 5] * view_z >= 0:
             numbers[count] = i
             count += 1
     return numbers[:count]
@@ -221,13 +221,13 @@ def _facing_planes(solids: Array, balls: Array, up: float, on: float) -> NDArray
 @njit(cache=True, error_model="numpy")
 def _select_near_objects(
     balls: Array, things: NDArray[np.int64], n: int,
-    x: float, below: float, up: float, on: float, limit: float,
+    x: float, below: float, view_y: float, view_z: float, limit: float,
 ) -> int:  # fmt: skip
     """Move the objects that a ray may approach within `limit` to the front; count them."""
     count = 0
     for k in range(n):
         thing = things[k]
-        u, v = x - balls[thing, 0], below - balls[thing, 2] * up + balls[thing, 1] * on
+        u, v = x - balls[thing, 0], below - balls[thing, 2] * view_y + balls[thing, 1] * view_z
         reach = limit + 1e-6 + balls[thing, 3]
         if reach > 0 and u * u + v * v <= reach * reach:
             things[count] = thing
@@ -238,37 +238,38 @@ def _select_near_objects(
 @njit(cache=True, error_model="numpy")
 def _distance_along(
     solids: Array, balls: Array, things: NDArray[np.int64], n: int,
-    x: float, y: float, z: float, way: float, hint: int,
+    x: float, y: float, z: float, travelled: float, hint: int,
     bounds: Array, steepest: Array, solid_bounds: Array, solid_steepest: Array,
 ) -> tuple[float, int]:  # fmt: skip
     """Return `_distance` at a point of a ray, using the bounds from its earlier points.
 
-    The first `n` of `things` are candidates for the nearest object. `hint` is the nearest one
-    before: it is measured first because it excludes most others.
+    The first `n` of `things` are candidates for the nearest object. `travelled` is the length of
+    the ray up to this point [pixels]. `hint` is the object that was nearest at the previous point.
+    It is measured first, because it excludes most other objects.
     """
     nearest, owner = 1e9, NOTHING
     for turn in range(-1, n):
         thing = hint if turn < 0 else things[turn]
         if thing == NOTHING or (turn >= 0 and thing == hint):
             continue
-        if bounds[thing] - steepest[thing] * way > nearest:
+        if bounds[thing] - steepest[thing] * travelled > nearest:
             continue
         u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
         reach = nearest + balls[thing, 3]
         if reach <= 0 or u * u + v * v + w * w > reach * reach:
-            continue  # the whole object is farther than another
+            continue  # no part of this object is nearer than the nearest object
         object_distance = 1e9
         for i in range(int(balls[thing, 4]), int(balls[thing, 5])):
             blend = solids[i, 2]
-            if solid_bounds[i] - solid_steepest[i] * way > object_distance + blend:
+            if solid_bounds[i] - solid_steepest[i] * travelled > object_distance + blend:
                 continue
             solid_distance = _distance_to(solids, i, x, y, z)
-            solid_bounds[i] = solid_distance + solid_steepest[i] * way - 1e-6
+            solid_bounds[i] = solid_distance + solid_steepest[i] * travelled - 1e-6
             near = blend - abs(object_distance - solid_distance)
             object_distance = min(object_distance, solid_distance)
             if near > 0:
                 object_distance -= near * near / (4 * blend)
-        bounds[thing] = object_distance + steepest[thing] * way - 1e-6
+        bounds[thing] = object_distance + steepest[thing] * travelled - 1e-6
         if object_distance < nearest or (object_distance == nearest and thing < owner):
             nearest, owner = object_distance, thing
     return nearest, owner
@@ -289,9 +290,9 @@ def _surface_normal(
 
 @njit(cache=True, error_model="numpy")
 def _surface_light(
-    solids: Array, balls: Array, x: float, y: float, z: float, light: Array, on: float
+    solids: Array, balls: Array, x: float, y: float, z: float, light: Array, view_z: float
 ) -> tuple[float, float]:
-    """Return light and lamp reflection at a surface point; `on` is the viewing direction (z)."""
+    """Return light and lamp reflection at a surface point; `view_z` is as in `_cast`."""
     u, v, w = _surface_normal(solids, balls, x, y, z)
     x, y, z = x + 0.15 * u, y + 0.15 * v, z + 0.15 * w
     sky, reach, weight = 1.0, 0.9, 0.36
@@ -300,25 +301,30 @@ def _surface_light(
         sky -= weight * max(reach - gap, 0.0) / reach
         reach, weight = 1.9 * reach, 0.72 * weight
     towards = max(u * light[0] + v * light[1] + w * light[2], 0.0)
-    sun, way = 1.0, 0.6
-    while towards > 0 and way < 70 and sun > 0.01:
-        gap = _distance(solids, balls, x + way * light[0], y + way * light[1], z + way * light[2])[
-            0
-        ]
+    sun, travelled = 1.0, 0.6
+    while towards > 0 and travelled < 70 and sun > 0.01:
+        gap = _distance(
+            solids,
+            balls,
+            x + travelled * light[0],
+            y + travelled * light[1],
+            z + travelled * light[2],
+        )[0]
         # The lamp is extended, so its shadow is soft.
-        sun = min(sun, max(0.5 + 4.5 * gap / way, 0.0))
-        way += min(max(gap, 0.35), 6.0)
-    half_x, half_z = light[0], light[2] + on  # size of the lamp, which is as tall as a window
+        sun = min(sun, max(0.5 + 4.5 * gap / travelled, 0.0))
+        travelled += min(max(gap, 0.35), 6.0)
+    # Half-way direction between lamp and camera. It has no y, because the lamp is a tall window.
+    half_x, half_z = light[0], light[2] + view_z
     shine = (u * half_x + w * half_z) / np.sqrt(half_x * half_x + half_z * half_z)
     ambient = (0.30 + 0.12 * v + 0.04 * w) * max(sky, 0.15)
     return ambient + 0.88 * towards * sun, max(shine, 0.0) ** 40 * sun
 
 
 @njit(cache=True, error_model="numpy")
-def _meets_ball(balls: Array, x: float, below: float, up: float, on: float) -> bool:
+def _meets_ball(balls: Array, x: float, below: float, view_y: float, view_z: float) -> bool:
     """Return whether a ray meets the bounding ball of any object."""
     for thing in range(len(balls)):
-        u, v = x - balls[thing, 0], below - balls[thing, 2] * up + balls[thing, 1] * on
+        u, v = x - balls[thing, 0], below - balls[thing, 2] * view_y + balls[thing, 1] * view_z
         if u * u + v * v < balls[thing, 3] * balls[thing, 3]:
             return True
     return False
@@ -340,21 +346,21 @@ def _cast(
     near_things = np.empty(len(balls), np.int64)
     places = np.zeros((height, width, 3))
     lights = np.zeros((height, width, 2))
-    up, on = np.sin(pitch), np.cos(pitch)  # direction from a point to the camera
-    facing = _facing_planes(solids, balls, up, on)
+    view_y, view_z = np.sin(pitch), np.cos(pitch)  # unit vector to the camera; its x is 0
+    facing = _facing_planes(solids, balls, view_y, view_z)
     for row in range(height):
         below = corner[1] + (row + 0.5) * step
         for column in range(width):
             x = corner[0] + (column + 0.5) * step
-            if not _meets_ball(balls, x, below, up, on):
+            if not _meets_ball(balls, x, below, view_y, view_z):
                 continue
-            y, z = _START * up - below * on, _START * on + below * up
-            way, owner = 0.0, NOTHING
+            y, z = _START * view_y - below * view_z, _START * view_z + below * view_y
+            travelled, owner = 0.0, NOTHING
             bounds[:], solid_bounds[:] = -np.inf, -np.inf
             count, last_plane = len(balls), 1e9
             for thing in range(count):
                 near_things[thing] = thing
-            while way < _END:
+            while travelled < _END:
                 if len(facing) and last_plane > 0.02:
                     plane = 1e9
                     for i in facing:
@@ -362,25 +368,25 @@ def _cast(
                     if plane < last_plane / 2:
                         last_plane = plane
                         count = _select_near_objects(
-                            balls, near_things, count, x, below, up, on, plane
+                            balls, near_things, count, x, below, view_y, view_z, plane
                         )
                 gap, owner = _distance_along(
-                    solids, balls, near_things, count, x, y, z, way, owner,
+                    solids, balls, near_things, count, x, y, z, travelled, owner,
                     bounds, steepest, solid_bounds, solid_steepest,
                 )  # fmt: skip
                 if gap < 0.02:
                     break
                 gap *= 0.9  # the distance to folds is approximate
-                way += gap
-                y, z = y - gap * up, z - gap * on
-            if way >= _END:
+                travelled += gap
+                y, z = y - gap * view_y, z - gap * view_z
+            if travelled >= _END:
                 continue
             owners[row, column] = owner
             places[row, column, 0] = x
             places[row, column, 1] = y
             places[row, column, 2] = z
             if shaded:
-                lights[row, column] = _surface_light(solids, balls, x, y, z, light, on)
+                lights[row, column] = _surface_light(solids, balls, x, y, z, light, view_z)
     return owners, places, lights
 
 

@@ -202,8 +202,8 @@ def blend_sprite(
                         ]
             touched_first, touched_last = min(touched_first, first), max(touched_last, last)
         if touched_first < touched_last:
-            laid = sums[4 * (touched_first - first_x) :]
-            _blend_row(canvas[y, touched_first:touched_last], laid, np.uint32(shift))
+            touched_sums = sums[4 * (touched_first - first_x) :]
+            _blend_row(canvas[y, touched_first:touched_last], touched_sums, np.uint32(shift))
 
 
 @njit(cache=True)
@@ -241,7 +241,7 @@ def _add(
 
 @njit(cache=True)
 def _blend_row(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint32) -> None:
-    """Blend premultiplied sums, shape (4 n,), times 2**`shift`, over a row (n, 3) in place."""
+    """Blend sums (4 n,), which are premultiplied and scaled by 2**`shift`, over a row (n, 3)."""
     opaque = np.uint32(65280)
     for x in range(len(row)):
         left = np.uint32(opaque - (sums[4 * x + 3] >> shift))
@@ -252,11 +252,11 @@ def _blend_row(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint3
 
 
 def instants(displacement: float) -> NDArray[np.float64]:
-    """Return the times within the exposure, in [-0.5, 0.5], over which drawing averages.
+    """Return the times within the exposure, in [-0.5, 0.5], at which an object is drawn.
 
-    Their number is a power of two. Between consecutive times, the displacement is at most about two
-    pixels; bilinear interpolation fills these gaps. `displacement` is that of the whole exposure
-    [pixels].
+    The drawings are averaged. The number of times is a power of two, at most 8. `displacement` is
+    the motion during the whole exposure [pixels]. Up to 16 pixels, an object moves by about two
+    pixels or less from time to time; bilinear interpolation fills these gaps.
     """
     count = 1
     while count < 8 and abs(displacement) > 2 * count - 1.4:

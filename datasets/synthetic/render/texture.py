@@ -114,8 +114,8 @@ def grass(generator: Generator, size: int) -> Array:
     greens = np.array([[26, 40, 34], [40, 78, 66], [58, 108, 98], [98, 146, 148]], np.float64)
     earths = np.array([[42, 58, 76], [72, 98, 122], [112, 138, 160]], np.float64)
     grain = fractal(generator, size, 32, size // 2, 0.8)
-    worn = fractal(generator, size, 4, 64) * 1.6 - 0.75 + 0.5 * streaks * 0.5
-    return lerp(ramp(tone, greens), ramp(grain * 0.7, earths), worn)
+    wear = fractal(generator, size, 4, 64) * 1.6 - 0.75 + 0.5 * streaks * 0.5
+    return lerp(ramp(tone, greens), ramp(grain * 0.7, earths), wear)
 
 
 def pebbles(generator: Generator, size: int) -> Array:

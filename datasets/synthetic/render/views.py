@@ -183,14 +183,14 @@ def sample_fixed_views(random: Generator, frames: int) -> Views:
     return Views.standing(still, frames)
 
 
-def sample_following_views(random: Generator, course: WalkingPath) -> Views:
+def sample_following_views(random: Generator, path: WalkingPath) -> Views:
     """Sample a hand-held camera that follows a walker imperfectly.
 
     The person with the camera lags by half a second and deviates from the walker's path. The camera
     turns slowly; sometimes it turns quickly away from the target and back. Its shake and the steps
     of the person are visible.
     """
-    frames = len(course.x)
+    frames = len(path.x)
     still = Viewpoint(
         focal=700.0,
         eye=random.uniform(1.5, 1.65),
@@ -198,7 +198,7 @@ def sample_following_views(random: Generator, course: WalkingPath) -> Views:
         centre=SIZE[0] / 2,
     )
     lag = round(random.uniform(0.4, 0.6) * FRAMES_PER_SECOND)
-    x = quantised(_smoothed(course.x, lag) + random_wander(random, frames, SLOW, 0.3))
+    x = quantised(_smoothed(path.x, lag) + random_wander(random, frames, SLOW, 0.3))
     turn = random_wander(random, frames, SLOW, 34) + random_wander(random, frames, QUICK, 3.5)
     time = np.arange(frames, dtype=np.float64)
     for start in np.arange(random.uniform(60, 140), frames - 40, random.uniform(150, 220)):
@@ -210,14 +210,14 @@ def sample_following_views(random: Generator, course: WalkingPath) -> Views:
     beat = random.uniform(1.7, 2.0) / FRAMES_PER_SECOND
     nod += 2.2 * np.sin(2 * np.pi * (beat * time + random.uniform()))
     # The turn is reduced as the target's distance grows, so that the target stays in the image.
-    aim = still.column(course.x - x, course.z) - still.centre
+    aim = still.column(path.x - x, path.z) - still.centre
     room = 0.30 * SIZE[0]
     shift_x = room * np.tanh((aim + turn) / room) - aim
     return Views(still, x, quantised(shift_x), quantised(nod))
 
 
 def _smoothed(values: Array, lag: int) -> Array:
-    """Return the weighted mean of the last 2 `lag` + 1 values, a delay by `lag` frames."""
+    """Return the weighted mean of the last 2 `lag` + 1 values, which lags by `lag` frames."""
     weights = np.hanning(2 * lag + 3)[1:-1]
     before = np.full(2 * lag, values[0])
     return np.convolve(np.concatenate([before, values]), weights / weights.sum(), "valid")

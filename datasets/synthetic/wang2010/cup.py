@@ -186,7 +186,7 @@ def bare_room(random: Generator, cup: Array, tiled: bool) -> list[SceneObject]:
 
 
 def similar_objects(plan: CupPlan, random: Generator, cup: Array) -> list[SceneObject]:
-    """Return a cutting board or a hanging cloth; its first object has nearly the cup's colour."""
+    """Return a board, or a cloth and its bolts; the first object has nearly the cup's colour."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     middle, half = (left + right) / 2, (right - left) / 2
     colour = vary_slightly(random, cup)
@@ -267,9 +267,9 @@ def _label(random: Generator, x: float, z: float, high: float, wide: float) -> P
     half = random.uniform(0.5, 0.8) * wide
 
     def gain(places: Array) -> Array:
-        on = (places[:, 1] > low) & (places[:, 1] < up) & (np.abs(places[:, 0] - x) < half)
+        on_label = (places[:, 1] > low) & (places[:, 1] < up) & (np.abs(places[:, 0] - x) < half)
         ink = 0.6 + 0.4 * (np.sin(places[:, 1] * 3.0) < 0.4)
-        return np.where(on, 1.35 * ink, 1.0)[:, None]
+        return np.where(on_label, 1.35 * ink, 1.0)[:, None]
 
     return gain if random.random() < 0.6 else uniform
 
@@ -383,9 +383,13 @@ def _hand(cup: Cup, grip: float, slope: float) -> list[Array]:
 
 def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
     start = np.array([cup.rim + 20.5, grip + 20.5 * slope, 3.0])
-    way = np.array([1.0, slope, 0.10])
-    cuff = chain([start, start + 2.6 * way], (5.4, 5.5), 0.0)
-    arm = chain([start + 1.5 * way, start + 30 * way, start + 110 * way], (5.0, 6.6, 9.5), 1.0)
+    direction = np.array([1.0, slope, 0.10])
+    cuff = chain([start, start + 2.6 * direction], (5.4, 5.5), 0.0)
+    arm = chain(
+        [start + 1.5 * direction, start + 30 * direction, start + 110 * direction],
+        (5.0, 6.6, 9.5),
+        1.0,
+    )
     return mirror_limbs([*cuff, *arm], cup.hand)
 
 
@@ -442,8 +446,10 @@ class PlacedLayer:
 def downsample(picture: NDArray[Any], fine: int = FINE) -> Array:
     """Return the mean of the samples of each pixel, scaled from [0, 255] to [0, 1]."""
     height, width = picture.shape[0] // fine, picture.shape[1] // fine
-    means = cv2.resize(picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA)
-    return np.asarray(means / 255)
+    pixel_means = cv2.resize(
+        picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA
+    )
+    return np.asarray(pixel_means / 255)
 
 
 Corner: TypeAlias = tuple[float, float]
@@ -566,7 +572,7 @@ CAMERA = Camera(SIZE, noise=2.2)
 
 # fraction of light that the shadow on the wall removes, and softness of the shadow [pixels]
 SHADOW, SOFTNESS = 0.3, 2.2
-# minimum fraction of the cup that is occluded, or in front of its colour, for an attribute
+# the attributes `occluded` and `similar background` need at least this fraction of the cup
 NOTICED = 0.1
 
 

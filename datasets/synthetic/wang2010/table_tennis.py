@@ -181,11 +181,11 @@ SLEEVES = (
 )  # fmt: skip
 WOOD = np.array((112, 164, 204), np.float64)
 
-SHEET_SIZE = 170, 84  # size of the sheet [pixels]
+SHEET_SIZE = 170, 84  # size of the sheet with bat and arm [pixels]
 BAT = 28.0, 24.0  # centre of the bat's upper face on the sheet [pixels]
 WRIST, ELBOW = 186.0, 430.0  # horizontal distance of wrist and elbow from the centre of the bat
 SOFT = 3  # half width of the edge of the player's shadow [pixels]
-HALVINGS = PLAYER_FINE.bit_length() - 1  # scale from the painted resolution to the image resolution
+HALVINGS = PLAYER_FINE.bit_length() - 1  # halvings from the painted to the image resolution
 
 
 class Player:
@@ -249,23 +249,25 @@ def _arm(
     paint: PaintSheet, random: Generator, skin: Array, cloth: Array, elbow: Array, grain: Array
 ) -> None:
     wrist = np.array([186.0, 16.0])
-    way = elbow - wrist
+    forearm = elbow - wrist
     paint.tube(
-        [wrist - 0.08 * way, wrist, wrist + 0.5 * way, elbow],
+        [wrist - 0.08 * forearm, wrist, wrist + 0.5 * forearm, elbow],
         (25, 26, 38, 44),
         skin * 0.97,
         bumps=grain,
     )
     # The cuff of the sleeve is about 10 cm behind the wrist and casts a shadow on the arm.
     start = random.uniform(0.22, 0.36)
-    along = ((paint.x - wrist[0]) * way[0] + (paint.y - wrist[1]) * way[1]) / (way * way).sum()
+    along = ((paint.x - wrist[0]) * forearm[0] + (paint.y - wrist[1]) * forearm[1]) / (
+        forearm * forearm
+    ).sum()
     paint.shade(1 - 0.35 * np.clip(1 - (start - along) / 0.06, 0, 1) * (along < start + 0.1))
     folds = paint.grain(random, 8, 64, 0.7)
     slope = folds - np.roll(folds, (5, 4), (0, 1))
     weave = np.clip(1 + 0.12 * folds + 0.6 * slope, 0.6, 1.35) * grain
-    cuff = wrist + start * way
+    cuff = wrist + start * forearm
     paint.tube(
-        [cuff, cuff + 0.03 * way, cuff + 0.3 * way, elbow, elbow + 0.4 * way],
+        [cuff, cuff + 0.03 * forearm, cuff + 0.3 * forearm, elbow, elbow + 0.4 * forearm],
         (42, 46, 50, 58, 64),
         cloth,
         bumps=weave * (1 - 0.25 * (np.abs(along - start - 0.035) < 0.006)),
@@ -420,8 +422,8 @@ class Play:
         """Return the centre (x, y) of the ball [pixels], shape `times.shape + (2,)`."""
         return self._interpolate(self._ball, times)
 
-    def _interpolate(self, way: Array, times: ArrayLike) -> Array:
-        axes = [np.interp(np.asarray(times, np.float64), self._times, axis) for axis in way.T]
+    def _interpolate(self, positions: Array, times: ArrayLike) -> Array:
+        axes = [np.interp(np.asarray(times, np.float64), self._times, axis) for axis in positions.T]
         return quantised(np.stack(axes, axis=-1))
 
     def _knots(self, random: Generator) -> tuple[Array, Array]:

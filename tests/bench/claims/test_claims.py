@@ -59,7 +59,7 @@ def test_error_names_file_claim_and_field(tmp_path, fields, message):
 
 
 def table(values, sequence="ball"):
-    """Return values by tracker as evidence has them."""
+    """Return values by tracker in the form of `Evidence.first`."""
     return pd.concat(
         [
             pd.DataFrame(
@@ -112,7 +112,7 @@ def test_hardest_tracker_is_chosen_for_each_sequence():
     assert scene_differences(both, evidence).to_list() == [3.0, 3.0]
 
 
-def test_measure_that_is_a_difference_needs_no_sides():
+def test_measure_that_is_a_difference_needs_no_trackers():
     verdict = judge(claim(test="order", margin=0.02), Evidence(table({"": 0.2 + NOISE})))
     assert verdict.verdict == "holds"
     assert verdict.statistic == pytest.approx(0.2, abs=0.01)

@@ -23,7 +23,7 @@ def json_lines(done):
 
 
 def masked(text):
-    """Return a text with single gaps, and letters in place of measured times."""
+    """Return a text with single spaces, and with letters in place of measured times."""
     text = re.sub(r"[\d.]+ (ms|s)\b", r"N \1", re.sub(r"\d\d:\d\d:\d\d", "HH:MM:SS", text))
     return re.sub(r" +$", "", re.sub("  +", "  ", text), flags=re.MULTILINE)
 

@@ -2,12 +2,12 @@
 
 import json
 import queue
-import shutil
 import statistics
-import subprocess
 import threading
 import urllib.error
 import urllib.request
+from _thread import interrupt_main
+from itertools import pairwise
 from urllib.parse import urlsplit
 
 import click
@@ -15,8 +15,11 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.bench.pages.test_page_rules import violations
+from tests.browser import needs_browser
 from trackmark import bench
 from trackmark.bench.commands import _box_picker
+from trackmark.datasets.annotation import interpolate
 
 BOTH = ("--box", "0:4,5,10,12", "--box", "4:8,5,10,12")
 
@@ -63,7 +66,7 @@ def user(monkeypatch):
                 act(url)
             except Exception as error:  # noqa: BLE001  # raised by the fixture
                 failures.put(error)
-                ask(url + "done", b'{"0": [1, 1, 5, 5], "1": [1, 1, 5, 5]}')
+                ask(url + "finish", b'{"boxes": {"0": [1, 1, 5, 5], "1": [1, 1, 5, 5]}}')
 
         def heard(text="", **how):
             echo(text, **how)
@@ -93,7 +96,12 @@ def ask(url, data=None):
             return error.code, error.read()
 
 
-def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, workspace, user, monkeypatch):
+def rows(file):
+    """Return the lines of a ground-truth file after its header."""
+    return file.read_text().split("source\n")[1].splitlines()
+
+
+def test_boxes_posted_by_the_page_become_the_ground_truth(trackmark, workspace, user, monkeypatch):
     source = workspace / "data" / "Small" / "img"
     seen, opened = {}, queue.Queue()
     monkeypatch.setenv("DISPLAY", ":0")  # with a display, the page is opened
@@ -101,92 +109,201 @@ def test_boxes_drawn_on_the_page_become_the_ground_truth(trackmark, workspace, u
 
     def act(url):
         assert opened.get(timeout=300) == url
-        seen["page"] = ask(url)[1].decode()
+        seen["state"] = json.loads(ask(url + "state")[1])
         seen["frame"] = cv2.imdecode(np.frombuffer(ask(url + "frame/3")[1], np.uint8), 1)
-        seen["no frame"] = [ask(url + path)[0] for path in ("frame/5", "frame/-1", "else")]
+        seen["missing"] = [ask(url + path)[0] for path in ("frame/5", "frame/-1", "else")]
         parts = urlsplit(url)
-        seen["stranger"] = ask(f"{parts.scheme}://{parts.netloc}/")[0]
+        seen["stranger"] = ask(f"{parts.scheme}://{parts.netloc}/state")[0]
         seen["refused"] = [
-            ask(url + "done", json.dumps(boxes).encode())
-            for boxes in (
-                {"0": [4, 5, 10, 12]},
-                {"0": [4, 5, 10, 12], "4": [90, 5, 10, 12]},
-                {"0": [4, 5, 10]},
-                {"x": [4, 5, 10, 12]},
+            ask(url + "save", json.dumps(drawing).encode())
+            for drawing in (
+                {"boxes": {"0": [4, 5, 10, 12]}},
+                {"boxes": {"0": [4, 5, 10, 12], "4": [90, 5, 10, 12]}},
+                {"boxes": {"0": [4, 5, 10]}},
+                {"boxes": {"x": [4, 5, 10, 12]}},
                 [],
             )
         ]
-        drawn = {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12.5]}
-        seen["kept"] = ask(url + "done", json.dumps(drawn).encode())[0]
+        seen["nothing written"] = not (workspace / "truth.csv").exists()
+        drawn = {"boxes": {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12.5]}, "absent": [[2, 2]]}
+        seen["kept"] = ask(url + "finish", json.dumps(drawn).encode())[0]
 
     user(act)
     trackmark("annotate", source, "--pick", "--box", "2:1,2,3,4", "--output", "truth.csv")
-    assert '{"frames": 5, "boxes": {"2": [1.0, 2.0, 3.0, 4.0]}}' in seen["page"]
+    empty = {"boxes": {}, "absent": []}
+    assert seen["state"]["saved"] == empty
+    assert seen["state"]["drawing"] == empty | {"boxes": {"2": [1, 2, 3, 4]}}
     assert seen["frame"].shape == (40, 50, 3)
-    assert seen["no frame"] == [404, 404, 404]
+    assert seen["missing"] == [404, 404, 404]
     assert seen["stranger"] == 404
     assert [status for status, _ in seen["refused"]] == [400] * 5
     messages = b" | ".join(content for _, content in seen["refused"])
     for words in (b"two frames or more", b"frame 4: [90.0", b"[x, y, width, height] by frame"):
         assert words in messages
+    assert seen["nothing written"]
     assert seen["kept"] == 200
-    rows = (workspace / "truth.csv").read_text().splitlines()
-    assert rows[-5:] == [
+    assert rows(workspace / "truth.csv") == [
         "0,4,5,10,12,marked",
         "1,5,5,10,12.125,interpolated",
-        "2,6,5,10,12.25,interpolated",
+        "2,,,,,",
         "3,7,5,10,12.375,interpolated",
         "4,8,5,10,12.5,marked",
     ]
+    assert (workspace / "truth-check.png").is_file()
+    assert not (workspace / "truth.csv.draft").exists()
 
 
-DRAG = """
-<script>
-const shownOnce = () => new Promise(done => {
-  const wait = () => picture ? done() : setTimeout(wait, 20);
-  wait();
-});
-async function drag(from, to) {
-  await shownOnce();
-  const seen = canvas.getBoundingClientRect(), scale = seen.width / canvas.width;
-  const send = (target, kind, [x, y]) => target.dispatchEvent(new PointerEvent(kind, {
-    bubbles: true, clientX: seen.left + x * scale, clientY: seen.top + y * scale }));
-  send(canvas, "pointerdown", from);
-  send(window, "pointermove", to);
-  send(window, "pointerup", to);
-}
-(async () => {
-  await drag([14, 17], [4, 5]);
-  for (let i = 0; i < 4; i++) {
-    window.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
-  }
-  await drag([8, 5], [18, 17]);
-  done.click();
-})();
-</script>
-"""
+SHOWN = "shown === frame"
+BOX = "boxAt(frame) ?? null"
 
 
-def test_browser_draws_boxes_by_dragging(trackmark, workspace, user, monkeypatch):
-    browser = shutil.which("chromium") or shutil.which("google-chrome")
-    if browser is None:
-        pytest.skip("no browser (chromium) is installed")
-    page = workspace / "page.html"
-    page.write_text(_box_picker.PAGE.read_text() + DRAG)
-    monkeypatch.setattr(_box_picker, "PAGE", page)
-    options = (
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        f"--user-data-dir={workspace / 'profile'}",
+def drag(chromium, start, end):
+    """Drag between two points of the image [pixels of the image]."""
+    chromium.wait(SHOWN)
+    left, top, scale = chromium.run(
+        "(({ left, top }) => [left, top, scale])(paper.getBoundingClientRect())"
     )
+    chromium.drag(*((left + x * scale, top + y * scale) for x, y in (start, end)))
+
+
+@needs_browser
+def test_browser_draws_moves_and_saves_boxes(trackmark, workspace, user, chromium, axe):
+    seen = {}
+    file = workspace / "truth.csv"
 
     def act(url):
-        output = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        call = [browser, *options, "--virtual-time-budget=60000", "--dump-dom", url]
-        subprocess.run(call, timeout=300, check=True, **output)
+        chromium.size(1280, 900)
+        chromium.open(url)
+        chromium.console.clear()
+        drag(chromium, (14, 17), (4, 5))
+        seen["drawn"] = chromium.run(BOX)
+        chromium.key("End")
+        drag(chromium, (8, 5), (18, 17))
+        for key in (",", ","):  # the frame in the middle
+            chromium.key(key)
+        chromium.wait(SHOWN)
+        seen["interpolated"] = chromium.run(BOX)
+        seen["outline"] = chromium.run("$('outline').getAttribute('d')")
+        chromium.key("ArrowRight")
+        chromium.key("ArrowDown", shift=True)
+        seen["nudged"] = chromium.run(BOX)
+        drag(chromium, (12, 20), (13, 22))  # from inside the box
+        seen["moved"] = chromium.run(BOX)
+        drag(chromium, (18, 29), (20, 33))  # the lower right handle
+        seen["resized"] = chromium.run(BOX)
+        chromium.run("$('slider').value = 3; $('slider').dispatchEvent(new Event('input'))")
+        seen["scrubbed"] = chromium.run(BOX)
+        chromium.run("posts")
+        seen["draft"] = json.loads((workspace / "truth.csv.draft").read_text())["boxes"]
+        seen["mark"] = chromium.run("$('mark').textContent")
+        chromium.open(url)  # with unsaved changes
+        seen["warned"] = list(chromium.dialogs)
+        chromium.wait(SHOWN)
+        seen["reloaded"] = chromium.run("state.boxes")
+        file.mkdir()  # now it cannot be written
+        chromium.click("[data-key='Ctrl+s']")
+        seen["error"] = chromium.wait(
+            "$('message').className === 'bad' && $('message').textContent"
+        )
+        file.rmdir()
+        chromium.click("[data-key='Ctrl+s']")
+        seen["saved"] = chromium.wait("!$('mark').textContent && $('message').textContent")
+        seen["file"] = rows(file)
+        seen["console"] = [line for line in chromium.console if "asked the network" not in line]
+        seen["rules"] = []
+        for width, dark in ((1280, False), (390, True)):
+            chromium.size(width, 844, dark=dark, mobile=width == 390)
+            seen["rules"] += violations(chromium, axe)
+            assert chromium.run("document.documentElement.scrollWidth") <= width
+        chromium.run("actions.finish()")
 
+    chromium.dialogs.clear()
     user(act)
-    trackmark("annotate", workspace / "data" / "Small" / "img", "--pick", "--output", "truth.csv")
-    rows = (workspace / "truth.csv").read_text().splitlines()
-    assert [rows[-5], rows[-1]] == ["0,4,5,10,12,marked", "4,8,5,10,12,marked"]
+    done = trackmark("annotate", workspace / "data/Small/img", "--pick", "--output", "truth.csv")
+    assert seen["drawn"] == [4, 5, 10, 12]
+    assert seen["interpolated"] == [6, 5, 10, 12]
+    assert seen["outline"] == "M6 5h10v12h-10z"
+    assert seen["nudged"] == [7, 15, 10, 12]
+    assert seen["moved"] == [8, 17, 10, 12]
+    assert seen["resized"] == [8, 17, 12, 16]
+    assert seen["scrubbed"] == [8, 11, 11, 14]
+    drawn = {"0": [4, 5, 10, 12], "2": [8, 17, 12, 16], "4": [8, 5, 10, 12]}
+    assert seen["draft"] == seen["reloaded"] == drawn
+    assert seen["mark"] == "● unsaved"
+    assert seen["warned"] == ["beforeunload"]
+    assert "Not saved: " in seen["error"]
+    assert "Is a directory" in seen["error"]
+    assert seen["saved"] == "Saved 3 key frames to truth.csv."
+    assert seen["rules"] == []
+    assert [line for line in seen["console"] if "400 (Bad Request)" not in line] == []
+    assert seen["file"] == rows(file) == [
+        "0,4,5,10,12,marked",
+        "1,6,11,11,14,interpolated",
+        "2,8,17,12,16,marked",
+        "3,8,11,11,14,interpolated",
+        "4,8,5,10,12,marked",
+    ]  # fmt: skip
+    assert "3 boxes marked, 2 interpolated" in done.stdout
+
+
+@needs_browser
+def test_boxes_of_a_file_and_of_its_draft_are_loaded(trackmark, workspace, user, chromium):
+    source = workspace / "data" / "Small" / "img"
+    name = "<img src=x onerror=alert(1)>.csv"
+    trackmark("annotate", source, *BOTH, "--absent", "2", "--output", name, "--note", "by hand")
+    seen = []
+
+    def act(url):
+        chromium.open(url)
+        chromium.wait(SHOWN)
+        seen.append(chromium.run("[$('name').textContent, state, $('mark').textContent]"))
+        if len(seen) == 1:
+            chromium.key("ArrowUp")
+            chromium.run("posts")
+            interrupt_main()
+        else:
+            chromium.run("actions.finish()")
+
+    chromium.dialogs.clear()
+    user(act)
+    trackmark("annotate", source, "--pick", "--output", name, status=130)
+    trackmark("annotate", source, "--pick", "--output", name)
+    boxes = {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12]}
+    moved = boxes | {"0": [4, 4, 10, 12]}
+    assert seen == [
+        [name, {"boxes": boxes, "absent": [[2, 2]]}, ""],
+        [name, {"boxes": moved, "absent": [[2, 2]]}, "● unsaved"],
+    ]
+    assert "alert" not in chromium.dialogs
+    assert rows(workspace / name)[:3] == [
+        "0,4,4,10,12,marked", "1,5,4.25,10,12,interpolated", "2,,,,,"
+    ]  # fmt: skip
+    assert "# by hand\n" in (workspace / name).read_text()
+    assert not list(workspace.glob("*.draft"))
+
+
+@needs_browser
+def test_page_interpolates_as_the_command_does(chromium):
+    rng = np.random.default_rng(0)
+    frames = sorted(rng.choice(np.arange(2, 90), 9, replace=False).tolist())
+    keys = {frame: rng.uniform(1, 99, 4).tolist() for frame in frames}
+    gap = next([a + 1, b - 1] for a, b in pairwise(frames) if b - a > 3)
+    chromium.open(_box_picker.PAGE.as_uri())
+    chromium.run(f"state = {json.dumps({'boxes': keys, 'absent': [gap]})}; 0")
+    boxes = chromium.run(
+        "Array.from({ length: 92 }, (_, i) => boxAt(i) ?? [null, null, null, null])"
+    )
+    chromium.console.clear()
+    expected = interpolate(keys, 92, [gap]).boxes
+    np.testing.assert_allclose(np.array(boxes, float), expected, rtol=1e-12)
+
+
+def test_pick_refuses_what_it_would_lose(trackmark, one_line, workspace):
+    pick = ("annotate", "data/Small/img", "--pick", "--output", "truth.csv")
+    file, draft = workspace / "truth.csv", workspace / "truth.csv.draft"
+    file.write_text("frame,x,y,width,height,visibility\n0,1,2,3,4,0.5\n")
+    assert "column visibility" in one_line(trackmark(*pick, status=2))
+    file.write_text("frame,x,y,width,height\n9,1,2,3,4\n")
+    assert "frame 9 is outside the sequence" in one_line(trackmark(*pick, status=2))
+    draft.write_text("{}x")
+    assert "Delete the file" in one_line(trackmark(*pick, status=2))

@@ -10,13 +10,13 @@ import pytest
 
 N = 15
 CORNERS = np.array([[20, 20], [25, 15], [30, 20], [25, 25]])
-PIXELS_OF_CORNERS = 61  # of the square on its corner, with the pixels on its edges
+PIXELS_OF_CORNERS = 61  # in the square that stands on a corner, with its edges
 RUNS = [0, *[1, 9] * 9, 10]  # an L of 19 pixels in a box of 10 times 10
 BOX = "21.0000,16.0000,10.0000,10.0000"
 
 
 def write_sequence(folder, digits, images=".", **files):
-    """Write images of noise with numbers of so many digits, and text files of lines."""
+    """Write noise images with file names of `digits` digits, and text files of lines."""
     (folder / images).mkdir(parents=True, exist_ok=True)
     for i in range(N):
         image = np.random.default_rng(i).integers(0, 256, (40, 50, 3), dtype=np.uint8)
@@ -105,7 +105,7 @@ def test_polygons_of_vot_are_scored_from_stored_ground_truth(scores, vot2016):
     assert "racing" in text
     assert "read as a folder with groundtruth.txt and images or color/ (VOT)." in text
     assert by_measure["accuracy_exact"] == pytest.approx(0.5)
-    # A box has no pixels on its far sides; a polygon has one on each of these.
+    # The box excludes its right and bottom sides; the polygon has one pixel on each of them.
     both = PIXELS_OF_CORNERS - 2
     assert by_measure["accuracy"] == pytest.approx(both / (100 + PIXELS_OF_CORNERS - both))
     assert by_measure["failures"] == 0
@@ -127,7 +127,9 @@ def test_copy_of_got10k_is_a_table_by_one_path(trackmark, scores, got10k):
         assert [name[-1] for name in described["of them"]] == ["1", "2"]
 
 
-def test_copy_of_otb_is_a_table_with_both_targets_of_a_folder(scores, otb100):
+def test_copy_of_otb_is_a_table_with_both_targets_of_a_folder(trackmark, scores, otb100):
+    described = trackmark("describe", "OTB100").stdout
+    assert "OTB-100: 3 of 100 sequences, missing: Basketball, Biker" in " ".join(described.split())
     text, by_measure = scores("OTB100", "otb", "otb")
     for name in ("Jogging.1", "Jogging.2", "Walking"):
         assert name in text

@@ -159,7 +159,7 @@ def test_undeclared_randomness_is_refused(trackmark, workspace, edit):
 def test_hash_order_is_refused_as_undeclared_randomness(
     trackmark_process, workspace, edit, monkeypatch
 ):
-    """Only a new process hashes texts in another order."""
+    """Use a new process: the order of hashed texts is fixed within a process."""
     monkeypatch.setenv("PYTHONHASHSEED", "0")  # by chance, two random seeds give the same order
     order = "int(next(iter(set(map(str, range(50)))))) / 50"
     edit(DETERMINISTIC, ("self.random.random()", order))
@@ -298,7 +298,10 @@ def restricted(baseline, first):
 
 @pytest.mark.slow
 def test_unchanged_stochastic_trackers_pass_check(trackmark_process, workspace):
-    """Equal seeds give equal boxes; scores of other seeds may be called worse once in five sets."""
+    """Compare a baseline with equal seeds, and with five sets of other seeds.
+
+    Equal seeds give equal boxes. At most one of the five sets may have a worse score.
+    """
     trackmark_process("baseline", "many", *MANY_SEEDS, "--seeds", N_SETS * SEEDS)
     many = read_baseline(workspace / "baselines" / "many.toml")
     path = workspace / "baselines" / "own.toml"

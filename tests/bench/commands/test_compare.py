@@ -153,7 +153,7 @@ def test_differently_averaged_score_is_named_mean_of_sequences(trackmark, worksp
 
 
 def test_preset_that_refuses_runs_prevents_all_output(trackmark):
-    longer = SCENES.replace("length=12", "length=40")  # in which a tracker fails
+    longer = SCENES.replace("length=12", "length=40")  # long enough that a tracker fails
     where = ("--sequences", longer, "--metrics", "otb,got10k,vot")
     done = trackmark("compare", "static", "camshift", *where, status=2)
     assert done.stdout == ""

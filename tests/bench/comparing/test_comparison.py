@@ -110,7 +110,7 @@ def test_families_are_units_unless_scenes_are_forced(make_runs):
     by_family, by_scene = (compare(runs, OVERLAP, by_scene=forced) for forced in (0, 1))
     differences = by_scene.pairs[0].differences
     assert by_family.pairs[0].by_unit == pytest.approx(differences.reshape(2, 5).mean(axis=1))
-    remedy = "--unit scene answers for new scenes of these families"
+    remedy = "use --unit scene for conclusions about new scenes of these families"
     assert remedy in " ".join(screen_lines(by_family))
     reason = f"only 2 of 6 families; {remedy}"
     assert as_data(by_family)["pairs"][0]["reason"] == reason

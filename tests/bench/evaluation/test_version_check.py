@@ -81,7 +81,7 @@ def test_every_tracker_has_a_version():
 
 
 def slow(key):
-    """Return whether a check is for the slow tests: all but the defaults on the face."""
+    """Return whether a check is slow: all except those of default parameters on `SHORT`."""
     text, _, sequence = key.partition(" on ")
     # Two trackers consist of one chain of cues; the quicker one suffices.
     return ":" in text or sequence != SHORT[0][0] or text == "contour-smooth-color"

@@ -195,7 +195,7 @@ def test_sequence_names_are_compared_by_letters(tmp_path):
         (run,) = import_tracker("otb", theirs, digit_boxes(), tmp_path / "results", messages)
         assert run.identity.sequence == "Some-one_1"
         np.testing.assert_allclose(run.boxes[5, 2:], digit_boxes(number)[5, 2:], atol=1e-4)
-    assert "they count from 1" in messages[-1]
+    assert "they are counted from 1" in messages[-1]
     write_results("otb", theirs, ResultRows(digit_boxes(1)), sequence="Other")
     import_tracker("otb", theirs, digit_boxes(), tmp_path / "results", messages)
     assert messages[-1] == (
@@ -309,9 +309,9 @@ def test_invalid_region_is_refused(line, words, tmp_path):
         ('{"res": [[1, 2, 3]]}', "box 1"),
         ('{"res": [[1, 2, 3, "4"]]}', "box 1"),
         ('{"res": [[1, 2, 3, true]]}', "box 1"),
-        ('{"res": [], "resType": "ivtAff"}', "ivtAff of OPE"),
+        ('{"res": [], "resType": "ivtAff"}', "ivtAff, OPE"),
         ('{"res": [], "evalType": "TRE"}', "0 rows. Expected: 1 to 12"),
-        ('{"res": [], "evalType": "XRE"}', "rect of XRE"),
+        ('{"res": [], "evalType": "XRE"}', "rect, XRE"),
         ("[" * 100_000, "JSON|deeply"),
         ("{", "line 1"),
         ("1" * 5000, "line 1"),

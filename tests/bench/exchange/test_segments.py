@@ -141,7 +141,7 @@ def test_export_names_runs_without_a_file(tmp_path):
     (file,) = export_results(tmp_path, "otb", tmp_path / "there", messages.append)
     assert file.stem == "plain_target_length=30"
     assert messages[-1] == (
-        f"nothing is written for static on {SEQUENCE}: its first repetition failed."
+        f"nothing is written for static on {SEQUENCE}: the first repetition failed."
     )
     messages.clear()
     assert len(export_results(tmp_path, "vot", tmp_path / "vot", messages.append)) == 2

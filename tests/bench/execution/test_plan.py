@@ -191,7 +191,7 @@ def test_failed_runs_are_repeated_only_on_request(workspace):
 
 
 def small_plan(workspace, sequences=1, **changes):
-    """Return a plan of 1 + 3 runs on each of some sequences of five frames."""
+    """Return a plan: on each sequence of five frames, 1 run of a tracker and 3 of another."""
     for i in range(1, sequences):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / f"Other{i}")
     sources = tuple(SequenceSource(str(path)) for path in sorted((workspace / "data").iterdir()))

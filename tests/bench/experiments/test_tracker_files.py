@@ -83,7 +83,7 @@ REFUSED = {  # code before the class, code in or after it, words of the error
     "none of them": (
         "",
         "del Calm",
-        "the file defines no class derived from trackers.TrackerPlugin",
+        "the file defines no tracker. Expected: a class with the methods init(image, box)",
     ),
 }
 TAKEN = {

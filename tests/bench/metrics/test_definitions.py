@@ -179,7 +179,7 @@ def test_success_rates_count_overlaps_above_their_threshold():
     assert (got10k["sr50"], got10k["sr75"]) == (0.5, 0.25)  # the first frame does not count
 
 
-# Differences on purpose (docs/metrics.md).
+# Deliberate differences from the toolkits (docs/metrics.md).
 
 
 def test_malformed_boxes_are_misses_of_which_got10k_counts_some():
@@ -200,7 +200,7 @@ def test_malformed_boxes_are_misses_of_which_got10k_counts_some():
 @pytest.mark.parametrize("cover", range(9))
 def test_got10k_counts_frames_of_every_cover_level_except_0(cover):
     boxes = np.tile([5.0, 6, 8, 9], (3, 1))
-    # As the reader of GOT-10k has it: level 0 is the only one without a visible part.
+    # Visible shares as the reader of GOT-10k returns them: only level 0 has no visible part.
     visible = (0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0)[cover]
     visibility = np.array([1, visible, 1])
     estimates = boxes + [[0, 0, 0, 0], [100, 0, 0, 0], [0, 0, 0, 0]]

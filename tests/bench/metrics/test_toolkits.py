@@ -62,7 +62,7 @@ def test_raster_overlap_equals_overlap_of_vot_toolkit(kind):
     theirs, cut = (np.array(recorded(kind + suffix)) for suffix in ("", " cut"))
     size = toolkits.SMALL
     np.testing.assert_allclose(raster_overlap(boxes, others, size, outlines), cut, atol=SAME)
-    # Where nothing is cut off the toolkit loses what boxes have left of or above the image.
+    # Without clipping, the toolkit omits parts of boxes that are left of or above the image.
     corners = [others[:, :2], boxes[:, :2] if outlines is None else outlines.min(axis=1)]
     inside = (np.minimum(*corners) >= 0).all(axis=1)
     ours = raster_overlap(boxes, others, None, outlines)

@@ -2,7 +2,6 @@
 
 import pytest
 
-from tests import browser
 from tests.bench.pages.reading import write_experiment_page
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
@@ -28,13 +27,6 @@ class Drifting(TrackerPlugin):
     def finish(self):
         return {3: self.box}
 '''
-
-
-@pytest.fixture(scope="session")
-def chromium(tmp_path_factory):
-    opened = browser.Browser(tmp_path_factory.mktemp("profile"))
-    yield opened
-    opened.close()
 
 
 @pytest.fixture(scope="session")

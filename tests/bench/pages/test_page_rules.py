@@ -79,12 +79,6 @@ def many(write_extreme):
     return write_extreme("many", ["static", "camshift", *named], 14)
 
 
-@pytest.fixture(scope="session")
-def axe():
-    """Provide the script of axe-core."""
-    return pytest.importorskip("axe_core_python.base").AXE_SCRIPT
-
-
 def violations(opened, axe):
     """Return the rules that a page violates, with the first element."""
     opened.run(f"{axe}; 0")

@@ -76,7 +76,7 @@ def test_windows_are_counted_as_in_the_paper():
         (off_at(*range(9, 14)), 0.0, 1.0),  # off before the event
     ],
 )
-def test_pattern_and_its_floor(shifts, holds, lost_before):
+def test_pattern_and_loss_before_its_event(shifts, holds, lost_before):
     measure = find_measure("pattern:on=11+16:once_off=12-15", "wang2010")
     assert measure(judged(shifts)) == holds
     assert measure.lost_before is not None

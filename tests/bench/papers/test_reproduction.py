@@ -131,7 +131,7 @@ ADAPTIVE = "camshift:window=adaptive"
 
 @pytest.fixture
 def redraw(report, tmp_path):
-    """`redraw(NAME=updates)` draws the figures again, the named entry with other fields."""
+    """Return a function that draws a figure of the tiny paper with other fields."""
 
     def redraw(name, **updates):
         tiny_paper = report.context.description
@@ -218,13 +218,13 @@ def page(tiny, report):
 
 
 def sections(page):
-    """Parts of a page by their headings."""
+    """Return the parts of a page by their headings."""
     parts = re.split(r"<h2>(.*?)</h2>", page.read_text())[1:]
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
 def opened(text):
-    """Addresses of the player that links of a text lead to."""
+    """Return the player addresses in the links of a text."""
     links = re.findall(r'href="#(sequence=[^"]*)"', text)
     return [dict(parse_qsl(unescape(link))) for link in links]
 

@@ -30,10 +30,10 @@ NAME = "plain/target:length=20"
 
 
 class Load:
-    """CPU time as methods spend it; now and then other load adds to it."""
+    """Simulated CPU time of methods, which other load sometimes increases."""
 
     now, calls = 0.0, 0
-    reference = 1.0, 1.05, 1.1, 3.0  # times of a quiet machine, but for one
+    reference = 1.0, 1.05, 1.1, 3.0  # the last time is of a machine under load
 
     @classmethod
     def spend(cls, seconds):
@@ -42,7 +42,7 @@ class Load:
 
 
 class Method:
-    """An update takes a known time, twice as long after the fourth image."""
+    """Method whose updates take a known time, twice as long after the fourth image."""
 
     def __init__(self, seconds=0.5e-3):
         self.seconds = seconds
@@ -135,7 +135,7 @@ def test_methods_of_papers_run(methods, texts):
 
 
 def simulated_times(context, methods, setting, names, sequences, *_):
-    """Times of methods in the order of their names, the first the shortest."""
+    """Return times of methods, which increase in the order of the methods."""
     texts = {name: tracker_text(context.description, name, setting) for name in names}
     return {
         sequence: {

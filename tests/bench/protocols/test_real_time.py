@@ -16,9 +16,9 @@ from trackmark.trackers import Estimate
 def simulated(n, times):
     """Return the source frame of each frame's estimate, and the frames that the tracker was shown.
 
-    Times are in frames, from the first one. A free tracker takes the newest frame or waits for the
-    next one; `times`: those of its updates, in turn. The estimate of a frame is the newest complete
-    one, of this frame or an earlier one, when the next frame arrives.
+    Times are in frames, from the first one. An idle tracker takes the newest frame or waits for the
+    next one. Its updates take the `times`, in turn. The estimate of a frame is the newest one that
+    is complete when the next frame arrives; it belongs to this frame or an earlier one.
     """
     estimates = [(Fraction(0), 0)]  # completion time and frame
     free, newest, visited = Fraction(0), 0, []

@@ -65,19 +65,21 @@ def test_forged_state_is_not_scored(make_sequence, frame, state):
     run = bench.evaluate(maker, sequence, protocol="supervised")
     assert run.states[:12].tolist() == [I, T, T, T, T, F, S, S, S, S, I, T]
     run.states[frame] = state
-    with pytest.raises(ValueError, match=r"Supervised run, \d+ frames after its first: state"):
+    with pytest.raises(
+        ValueError, match=r"Supervised run, frame \d+ after the first initialisation: state"
+    ):
         score_run(run, sequence, "vot-supervised")
 
 
 def test_accuracy_and_eao_equal_hand_computed_values():
-    """A failure in frame 20 of 130, a restart in frame 25, ten frames of burn-in after each."""
+    """Use a failure in frame 20 of 130, a restart in frame 25 and a burn-in of ten frames."""
     sequence = datasets.Sequence("line", Noise(130, 24, 100), straight_line(130), fingerprint="x")
     maker, _ = scripted(sequence, lost={20})
     run = bench.evaluate(maker, sequence, protocol="supervised")
     scores = score_run(run, sequence, "vot-supervised").scores
     assert scores["accuracy"] == 1.0
-    # Two pieces: frames 0 to 19, zero after the failure; and frames 25 to 129, of which 104 follow
-    # the first.
+    # Two parts: frames 0 to 19 (overlap 0 after the failure), and frames 25 to 129, of which 104
+    # follow the initialisation.
     expected = [(19 / n + 1) / 2 for n in range(100, 105)]
     assert scores["eao"] == pytest.approx(np.mean(expected))
     assert scores["eao_lengths"] == 5

@@ -48,7 +48,7 @@ def test_fewer_than_six_sequences_have_no_better_tracker():
         ),
     ],
 )
-def test_better_is_said_if_the_intervals_say_so(labels, heading):
+def test_better_and_worse_follow_from_the_decisions(labels, heading):
     others = [ranked("bcde"[n], 0.6 - 0.1 * n, label) for n, label in enumerate(labels)]
     assert answer([ranked("a", 0.8, interval=(0.7, 0.9)), *others], MANY).heading == heading
 

@@ -91,14 +91,14 @@ def test_preset_without_judgeable_runs_has_a_note(run_trial, tmp_path):
 
 
 @pytest.mark.parametrize(("seconds", "late"), [(0.0, 0.0), (0.05, 1.0), (0.02, 0.0)])
-def test_late_answers_are_counted_in_real_time(run_trial, tmp_path, seconds, late):
+def test_late_estimates_are_counted_in_real_time(run_trial, tmp_path, seconds, late):
     protocol = f"real-time:seconds={seconds}"
     folder = run_trial(tmp_path, ["static"], SEQUENCES, protocol=protocol)
     (table,) = preset_report(folder, ["native"]).tables
     late_rows = table.data[table.data["measure"] == LATE.name]
     assert set(late_rows["sequence"]) > {TOGETHER}
     assert late_rows["mean"].tolist() == [late] * 3
-    assert table.heads[-1] == "late answers [%]"
+    assert table.heads[-1] == "late estimates [%]"
     counted = late_rows.set_index("sequence")["runs"]
     assert counted[TOGETHER] == 2
     assert set(counted.drop(TOGETHER)) == {1}

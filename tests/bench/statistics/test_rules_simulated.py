@@ -49,7 +49,7 @@ def lognormal(random, shape):
 
 
 def rare(k):
-    """Return a population in which one unit of k decides; its mean is 0."""
+    """Return a population in which one unit of k has a large value; the mean is 0."""
     pairs = (0.3 - 0.3 / k, 0.01), (-0.3 / k, 0.01)
     return lambda random, shape: lose_some(random, shape, 1 / k, *pairs)
 
@@ -100,7 +100,7 @@ def no_worse(values):
     return np.select([holds, fails], ["holds", "does not hold"], "inconclusive")
 
 
-def accused(before, after):
+def called_worse(before, after):
     """Return whether `check` calls a tracker worse; scores: shape (experiments, sequences, R)."""
     change = after - before
     mean_low, mean_high = interval_ends(change.mean(axis=1))
@@ -166,7 +166,7 @@ CHECKED = {
 
 
 @pytest.mark.parametrize("kind", CHECKED)
-def test_check_accuses_as_documented(kind):
+def test_check_reports_drops_as_documented(kind):
     random, draw = np.random.default_rng(8), seed_scores(kind)
     sequences = np.arange(N_CHECKED)[:, None]
     for seeds, expected in zip((6, 20, 60, 200), CHECKED[kind], strict=True):
@@ -178,7 +178,7 @@ def test_check_accuses_as_documented(kind):
         for n_changed in (0, 3, 1):
             drops = np.where(sequences < n_changed, DETECT, 0.0)
             before, after = (draw(random, shape, drop, loss) for drop in (0 * drops, drops))
-            shares.append(100 * np.mean(accused(before, after)))
+            shares.append(100 * np.mean(called_worse(before, after)))
         assert shares == pytest.approx(expected, abs=5), seeds
         assert shares[0] <= 6
 
@@ -197,8 +197,8 @@ def scored_cells(scores, version):
 
 @pytest.mark.parametrize("kind", ["0.08", "lost in 3 %", "skewed"])
 @pytest.mark.parametrize("drop", [0, DETECT])
-def test_accused_equals_check(kind, drop):
-    """Check that `accused` judges many experiments as `check` judges each one."""
+def test_called_worse_equals_check(kind, drop):
+    """Check that `called_worse` judges many experiments as `check` judges each one."""
     random, draw = np.random.default_rng(16), seed_scores(kind)
     for seeds in (MIN_UNITS, DEFAULT_SEEDS):
         shape = (50, N_CHECKED, seeds)
@@ -209,7 +209,7 @@ def test_accused_equals_check(kind, drop):
         for old, new in zip(before, after, strict=True):
             stored = Baseline(scored_cells(old, "0"), {"mine": "mine"}, seeds, DETECT, {})
             verdicts.append(check(stored, scored_cells(new, "1"), {}).verdict == "regression")
-        assert verdicts == accused(before, after).tolist()
+        assert verdicts == called_worse(before, after).tolist()
 
 
 SCENES = (6, 8, 12, 20, 30, 40, 100)

@@ -88,7 +88,7 @@ def test_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
 
 
 def test_interrupted_transaction_is_undone_by_next_reader(several):
-    """Copies of file and journal in the middle of a transaction are what a kill leaves."""
+    """Copy file and journal during a transaction: a killed writer leaves the same files."""
     file, journal = several.folder / "runs.db", several.folder / "runs.db-journal"
     before = contents(several)
     writer = sqlite3.connect(file, isolation_level=None)

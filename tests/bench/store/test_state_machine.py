@@ -298,7 +298,7 @@ def experiment(tmp_path, monkeypatch, evidence, otb, in_this_process):
                 max_examples=examples,
                 stateful_step_count=steps,
                 deadline=None,
-                phases=[Phase.generate],  # shrinking takes longer than reading
+                phases=[Phase.generate],  # shrinking an example takes longer than reading it
                 suppress_health_check=list(HealthCheck),
                 **options,
             ),

@@ -17,7 +17,7 @@ TRUTH_CSV = (
 
 
 class Recording(NamedTuple):
-    """Paths of a recording: the one to open, its ground truth, and its second frame."""
+    """Paths of a recording: the path to open, its ground truth, and its second frame."""
 
     path: object
     truth: object

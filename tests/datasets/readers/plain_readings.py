@@ -1,8 +1,8 @@
 """Independent readers of ground truth.
 
 Each function has the name of a function of `layouts`. It takes the folder and the number of images,
-and returns one box per frame, or None without target. It accepts more files than the reader: if the
-reader accepts a file, the boxes must be equal.
+and returns one box per frame, or None without target. It also accepts files that `datasets.readers`
+refuses. If both accept a file, the boxes must be equal.
 """
 
 import csv
@@ -41,7 +41,7 @@ def boxes_from(rows, origin):
 
 
 def without_flagged(boxes, flags):
-    """Return the boxes with None in frames with a flag."""
+    """Return the boxes, with None instead of a box in flagged frames."""
     return [None if flag else box for box, flag in zip(boxes, flags, strict=True)]
 
 

@@ -177,7 +177,7 @@ class TestVot:
     def test_single_row_is_accepted_for_test_sets(self, load):
         assert len(load(layouts.vot_current, {"groundtruth.txt": "2,3,8,9\n"})) == 1
 
-    def test_published_ball_has_no_last_row(self, tmp_path, write_images):
+    def test_published_vot_sequence_without_last_row_is_accepted(self, tmp_path, write_images):
         write_images(tmp_path / "ball", [f"{i:08}.jpg" for i in range(1, 603)], (16, 12))
         (tmp_path / "ball/groundtruth.txt").write_text("1,1,5,5\n" * 601)
         assert len(datasets.load(tmp_path / "ball")) == 601
@@ -202,7 +202,7 @@ class TestGot10k:
         assert sequence.attributes["cut_by_image"].tolist() == [False, True, False]
         assert (sequence.fps, sequence.origin.description) == (10, "dog, running")
 
-    def test_any_label_distinguishes_it_from_vot(self, load):
+    def test_any_label_distinguishes_got10k_from_vot(self, load):
         only_absence = {"meta_info.ini": None, "cover.label": None, "cut_by_image.label": None}
         assert load(layouts.got10k, only_absence).boxes[0].tolist() == [1, 2, 8, 9]
 
@@ -288,7 +288,7 @@ class TestMot:
 
 
 class TestUav123:
-    def test_part_of_a_folder_has_the_images_of_the_table(self, tmp_path, write_images):
+    def test_part_of_a_folder_has_the_images_listed_in_parts(self, tmp_path, write_images):
         first, last = PARTS["car8"][1]
         folder = tmp_path / "data_seq/UAV123/car8"
         write_images(folder, [f"{first + i:06}.jpg" for i in range(3)], (16, 12))

@@ -45,7 +45,7 @@ def test_recording_opens_lazily_with_its_own_ground_truth(recording, monkeypatch
     sequence.check_runnable()
 
 
-def test_given_ground_truth_replaces_that_of_the_data(recording, tmp_path):
+def test_given_ground_truth_replaces_recorded_one(recording, tmp_path):
     path, truth, _ = recording
     truth.unlink() if truth.suffix == ".png" else truth.write_text("broken")
     (tmp_path / "mine.csv").write_text("frame,x,y,width,height\n0,9,8,7,6\n")
@@ -106,7 +106,7 @@ class TestFolderOfSequences:
         (path,) = datasets.matching(text)
         assert datasets.load(path).name == "walk"
 
-    def test_list_selects_the_sequences_of_a_folder(self, workdir, write_images):
+    def test_list_txt_selects_the_sequences_of_a_folder(self, workdir, write_images):
         for name in ("bag", "ball", "book"):
             layouts.vot_classic(workdir / "ds", write_images, None).path.rename(
                 workdir / "ds" / name
@@ -119,7 +119,7 @@ class TestFolderOfSequences:
             datasets.matching("ds")
 
 
-# Path: number of frames with ground truth and of all others, shape, init box.
+# Path: number of frames with and without ground truth, shape of an image, init box.
 SEQUENCES = {
     "otb/Couple": (140, 0, (240, 320), [50, 46, 25, 62]),
     "otb/Crossing": (120, 0, (240, 360), [204, 150, 17, 50]),

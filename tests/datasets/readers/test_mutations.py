@@ -1,7 +1,7 @@
 """Damaged files and incomplete copies of datasets.
 
-Each is refused by an error that names the file, or read with boxes that an independent reading
-confirms. Any other exception is a failure.
+A damaged file or copy is refused by an error that names the file, or it is read, and an independent
+reader returns the same boxes. Any other exception is a failure.
 """
 
 import resource
@@ -29,7 +29,7 @@ STRAY = [
 FIRST_NUMBERS = {"trackingnet": 0, "tcolor128": 4} | dict.fromkeys(
     ("images", "davis", "video", "avi")
 )
-"""Number of the image of the first row: None if images are not numbered, 1 in other layouts."""
+"""Number in the name of the first annotated image: None without numbers, 1 in other layouts."""
 
 
 def avi(folder, write_images, write_video):
@@ -48,7 +48,7 @@ def damageable(request, tmp_path, write_images, write_video):
 
 
 def parametrize_numbers(counts):
-    """Parametrize a test with seeds: the first ones every day, all others every week."""
+    """Parametrize a test with seeds: the first seeds every day, the further seeds every week."""
     weekly = range(counts["everyday"], counts["weekly"])
     seeds = [range(counts["everyday"]), pytest.param(weekly, marks=pytest.mark.weekly)]
     return pytest.mark.parametrize("numbers", seeds, ids=["everyday", "all"])

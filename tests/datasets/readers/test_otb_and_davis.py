@@ -115,7 +115,7 @@ class TestPublishedParts:
         assert datasets.load(folder).fingerprint == before
 
     @pytest.mark.parametrize("name", ["Football1", "David"])
-    def test_part_without_one_row_is_refused(self, write_numbered, name):
+    def test_annotated_part_with_a_missing_row_is_refused(self, write_numbered, name):
         first, last = SPANS[name.lower()]
         folder = write_numbered(name, last + 5, last - first)
         with pytest.raises(SequenceError, match=rf"{last - first} rows for .* images"):
@@ -147,7 +147,7 @@ class TestPublishedParts:
         with pytest.raises(SequenceError, match=match):
             datasets.load(folder)
 
-    def test_missing_image_between_others_is_refused(self, write_numbered):
+    def test_missing_inner_image_is_refused(self, write_numbered):
         folder = write_numbered("Dog", 5, 4)
         (folder / "img" / "0002.jpg").unlink()
         with pytest.raises(SequenceError, match=r"0002\.jpg: this image is missing between 0001\."):
@@ -165,7 +165,7 @@ def test_each_target_of_a_folder_is_a_sequence(write_otb, tmp_path):
     assert datasets.matching(str(tmp_path / "J*")) == paths[1:] == datasets.matching(str(folder))
     assert datasets.load(folder).name == "Jogging.1"
     assert datasets.options(str(folder)) == [
-        {"name": "target", "default": 1, "meaning": "which target of 1, 2"}
+        {"name": "target", "default": 1, "meaning": "selected target, one of 1, 2"}
     ]
     assert datasets.options(str(tmp_path / "Dog")) == []
     with pytest.raises(SequenceError, match=r"Dog: unknown option 'object'. Options: none"):
@@ -318,10 +318,10 @@ def test_object_is_selected_by_its_number(pair, option, number, name, box):
 
 def test_options_list_the_objects(pair, swan):
     (option,) = datasets.options(str(pair / "pair"))
-    assert option == {"name": "object", "default": 1, "meaning": "which object of 1, 2, 3"}
+    assert option == {"name": "object", "default": 1, "meaning": "selected object, one of 1, 2, 3"}
     assert datasets.options(f"{pair / 'pair'}:object=2") == [option]
     (option,) = datasets.options(str(swan / "swan"))
-    assert option["meaning"] == "which object of 1"
+    assert option["meaning"] == "selected object, one of 1"
     assert datasets.load(f"{swan / 'swan'}:object=1").name == "swan"
 
 
@@ -366,7 +366,7 @@ def flip_bit(data):
 DAMAGES = {
     "missing mask": (
         lambda images, masks: (masks / "00002.png").unlink(),
-        "00002.png: this mask is missing. Expected is one per image",
+        "00002.png: this mask is missing. Expected: one mask per image",
     ),
     "missing masks": (
         lambda images, masks: [file.unlink() for file in masks.iterdir()],

@@ -29,12 +29,12 @@ def scenes_of(name):
     return opened, image
 
 
-def unless_sealed(*names):
+def slow_if_unchanged(*names):
     """Return the mark `slow` if the source of all scenes is unchanged since their tests passed."""
     for name in names:
         (suite,) = (suite for suite in suites() if name in suite.names())
-        seal = find_version(name, suite.golden)
-        if seal is None or seal.tree != suite.tree(name):
+        version = find_version(name, suite.golden)
+        if version is None or version.tree != suite.tree(name):
             return []
     return [pytest.mark.slow]
 

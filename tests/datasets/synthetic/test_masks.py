@@ -1,6 +1,6 @@
 """Masks, boxes and visibility, compared with images in which the target is repainted.
 
-Variants that change one property share the rest of the ground truth.
+Variants of a scene that differ in one property have otherwise equal ground truth.
 """
 
 from dataclasses import replace
@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.datasets.synthetic.scenes import grown, mask_edges, unless_sealed
+from tests.datasets.synthetic.scenes import grown, mask_edges, slow_if_unchanged
 from trackmark import datasets
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
 from trackmark.datasets.synthetic.render.figure.body import ROWS
@@ -101,7 +101,7 @@ PAINTED = [
 @pytest.mark.parametrize(
     ("name", "frame", "paint", "least", "share", "beyond"),
     [
-        pytest.param(*row, id=row[0], marks=unless_sealed(row[0].partition(":")[0]))
+        pytest.param(*row, id=row[0], marks=slow_if_unchanged(row[0].partition(":")[0]))
         for row in PAINTED
     ],
 )
@@ -135,7 +135,7 @@ TIGHT = [
 
 @pytest.mark.parametrize(
     ("name", "pixels"),
-    [pytest.param(*row, marks=unless_sealed(row[0].partition(":")[0])) for row in TIGHT],
+    [pytest.param(*row, marks=slow_if_unchanged(row[0].partition(":")[0])) for row in TIGHT],
 )
 def test_boxes_are_tight_around_masks(name, pixels):
     sequence, _ = opened(name)
@@ -150,7 +150,7 @@ def test_boxes_are_tight_around_masks(name, pixels):
     ("name", "options", "affected"),
     [("multipart/8", "light=dappled", "shade"), ("stress/twin", "light=dappled", "")],
 )
-def test_light_parameter_changes_only_shade(name, options, affected):
+def test_light_parameter_changes_only_the_shade_attribute(name, options, affected):
     plain, variant = (opened(text)[0] for text in (name, f"{name}:{options}"))
     assert np.array_equal(plain.boxes, variant.boxes, equal_nan=True)
     assert (plain.visibility == variant.visibility).all()

@@ -68,7 +68,7 @@ class Unmarked(Before):
     pace: int = Field(3)
 
 
-def test_later_parameter_changes_identity_only_off_default(tmp_path):
+def test_parameter_marked_later_has_no_effect_at_its_default(tmp_path):
     def fingerprint(kind, **options):
         module = "trackmark.datasets.synthetic.plain.scene"
         entry = SequenceEntry("plain/target", kind, module, 90, (320, 240))

@@ -170,7 +170,7 @@ def moved_contours(contours, settings, width, random):
 
 
 FIRST_STEPS, STEPS_ON_PLANES = 15, 2  # of EM: at first, and on each plane after later ones
-FIRST_COLOURS = 500, 1500  # select_samples of target and background
+FIRST_COLOURS = 500, 1500  # drawn pixels of target and background
 LATER_COLOURS = 300, 600
 NARROWEST = 8  # pixels of the image that a window keeps
 SMALLEST = 60  # pixels in a contour
@@ -224,7 +224,7 @@ def _interval(start, end, limit):
 
 
 def drawn_colours(image, region, count, random):
-    """Return RGB in [0, 1] of pixels of a region, select_samples with replacement."""
+    """Return RGB in [0, 1] of pixels of a region, drawn with replacement."""
     rows, columns = np.nonzero(region)
     chosen = random.integers(0, len(rows), count)
     return image[rows[chosen], columns[chosen], ::-1] / 255
@@ -418,7 +418,7 @@ class PlainMoreno2005(PlainSegmenter):
         return bases
 
     def weigh_colours(self, frame, bases):
-        """Weigh each pair of mixtures on a plane select_samples by weight (section 5.3)."""
+        """Weigh each pair of mixtures on a plane that is drawn by weight (section 5.3)."""
         settings, random, cue = self.settings, self.random, self.colours
         if settings.colour_model == "particles":
             cue.states = moved_colours(cue.resampled(random), settings, random)

@@ -3,7 +3,7 @@
 The paper uses 20 clips of an action film, with 150 frames on average and 21 complete occlusions in
 total. The light hardly changes abruptly. All other properties are our choice: rigid targets with
 printed marks and windows, six settings, the motion of the camera, the occluders, film grain, slow
-changes of exposure, and the low resolution of colour.
+changes of exposure, and chroma subsampling.
 """
 
 from dataclasses import dataclass, replace
@@ -53,8 +53,8 @@ PARTIAL = 8  # number of clips with an object that occludes only a part of the t
 LEAD, GAP, END = 16, 12, 20
 WIDTHS = 2.1, 3.0  # range of the width of objects that occlude the whole target [target widths]
 SPEEDS = 0.08, 0.15  # range of the speed of occluders in the image [target widths/frame]
-# Maximum number of frames in which more than a quarter of the target is occluded. The paper limits
-# an occlusion to L frames, 35 in its list of the frames that it visits.
+# Maximum number of frames in which more than a quarter of the target is occluded. In the paper, an
+# occlusion has at most L frames. Its list of frames to test for the end of an occlusion ends at 35.
 LONGEST_OCCLUSION = 33
 
 
@@ -158,51 +158,55 @@ def clip_plan(seed: int, clip: int) -> ClipPlan:
     centre += random_wander(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 0.6]
     gain = 1 + _swinging(random, n, (2.0, 8.0), random.uniform(0.03, 0.10))
 
-    acts = _sample_passages(random, shot, width)
+    passage_samples = _sample_passages(random, shot, width)
     static_speeds = [
-        act.speed * width * float(scale.min()) for act in acts if OCCLUDERS[act.kind].fixed
+        sample.speed * width * float(scale.min())
+        for sample in passage_samples
+        if OCCLUDERS[sample.kind].fixed
     ]
     rate = _sample_camera_speed(random, static_speeds)
     hand = random_wander(random, n, (1.0, 4.0), random.uniform(0.3, 1.5))
-    seen = rate * np.arange(n) + hand
+    travelled = rate * np.arange(n) + hand
     passages = []
-    for act in acts:
-        hider, middle = OCCLUDERS[act.kind], round(act.middle)
+    for sample in passage_samples:
+        occluder, middle = OCCLUDERS[sample.kind], round(sample.middle)
         side = width * scale[middle]
-        direction = -np.sign(rate) if hider.fixed else random.choice([-1.0, 1.0])
-        speed = direction * act.speed * side
-        depth = speed / -rate if hider.fixed else 1.0
-        x = speed * (np.arange(n) - act.middle) - depth * (hand - hand[middle])
-        down = np.full(n, SIZE[1] / 2) if hider.tall else np.full(n, centre[middle, 1])
-        tall = SIZE[1] + 40.0 if hider.tall else size[1] * float(scale[middle]) + 32
-        if hider.stands:
+        direction = -np.sign(rate) if occluder.fixed else random.choice([-1.0, 1.0])
+        speed = direction * sample.speed * side
+        depth = speed / -rate if occluder.fixed else 1.0
+        x = speed * (np.arange(n) - sample.middle) - depth * (hand - hand[middle])
+        down = np.full(n, SIZE[1] / 2) if occluder.tall else np.full(n, centre[middle, 1])
+        tall = SIZE[1] + 40.0 if occluder.tall else size[1] * float(scale[middle]) + 32
+        if occluder.stands:
             below = ground[middle] if drop else SIZE[1]
             tall = max(tall, 2 * float(below - centre[middle, 1]) - 36)
-        if act.low:
-            edge = centre[middle, 1] + (0.5 - act.low) * size[1] * scale[middle]
+        if sample.low:
+            edge = centre[middle, 1] + (0.5 - sample.low) * size[1] * scale[middle]
             tall = SIZE[1] + 20 - float(edge)
             down = np.full(n, edge + tall / 2)
         path = quantised(np.stack([centre[middle, 0] + x, down + nod - nod[middle]], axis=1))
-        passages.append(Passage(act.kind, (act.width * side, tall), path))
+        passages.append(Passage(sample.kind, (sample.width * side, tall), path))
     return ClipPlan(
         shot, size, quantised(centre), scale, angle, mixture, still,
-        quantised(seen - seen.min()) / NEAR, nod, ground, gain, tuple(passages),
+        quantised(travelled - travelled.min()) / NEAR, nod, ground, gain, tuple(passages),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _PassageSample:
-    """Time, kind and speed of an occluder's passage; lengths are in target widths."""
+    """Time, kind and speed of an occluder's passage."""
 
-    kind: str
-    middle: float
-    width: float
-    speed: float
-    low: float = 0.0
+    kind: str  # name in `objects.OCCLUDERS`
+    middle: float  # time at which the centres of occluder and target are in one column [frames]
+    width: float  # [target widths]
+    speed: float  # [target widths/frame]
+    low: float = (
+        0.0  # if > 0, the occluder hides only this lower part of the target [target heights]
+    )
 
 
 def _sample_passages(random: Generator, shot: Shot, width: float) -> list[_PassageSample]:
-    """Sample the passages of a clip in order of time, at random times that keep their distances."""
+    """Sample the passages of a clip in order of time; their gaps are at least `GAP` frames."""
     samples = []
     for _ in range(shot.occlusions):
         kind = str(random.choice(SETTINGS[shot.setting].occluders))
@@ -216,14 +220,14 @@ def _sample_passages(random: Generator, shot: Shot, width: float) -> list[_Passa
         else:
             part = "heap", random.uniform(0.9, 1.4), SPEEDS[1], random.uniform(0.2, 0.4)
         samples.insert(int(random.integers(len(samples) + 1)), part)
-    lasting = np.array([(1 + wide) / speed for _, wide, speed, _ in samples])
-    spare = shot.frames - LEAD - END - lasting.sum() - GAP * max(len(samples) - 1, 0)
+    durations = np.array([(1 + wide) / speed for _, wide, speed, _ in samples])
+    spare = shot.frames - LEAD - END - durations.sum() - GAP * max(len(samples) - 1, 0)
     shares = np.sort(random.uniform(0, max(spare, 0.0), len(samples)))
-    acts, start = [], float(LEAD)
-    for (kind, wide, speed, low), length, share in zip(samples, lasting, shares, strict=True):
-        acts.append(_PassageSample(kind, start + share + length / 2, wide, speed, low))
+    passages, start = [], float(LEAD)
+    for (kind, wide, speed, low), length, share in zip(samples, durations, shares, strict=True):
+        passages.append(_PassageSample(kind, start + share + length / 2, wide, speed, low))
         start += length + GAP
-    return acts
+    return passages
 
 
 def _sample_camera_speed(random: Generator, static_speeds: list[float]) -> float:
@@ -236,26 +240,30 @@ def _sample_camera_speed(random: Generator, static_speeds: list[float]) -> float
     )
 
 
-def _swinging(random: Generator, frames: int, periods: tuple[float, float], most: float) -> Array:
-    """Return a sum of waves with random periods [seconds], scaled to the maximum `most`."""
+def _swinging(
+    random: Generator, frames: int, periods: tuple[float, float], maximum: float
+) -> Array:
+    """Return a sum of waves with random periods [seconds], scaled to the maximum `maximum`."""
     waves = random_wander(random, frames, periods, 1.0)
     waves = waves - (waves.max() + waves.min()) / 2
-    return np.asarray(waves * (most / np.abs(waves).max()))
+    return np.asarray(waves * (maximum / np.abs(waves).max()))
 
 
-def _drifting(random: Generator, frames: int, periods: tuple[float, float], most: float) -> Array:
+def _drifting(
+    random: Generator, frames: int, periods: tuple[float, float], maximum: float
+) -> Array:
     """Return a sum of waves [pixels] whose speed does not exceed `DRIFT`."""
-    path = _swinging(random, frames, periods, most)
+    path = _swinging(random, frames, periods, maximum)
     return np.asarray(path * min(1.0, DRIFT / float(np.abs(np.diff(path)).max())))
 
 
-# standard deviations of the film's grain: of brightness, and of either colour difference at the
-# resolution of colour [grey levels]
+# standard deviations of the film's grain: of brightness, and of each chroma channel at the
+# resolution of chroma [grey levels]
 GRAIN, DYES = 2.6, 2.5
 CAMERA = Camera(SIZE, noise=1.6, fall=(0.10, 0.12))
-COARSE = SIZE[0] // 2, SIZE[1] // 2  # resolution of colour
-PRINTS = 0.65, 1.1  # range of the light of a clip, from dusk to noon
-# saturation of a print relative to the scene's; film of that time is often bleached
+COARSE = SIZE[0] // 2, SIZE[1] // 2  # width and height of the chroma channels [pixels]
+PRINTS = 0.65, 1.1  # range of the relative brightness of a clip, from dusk to noon
+# saturation of a clip relative to the scene; old films are often bleached
 SATURATION = 0.3, 0.5
 SHADOW = 0.55  # darkness of a shadow on the ground, in its centre
 WHOLE = 0.99  # minimum visibility at which the target counts as not occluded
@@ -318,7 +326,7 @@ class FilmScene(SyntheticScene):
         return whole, visible[..., 0]
 
     def _develop(self, canvas: Image, frame: int) -> Image:
-        """Apply grading, exposure, grain and a low resolution of colour to an image."""
+        """Apply grading, exposure, grain and chroma subsampling to an image."""
         canvas = np.asarray(cv2.LUT(canvas, self._grading), np.uint8)
         canvas = np.asarray(cv2.transform(canvas, self._bleaching), np.uint8)
         number = 1000 * self._clip + frame
@@ -389,7 +397,7 @@ class FilmScene(SyntheticScene):
 
     @cached_property
     def _dyes(self) -> NDArray[np.int16]:
-        """Grain of the two colour differences, at the resolution of colour."""
+        """Grain of the two chroma channels, at their resolution."""
         return _shiftable(fractal(self._random("dyes"), 512, 128, 256, 1.0), DYES)
 
     @cached_property
@@ -422,7 +430,7 @@ class FilmScene(SyntheticScene):
 
 
 def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
-    """Return grain that is 255 pixels larger than the image, with a standard deviation."""
+    """Return grain with a standard deviation, 255 pixels larger than the image."""
     wide = np.tile(grain, (1, 2))[:, : SIZE[0] + 256]
     return np.asarray(np.round(wide * (deviation / grain.std())), np.int16)
 

@@ -198,11 +198,11 @@ def _reduced(random: Generator, picture: Image, height: int, width: int, haze: f
     """Downsample a picture; add weathering and haze."""
     grain = fractal(random, 256, 8, 128, 0.8)
     rows, columns = picture.shape[:2]
-    worn = (
+    weathered = (
         picture
         * (1 + 0.05 * grain[np.ix_(np.arange(rows) % 256, np.arange(columns) % 256)])[..., None]
     )
-    small = cv2.resize(worn, (width, height), interpolation=cv2.INTER_AREA)
+    small = cv2.resize(weathered, (width, height), interpolation=cv2.INTER_AREA)
     air = np.array([200.0, 196.0, 190.0])
     return np.round(np.clip(small * (1 - haze) + air * haze, 0, 255)).astype(np.uint8)
 
@@ -397,7 +397,7 @@ class Surroundings:
 
     @property
     def _margin(self) -> float:
-        """Column of a panorama that is at the image centre if the camera is at its left end."""
+        """Panorama column at the image centre if the camera is at the left end of its path."""
         return self._still.centre + 24
 
     def _widths(self, scales: Array) -> NDArray[np.int64]:

@@ -364,9 +364,9 @@ def paint_target(random: Generator, kind: TargetKind, width: float, height: floa
     """Return a painted target of a kind with a width and height [pixels]."""
     w, h = width / UNIT, height / UNIT
     body = sample_colour(random, kind.paints)
-    others = [paint for paint in PAINTS if np.abs(np.subtract(paint, body)).sum() > 110]
+    other_paints = [paint for paint in PAINTS if np.abs(np.subtract(paint, body)).sum() > 110]
     light = sample_colour(random, LIGHTS)
-    second = light if random.random() < 0.45 else sample_colour(random, others)
+    second = light if random.random() < 0.45 else sample_colour(random, other_paints)
     look = TargetLook(body, second, DARK if body.mean() > 125 else light)
     sheet = PaintedSheet(w, h, UNIT, body)
     for mark in kind.marks:

@@ -85,9 +85,13 @@ def _hand(half: Array, side: float, slope: float) -> list[Array]:
 
 def _sleeve(high: float, side: float, slope: float) -> list[Array]:
     start = np.array([8.0 + 40 * slope, -high - 56, 4.0])
-    way = np.array([0.9 * slope, -1.0, 0.0])
-    cuff = chain([start, start + 7 * way], (15.5, 16.0), 0.0)
-    arm = chain([start + 4 * way, start + 60 * way, start + 200 * way], (14.5, 17.5, 25), 2.0)
+    direction = np.array([0.9 * slope, -1.0, 0.0])
+    cuff = chain([start, start + 7 * direction], (15.5, 16.0), 0.0)
+    arm = chain(
+        [start + 4 * direction, start + 60 * direction, start + 200 * direction],
+        (14.5, 17.5, 25),
+        2.0,
+    )
     return mirror_limbs([*cuff, *arm], side)
 
 

@@ -160,7 +160,7 @@ class FlatCard:
     """Flat layer of a moving object, parallel to the image plane.
 
     `sheets` are aligned images (fine * h, fine * w, 4), premultiplied by the coverage, which is the
-    last channel of the first one. `anchor`, shape (2,), is the point by which the card is
+    last channel of the first image. `anchor`, shape (2,), is the point by which the card is
     positioned, relative to its upper left corner [pixels]. `fine` is the number of samples per
     pixel and axis.
     """
@@ -177,10 +177,10 @@ class FlatCard:
         matrix[:, :2] /= CARD_LAID
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         size = CARD_LAID * SIZE[0], CARD_LAID * SIZE[1]
-        laid = [cv2.warpAffine(sheet, matrix, size, flags=flags) for sheet in self._sheets]
+        resampled = [cv2.warpAffine(sheet, matrix, size, flags=flags) for sheet in self._sheets]
         return [
             np.asarray(cv2.resize(sheet, SIZE, interpolation=cv2.INTER_AREA), np.float32)
-            for sheet in laid
+            for sheet in resampled
         ]
 
     def may_be_seen(self, pose: CardPose) -> bool:
@@ -247,8 +247,8 @@ class LightsSetting:
 
         The points, shape (n, 2), are relative to the object's centre; there is one per pixel.
         """
-        every = slice(CARD_FINE // 2, None, CARD_FINE)  # one sample per pixel
-        whole, seen = (outline[every, every] for outline in self._outlines)
+        pixel_centres = slice(CARD_FINE // 2, None, CARD_FINE)  # one sample per pixel
+        whole, seen = (outline[pixel_centres, pixel_centres] for outline in self._outlines)
         rows, columns = np.nonzero(seen)
         points = np.stack([columns, rows], axis=1) + 0.5 + CORNER - self._middle
         return points, int(whole.sum())
@@ -331,29 +331,31 @@ class Lighting:
 
     def picture(
         self,
-        on: Sequence[int],
+        lamps_on: Sequence[int],
         held: CardPose,
         turn: Array,
         occluders: Sequence[tuple[int, CardPose, int]],
     ) -> Floats:
-        """Render the scene with the lamps whose indices are in `on`, shape (height, width, 3).
+        """Render the scene, shape (height, width, 3), with the lamps whose indices are `lamps_on`.
 
         `turn`, shape (2,), is the rotation of the held object to the right and down [radians].
         `occluders` contains index, pose and blur [pixels] of every occluder.
         """
         picture = np.zeros((*SIZE[::-1], 3), np.float32)
-        for k in on:
+        for k in lamps_on:
             ambient, direct = self._reflected_light[k]
             through, passed = self._shadow_points[k]
-            seen = 1 - self._held_shadows[k].sample(held, through)
+            visible_share = 1 - self._held_shadows[k].sample(held, through)
             for number, pose, _ in occluders:
-                seen *= 1 - self._far_shadows[k][number].sample(pose, passed)
-            picture += ambient + direct * seen[..., None]
-        left = np.ones((len(on), *SIZE[::-1]), np.float32)
-        for seen, k in zip(left, on, strict=True):
+                visible_share *= 1 - self._far_shadows[k][number].sample(pose, passed)
+            picture += ambient + direct * visible_share[..., None]
+        visible = np.ones((len(lamps_on), *SIZE[::-1]), np.float32)
+        for visible_share, k in zip(visible, lamps_on, strict=True):
             for number, pose, _ in occluders:
-                seen *= 1 - self._near_shadows[k][number].sample(pose, self._near_shadow_points[k])
-        self._lay(picture, on, self._setting.held_card.place(held), HELD, turn, left)
+                visible_share *= 1 - self._near_shadows[k][number].sample(
+                    pose, self._near_shadow_points[k]
+                )
+        self._lay(picture, lamps_on, self._setting.held_card.place(held), HELD, turn, visible)
         for number, pose, blur in occluders:
             card = self._setting.occluders[number]
             if not card.may_be_seen(pose):  # Outside the image, an occluder only casts shadows.
@@ -361,17 +363,17 @@ class Lighting:
             blurred = [
                 np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in card.place(pose)
             ]
-            self._lay(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
+            self._lay(picture, lamps_on, blurred, PASSING, np.zeros(2), np.ones_like(visible))
         return picture
 
     def _lay(
-        self, picture: Floats, on: Sequence[int], sheets: Sequence[Floats], depth: float,
-        turn: Array, left: Floats,
+        self, picture: Floats, lamps_on: Sequence[int], sheets: Sequence[Floats], depth: float,
+        turn: Array, visible: Floats,
     ) -> None:  # fmt: skip
-        """Render a card at a depth over an image; `left` is the visible fraction of each lamp."""
-        places = np.stack([self._lamps[k].place for k in on])
-        powers = np.stack([self._lamps[k].colour for k in on])
-        blend_lit_card(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
+        """Render a card at a depth over an image; `visible` is the visible share of each lamp."""
+        places = np.stack([self._lamps[k].place for k in lamps_on])
+        powers = np.stack([self._lamps[k].colour for k in lamps_on])
+        blend_lit_card(picture, sheets[0], sheets[1], depth, turn, places, powers, visible)
 
     @cached_property
     def _reflected_light(self) -> list[tuple[Floats, Floats]]:
@@ -464,13 +466,13 @@ class LightsScene(SyntheticScene):
 
     def render(self, frame: int) -> Image:
         lighting = _lighting(self._seed)
-        on = [0, 1] if self.plan.lamp_is_on(frame) else [1]
+        lamps_on = [0, 1] if self.plan.lamp_is_on(frame) else [1]
         occluders = [
             (number, pose, 2 * round(abs(self.plan.passages[number].pace) * EXPOSURE / 2) + 1)
             for number, pose in _visible_occluders(self.plan, frame)
         ]
         facing = self.plan.facing(frame)
-        picture = lighting.picture(on, _pose(self.plan, frame), facing, occluders)
+        picture = lighting.picture(lamps_on, _pose(self.plan, frame), facing, occluders)
         seen = SENSITIVITY * np.asarray(cv2.GaussianBlur(picture, (0, 0), LENS))
         canvas: Image = np.round(255 * np.clip(seen, 0, 1) ** (1 / GAMMA)).astype(np.uint8)
         return CAMERA.exposed(canvas, self._seed, frame)

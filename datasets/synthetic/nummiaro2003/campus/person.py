@@ -64,13 +64,13 @@ def _target(seed: int, things: list[Prop]) -> Person:
     camera, frames = _camera(seed), COMING_IN + WALK
     random = _generator(seed, "target way")
     start, points = _sample_path_points(random, camera, _door(seed))
-    course = walk_through_points(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
-    first = sample_target(_generator(seed, "target"), course)
+    path = walk_through_points(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
+    first = sample_target(_generator(seed, "target"), path)
     plan = VisitPlan(0, Views.standing(camera, frames), [first], slice(0, None), things, CarPark)
     seen = [plan.seen(f)[2].sum() / plan.coverage(0, f)[2].sum() for f in range(COMING_IN)]
-    outside = course.z[:COMING_IN] < DOORSTEP - THRESHOLD
+    outside = path.z[:COMING_IN] < DOORSTEP - THRESHOLD
     whole = int(np.argmax((np.array(seen) >= 0.995) & outside))
-    return replace(first, course=course[whole : whole + WALK])
+    return replace(first, path=path[whole : whole + WALK])
 
 
 def _sample_path_points(
@@ -99,21 +99,23 @@ def _sample_path_points(
 
 def _passers_by(seed: int, first: Person) -> list[Person]:
     """Return people who walk between the cars and the porch and never occlude the target."""
-    course = first.course
+    path = first.path
     passers: list[Person] = []
     for i in range(4):
         random = _generator(seed, f"person {i}")
         place = random.uniform(-6, 6), random.uniform(*PAVEMENT)
         velocity = random.choice([-1, 1]) * random.uniform(0.9, 1.5), 0.0
-        frame = int(random.integers(len(course.x)))
-        way = straight_path(len(course.x), frame, place, velocity, random.uniform())
-        before = (way.z < course.z) & (np.abs(way.x / way.z - course.x / course.z) < 0.8 / 16)
+        frame = int(random.integers(len(path.x)))
+        passer_path = straight_path(len(path.x), frame, place, velocity, random.uniform())
+        before = (passer_path.z < path.z) & (
+            np.abs(passer_path.x / passer_path.z - path.x / path.z) < 0.8 / 16
+        )
         near = [
-            np.hypot(way.x - other.x, way.z - other.z) < ELBOW_ROOM
-            for other in (course, *(passer.course for passer in passers))
+            np.hypot(passer_path.x - other.x, passer_path.z - other.z) < ELBOW_ROOM
+            for other in (path, *(passer.path for passer in passers))
         ]
         if not (before.any() or np.any(near)):
-            passers.append(sample_bystander(random, way, first.look))
+            passers.append(sample_bystander(random, passer_path, first.look))
     return passers
 
 

@@ -55,7 +55,7 @@ class CarPark(Street):
         road = asphalt(random, (96.0, 96.0, 98.0), 0.07)
         paint, kerb = road * 0.3 + 150, kerbstones(random)
         stones = paving(random, SIDE)
-        worn = stones.mean(axis=(0, 1))
+        mean_stone = stones.mean(axis=(0, 1))
         near, far = BAYS
         return [
             Band(0.0, grass(random, SIDE), 3.0),
@@ -64,7 +64,7 @@ class CarPark(Street):
             Band(near - 0.12, paint, 3.0),
             Band(near, road, 3.0),
             Band(far, kerb, 4.0),
-            Band(far + 0.15, (worn + 0.6 * (stones - worn)) * 1.1, 2.6),
+            Band(far + 0.15, (mean_stone + 0.6 * (stones - mean_stone)) * 1.1, 2.6),
         ]
 
 
@@ -200,19 +200,21 @@ def _twigs(random: Generator, x: float, z: float, scale: float, width: float) ->
 UNLIKE = 40  # minimum difference in one channel of clearly different colours [grey levels]
 
 
-def sample_target(random: Generator, course: WalkingPath) -> Person:
+def sample_target(random: Generator, path: WalkingPath) -> Person:
     """Sample a person without a bag whose shirt and trousers differ clearly in colour."""
-    return casting.sample_person(random, course, casting.sample_street_clothes(random))
+    return casting.sample_person(random, path, casting.sample_street_clothes(random))
 
 
-def sample_bystander(random: Generator, course: WalkingPath, other: WalkerLook) -> Person:
+def sample_bystander(random: Generator, path: WalkingPath, other: WalkerLook) -> Person:
     """Sample a person whose colours differ clearly from those of `other`; half carry a bag."""
-    worn = other.shirt, other.trousers
-    clothes = casting.sample_other_clothes(random, worn)
+    other_clothes = other.shirt, other.trousers
+    clothes = casting.sample_other_clothes(random, other_clothes)
     bag = casting.sample_bag(random) if random.random() < 0.5 else None
-    while bag is not None and any(np.abs(np.subtract(bag, c)).max() < UNLIKE for c in worn):
+    while bag is not None and any(
+        np.abs(np.subtract(bag, c)).max() < UNLIKE for c in other_clothes
+    ):
         bag = casting.sample_bag(random)
-    return casting.sample_person(random, course, clothes, bag=bag)
+    return casting.sample_person(random, path, clothes, bag=bag)
 
 
 class VisitPlan(WalkPlan):

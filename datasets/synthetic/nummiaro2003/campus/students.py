@@ -58,8 +58,8 @@ def _plan(seed: int) -> VisitPlan:
     random = _generator(seed, "tree")
     place = _aligned_place(target_path, HIDDEN, random.uniform(0.68, 0.73))
     width = _tree_width(views, first, int(random.integers(*BEHIND_THE_TREE, endpoint=True)))
-    worn = first.look.shirt, first.look.trousers
-    tree = old_tree(random, place, float(views.still.scale(place[1])), width, worn)
+    target_clothes = first.look.shirt, first.look.trousers
+    tree = old_tree(random, place, float(views.still.scale(place[1])), width, target_clothes)
 
     random = _generator(seed, "ways before")
     pace = random.uniform(1.4, 1.7)
@@ -69,8 +69,8 @@ def _plan(seed: int) -> VisitPlan:
         nearest = float(target_path.z.max()) + CLEAR
         others.append(routes.sample_path_behind_target(random, views, target_path, others, nearest))
     people = [first]
-    for i, course in enumerate(others):
-        person = sample_bystander(_generator(seed, f"person {i}"), course, first.look)
+    for i, path in enumerate(others):
+        person = sample_bystander(_generator(seed, f"person {i}"), path, first.look)
         if i < len(PASSED):  # tall enough to hide the target's head
             person = replace(person, stature=max(person.stature, first.stature))
         people.append(person)
@@ -104,13 +104,13 @@ def _sample_target_path(random: Generator, views: Views) -> WalkingPath:
 
 
 def _sample_passing_path(
-    random: Generator, target: WalkingPath, when: int, pace: float
+    random: Generator, target: WalkingPath, meeting_frame: int, pace: float
 ) -> WalkingPath:
     """Sample the path of a person who meets the target and passes close in front of it."""
-    frame = when + int(random.integers(-2, 2, endpoint=True))
+    frame = meeting_frame + int(random.integers(-2, 2, endpoint=True))
     place = _aligned_place(target, frame, 1 - random.uniform(0.6, 0.75) / float(target.z[frame]))
-    way = float(np.sign(target.x[frame + 1] - target.x[frame]))
-    return straight_path(LENGTH, frame, place, (-way * pace, 0.0), random.uniform())
+    direction = float(np.sign(target.x[frame + 1] - target.x[frame]))
+    return straight_path(LENGTH, frame, place, (-direction * pace, 0.0), random.uniform())
 
 
 def _aligned_place(target: WalkingPath, frame: int, ratio: float) -> tuple[float, float]:

@@ -392,10 +392,10 @@ class CarAt:
 
     def draw(self, canvas: NDArray[np.uint8], view: PerspectiveView) -> None:
         """Draw the car with its shadow; see `Drawable.draw`."""
-        laid = self._laid(self.car.facets, view, canvas.shape[1::-1], self.car.pictures)
-        if laid is None:
+        rendered = self._render(self.car.facets, view, canvas.shape[1::-1], self.car.pictures)
+        if rendered is None:
             return
-        sprite, left, top = laid
+        sprite, left, top = rendered
         right, down = (np.multiply(self.moments, shift) for shift in self.motion)
         lefts = np.round((left + right) * 64).astype(np.int64)
         tops = np.round((top + down) * 64).astype(np.int64)
@@ -403,10 +403,10 @@ class CarAt:
 
     def coverage(self, view: PerspectiveView, size: tuple[int, int]) -> Coverage:
         """Return the silhouette in an image of `size` (width, height), without the shadow."""
-        laid = self._laid(self.car.body, view, size, _BLANK)
-        if laid is None:
+        rendered = self._render(self.car.body, view, size, _BLANK)
+        if rendered is None:
             return 0, 0, np.zeros((0, 0), np.uint8)
-        sprite, left, top = laid
+        sprite, left, top = rendered
         return left, top, sprite[1:-1, 1:-1, 3].copy()
 
     def _extents(
@@ -421,7 +421,7 @@ class CarAt:
     def _pose(self, facets: Facets, view: PerspectiveView) -> FacetPose:
         return facet_pose(view, facets, (self.x, 0.0, self.z), self.heading)
 
-    def _laid(
+    def _render(
         self, facets: Facets, view: PerspectiveView, size: tuple[int, ...], pictures: Pictures
     ) -> tuple[NDArray[np.uint8], int, int] | None:
         """Render the part of the car in or near the image; return sprite, left and top [pixels]."""

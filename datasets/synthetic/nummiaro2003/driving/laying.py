@@ -115,9 +115,10 @@ def _level(
 ) -> int:
     """Return the resolution level of a texture, from the texture area that a pixel covers.
 
-    `du` and `dv` are the steps of the texture coordinates per column. `fall_u` and `fall_v` are the
-    steps of their numerators per row and `fall` the step of their denominator per row, all divided
-    by the denominator.
+    Texture coordinates in perspective are quotients; their numerators and denominator are linear in
+    column and row. `du` and `dv` are the steps of the coordinates per column. `fall_u` and `fall_v`
+    are the steps of the numerators per row, and `fall` is the step of the denominator. These three
+    are divided by the denominator.
     """
     right = max(abs(du), abs(dv), 16384) / _ONE
     down = max(abs(fall_u - u / _ONE * fall), abs(fall_v - v / _ONE * fall), 0.25)

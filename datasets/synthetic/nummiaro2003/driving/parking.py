@@ -66,12 +66,12 @@ def parking_plan(seed: int) -> DrivingPlan:
     side = 1.0 if generator("side").random() < 0.5 else -1.0
     view = _camera(generator("camera"), side)
     target = sample_car(generator("target"), TARGETS)
-    others = contrasting_paints(target.paint)
-    course, bay = _sample_target_path(generator("target way"), side)
-    passing = sample_car(generator("passing car"), others)
-    parked = _parked(generator("parked cars"), others, bay)
+    other_paints = contrasting_paints(target.paint)
+    path, bay = _sample_target_path(generator("target way"), side)
+    passing = sample_car(generator("passing car"), other_paints)
+    parked = _parked(generator("parked cars"), other_paints, bay)
     # The whole target is visible in the first frame, where trackers start.
-    start = car_at(target, course, 0)
+    start = car_at(target, path, 0)
     parked = [car for car in parked if car.z > start.z or not _windows_overlap(car, start, view)]
     layout = Layout(
         int(generator("place").integers(2**32)),
@@ -80,7 +80,7 @@ def parking_plan(seed: int) -> DrivingPlan:
         _plants(generator("plants")),
         parked,
     )
-    cars = [(target, course), (passing, _sample_passing_path(generator("passing way")))]
+    cars = [(target, path), (passing, _sample_passing_path(generator("passing way")))]
     return DrivingPlan(layout, [view] * FRAMES, cars)
 
 
@@ -130,10 +130,10 @@ def _sample_target_path(
         bay = -side * ROWS[2], up
         top, end = random.uniform(5.0, 6.0), 0.3
         frames = FRAMES - int(random.integers(10, 30))
-    way = Route(x, start, np.pi, bends)
-    travelled = way.travelled(frames, top, end)
+    route = Route(x, start, np.pi, bends)
+    travelled = route.travelled(frames, top, end)
     stands = np.full(FRAMES - frames, travelled[-1])
-    places = way.places_at(np.concatenate([travelled, stands]))
+    places = route.places_at(np.concatenate([travelled, stands]))
     return DrivingPath(*places.T), bay
 
 

@@ -162,8 +162,8 @@ class DrivingPlan:
 
     def car(self, number: int, frame: int) -> CarAt:
         """Return the car `cars[number]` at its position in a frame."""
-        car, course = self.cars[number]
-        return car_at(car, course, frame)
+        car, path = self.cars[number]
+        return car_at(car, path, frame)
 
     def moving(self, number: int, frame: int) -> CarAt:
         """Return the car `cars[number]` with its motion blur, for a static camera."""
@@ -201,24 +201,30 @@ class DrivingPlan:
         """Return the cars in front of the target whose windows overlap its window."""
         view, target = self.views[frame], self.car(0, frame)
         driving = [self.car(number, frame) for number in range(1, len(self.cars))]
-        far = _apart(view, target)
+        squared_distance = _squared_distance(view, target)
         window = target.window(view)
-        others = [car for car in (*driving, *self.layout.parked) if _apart(view, car) < far]
-        windows = [car.window(view) for car in others]
+        nearer_cars = [
+            car
+            for car in (*driving, *self.layout.parked)
+            if _squared_distance(view, car) < squared_distance
+        ]
+        windows = [car.window(view) for car in nearer_cars]
         return [
             car
-            for car, other in zip(others, windows, strict=True)
-            if window is not None and other is not None and windows_meet(window, other)
+            for car, nearer_window in zip(nearer_cars, windows, strict=True)
+            if window is not None
+            and nearer_window is not None
+            and windows_meet(window, nearer_window)
         ]
 
 
-def car_at(car: Car, course: DrivingPath, frame: int) -> CarAt:
+def car_at(car: Car, path: DrivingPath, frame: int) -> CarAt:
     """Return a car at its position in a frame."""
-    x, z, heading = (float(a[frame]) for a in (course.x, course.z, course.heading))
+    x, z, heading = (float(a[frame]) for a in (path.x, path.z, path.heading))
     return CarAt(car, x, z, heading)
 
 
-def _apart(view: PerspectiveView, car: CarAt) -> float:
+def _squared_distance(view: PerspectiveView, car: CarAt) -> float:
     """Return the squared horizontal distance of a car from the camera [metres²]."""
     x, z = car.x - view.place[0], car.z - view.place[2]
     return x * x + z * z
@@ -241,9 +247,9 @@ def driving_truth(plan: DrivingPlan) -> SceneTruth:
     - `fast`: the image motion is among the largest fifth.
     """
     boxes, visibility = plan.boxes, plan.visibility
-    course = plan.cars[0][1]
+    path = plan.cars[0][1]
     places = np.array([view.place for view in plan.views])
-    sight = np.unwrap(np.arctan2(course.x - places[:, 0], course.z - places[:, 2]))
+    sight = np.unwrap(np.arctan2(path.x - places[:, 0], path.z - places[:, 2]))
     steps = np.gradient(boxes[:, :2] + boxes[:, 2:] / 2, axis=0)
     speed = np.sqrt((steps * steps).sum(axis=1))
     return SceneTruth(
@@ -253,7 +259,7 @@ def driving_truth(plan: DrivingPlan) -> SceneTruth:
             "occlusion": occluded(visibility),
             "out_of_view": out_of_view(boxes),
             "scale_change": rescaled(boxes[:, 2]),
-            "turning": turning(course.heading - sight, TURNING),
+            "turning": turning(path.heading - sight, TURNING),
             "fast": np.greater(speed, np.quantile(speed, 1 - FASTEST)),
         },
     )
@@ -320,7 +326,7 @@ class DrivingScene(SyntheticScene):
 
     @cached_property
     def _at_rest(self) -> tuple[Image, Image, list[tuple[Window | None, Drawable]]]:
-        """Images without and with the static objects, and these objects with their windows."""
+        """Images without and with static objects, and the static objects with their windows."""
         view = self.plan.views[0]
         empty = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
         self._world.draw(empty, view)

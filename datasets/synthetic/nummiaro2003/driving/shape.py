@@ -15,7 +15,7 @@ MAX_CORNERS = 8  # maximum number of corners of a facet
 
 
 class Facets(NamedTuple):
-    """Facets of a solid; a facet that can occlude another facet comes first."""
+    """Facets of a solid; a facet that can occlude another facet comes before it."""
 
     # (n, MAX_CORNERS, 3), in the solid's coordinates: right, up, ahead [metres]
     corners: Array

@@ -51,8 +51,8 @@ LANE = 1.75  # distance of the middle of a lane from the middle of the road [met
 EDGE = 4.4  # half width of a road [metres]
 PAVED = 7.2  # outer edge of the pavement, from the road's middle [metres]
 ROOM = 0.24  # maximum angle of the target from the optical axis [radians]
-# The camera turns towards the target. This fraction of the target's angle to the car's axis
-# remains as its angle to the optical axis, for small angles.
+# Angle of the target from the optical axis, relative to its angle from the axis of the car with
+# the camera, for small angles: the camera turns towards the target by the remaining angle.
 FREE = 0.2
 
 
@@ -69,19 +69,19 @@ def traffic_plan(seed: int) -> DrivingPlan:
         return part_generator(seed, f"nummiaro2003/traffic {part}")
 
     target = sample_car(generator("target"), TARGETS)
-    others = contrasting_paints(target.paint)
-    course, follower, crossing = _sample_paths(generator("ways"))
-    views = _views(generator("camera"), course, follower)
+    other_paints = contrasting_paints(target.paint)
+    path, follower, crossing = _sample_paths(generator("ways"))
+    views = _views(generator("camera"), path, follower)
     layout = Layout(
         int(generator("place").integers(2**32)),
         _strips(crossing),
         _houses(generator("houses"), crossing),
         _plants(generator("plants"), crossing),
-        _parked(generator("parked cars"), others, crossing),
+        _parked(generator("parked cars"), other_paints, crossing),
     )
-    cars = [(target, course)]
-    for i, route in enumerate(_oncoming(generator("oncoming ways"), course, crossing)):
-        cars.append((sample_car(generator(f"oncoming car {i}"), others), route))
+    cars = [(target, path)]
+    for i, route in enumerate(_oncoming(generator("oncoming ways"), path, crossing)):
+        cars.append((sample_car(generator(f"oncoming car {i}"), other_paints), route))
     return DrivingPlan(layout, views, cars)
 
 
@@ -108,11 +108,11 @@ def _sample_paths(random: Generator) -> tuple[DrivingPath, DrivingPath, float]:
     # Interpolated in the logarithm, so that the size changes by similar factors per frame.
     distance = gap * (least / gap) ** closing * (last / least) ** leaving
     sway = random_wander(random, FRAMES, (3.0, 7.0), 0.16)
-    courses = [
+    paths = [
         _swaying_path(route.places_at(s), sway * k)
         for s, k in ((ahead, 1.0), (ahead - distance, 0.4))
     ]
-    return courses[0], courses[1], crossing
+    return paths[0], paths[1], crossing
 
 
 def _swaying_path(places: Array, sway: Array) -> DrivingPath:
@@ -154,17 +154,17 @@ def _views(random: Generator, target: DrivingPath, follower: DrivingPath) -> lis
 def _oncoming(random: Generator, target: DrivingPath, crossing: float) -> list[DrivingPath]:
     """Return paths of oncoming cars; none is at the crossing while the target turns."""
     enters = int(np.searchsorted(target.z, crossing - 3 * EDGE))
-    courses = []
+    paths = []
     for earlier in (random.uniform(60, 80), random.uniform(110, 150)):
         step = random.uniform(9.0, 12.0) / FRAMES_PER_SECOND
         z = crossing + (enters - earlier - np.arange(FRAMES)) * step
-        courses.append(DrivingPath.in_heading(FRAMES, -LANE, z, np.pi))
+        paths.append(DrivingPath.in_heading(FRAMES, -LANE, z, np.pi))
     # One more car, which the follower meets in the side road.
     side = float(np.sign(target.x[-1] - target.x[0]))
     away = FRAMES + random.uniform(20, 60) - np.arange(FRAMES)
     x = side * away * (random.uniform(9.0, 11.0) / FRAMES_PER_SECOND)
-    courses.append(DrivingPath.in_heading(FRAMES, x, crossing + side * LANE, -side * np.pi / 2))
-    return courses
+    paths.append(DrivingPath.in_heading(FRAMES, x, crossing + side * LANE, -side * np.pi / 2))
+    return paths
 
 
 def _strips(crossing: float) -> list[Strip]:

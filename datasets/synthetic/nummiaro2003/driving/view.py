@@ -22,7 +22,7 @@ from trackmark.datasets.synthetic.render.views import Viewpoint
 
 Array = NDArray[np.float64]
 
-_STEP = 2.0**-30  # Sines and cosines are multiples, so that all platforms render equal bytes.
+_STEP = 2.0**-30  # Sines and cosines are rounded to multiples: all platforms render equal bytes.
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,13 @@ class PerspectiveView:
 
     def seen_from(self, points: ArrayLike) -> Array:
         """Transform points (..., 3) to camera coordinates: right, down, ahead [metres]."""
-        apart = np.asarray(points, np.float64) - self.place
+        offsets = np.asarray(points, np.float64) - self.place
         # The order of the sums is fixed, so that all platforms return equal bits.
         turn = self.turn
         return (
-            apart[..., 0, None] * turn[:, 0]
-            + apart[..., 1, None] * turn[:, 1]
-            + apart[..., 2, None] * turn[:, 2]
+            offsets[..., 0, None] * turn[:, 0]
+            + offsets[..., 1, None] * turn[:, 1]
+            + offsets[..., 2, None] * turn[:, 2]
         )
 
     def place_of(self, x: float, z: float) -> tuple[float, float, float]:
@@ -131,12 +131,12 @@ def _pose(
     axes. `sky` is described at `_SKY`. `density`, shape (2, 3), contains the factors that turn a
     world position into column and row of the texture of stains.
     """
-    turn, apart, shading = np.zeros((3, 3)), np.zeros(3), np.zeros((2, 4))
+    turn, offset, shading = np.zeros((3, 3)), np.zeros(3), np.zeros((2, 4))
     for i in range(3):
         for k in range(3):
             for j in range(3):
                 turn[i, j] += view[i, k] * axes[k, j]
-            apart[i] += view[i, k] * (place[k] - eye[k])
+            offset[i] += view[i, k] * (place[k] - eye[k])
     for i in range(2):
         for k in range(3):
             for j in range(3):
@@ -149,7 +149,7 @@ def _pose(
             for j in range(3):
                 gain += sky[k] * axes[k, j] * normals[f, j]
         gains[f] = np.int64(np.floor(gain * 256 + 0.5))
-    return FacetPose(turn, apart, gains, shading)
+    return FacetPose(turn, offset, gains, shading)
 
 
 @njit(cache=True)
@@ -216,9 +216,9 @@ def sort_from_far(things: list[Drawable], view: PerspectiveView, width: int) -> 
     right, _, ahead = view.seen_from(np.stack([x, np.zeros(len(x)), z], axis=1)).T
     # `edge` is the tangent of half the field of view.
     edge = width / 2 / view.focal
-    seen = (ahead > -reach) & (np.abs(right) < edge * (ahead + reach) + 1.2 * reach)
-    apart = right * right + ahead * ahead
-    return [things[i] for i in np.argsort(-apart, kind="stable") if seen[i]]
+    may_be_visible = (ahead > -reach) & (np.abs(right) < edge * (ahead + reach) + 1.2 * reach)
+    squared_distances = right * right + ahead * ahead
+    return [things[i] for i in np.argsort(-squared_distances, kind="stable") if may_be_visible[i]]
 
 
 def windows_meet(first_window: Window, second_window: Window) -> bool:

@@ -292,7 +292,7 @@ def paint_ground_materials(random: Generator) -> Pictures:
     blots = fractal(random, _SIZE, 4, 16)
     tone = 1 + 0.11 * grain + 0.035 * blots
     asphalt = np.array([104.0, 104.0, 106.0]) * random.uniform(0.88, 1.12) * tone[..., None]
-    worn = 1 - 0.3 * np.clip(fractal(random, _SIZE, 16, 256, 0.8) - 0.7, 0, 1)
+    wear = 1 - 0.3 * np.clip(fractal(random, _SIZE, 16, 256, 0.8) - 0.7, 0, 1)
     stone = 1 + 0.06 * grain
     kerb = 150.0 * stone[..., None] * np.ones(3)
     kerb[:, :: _SIZE // 8] *= 0.7
@@ -300,7 +300,7 @@ def paint_ground_materials(random: Generator) -> Pictures:
     slabs = paving(random, _SIZE)
     slabs = slabs.mean() * 1.05 + 0.6 * (slabs - slabs.mean())
     lawn = grass(random, _SIZE)
-    return pack_pictures([asphalt, slabs, lawn, kerb, 214.0 * (worn * (1 + 0.04 * grain))[..., None]
+    return pack_pictures([asphalt, slabs, lawn, kerb, 214.0 * (wear * (1 + 0.04 * grain))[..., None]
                    * np.ones(3)])  # fmt: skip
 
 

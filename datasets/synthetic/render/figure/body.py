@@ -217,7 +217,7 @@ class _Folds:
         self._broad, self._slope = creases(random, AROUND)
 
     def __call__(self, strength: float) -> Array:
-        """Return a light gain, shape (AROUND, AROUND), for another piece of cloth at every call."""
+        """Return a light gain, shape (AROUND, AROUND), of a new piece of cloth at every call."""
         shift = tuple(self._random.integers(0, AROUND, 2))
         broad, slope = (np.roll(p, shift, axis=(0, 1)) for p in (self._broad, self._slope))
         grain = self._random.normal(0, 0.014, (AROUND, AROUND))

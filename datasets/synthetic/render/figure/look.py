@@ -54,7 +54,7 @@ class FigureLook:
     clothes: BGR  # the jacket, or bib and brace
     shirt: BGR  # the shirt below the clothes
     bib: bool  # True if the shirt's sleeves are visible
-    bulk: float  # breadth of the body, 1 is usual
+    bulk: float  # breadth of the body relative to the average
     stature: float  # [metres]
 
 

@@ -13,7 +13,7 @@ FINE = 2  # samples per pixel and axis
 NO_TRIANGLE = -1  # triangle index of a sample that no triangle covers
 UNIT = 32  # number of fixed-point steps per sample and per texel
 
-_BITS = 20  # bits of a triangle's index
+_BITS = 20  # number of bits for the index of a triangle in a key
 _NEARNESS = 1 << 21  # nearness at a distance of one metre
 
 

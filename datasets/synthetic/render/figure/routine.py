@@ -33,7 +33,7 @@ UNLIKE = 60.0  # minimum distance between consecutive machines in the image [pix
 
 WORK = 40, 75  # minimum and maximum time at a machine [frames]
 
-# minimum and maximum time at a machine that the worker faces with the back to the camera
+# time range at a machine if the worker stands with the back to the camera [frames]
 WORK_AT_WALL = 60, 75
 
 WAY = 30.0  # minimum duration of a walk between two machines [frames]
@@ -44,7 +44,7 @@ TURN = 120.0  # maximum speed at which the head turns to the next machine [degre
 # minimum and maximum duration of a glance aside, and of the return of the head [frames]
 GLANCE = 14, 24
 
-# The worker always faces all four sides: the fourth operation begins by frame 431, after three
+# In every scene, the worker faces all four sides: operation 4 begins by frame 431, after three
 # operations of at most 75 frames and three walks of at most 0.96 m.
 
 
@@ -114,8 +114,8 @@ def sample_routine(random: Generator) -> Routine:
 
 def _sample_operations(random: Generator) -> list[_Operation]:
     # The first four operations face all four sides; all of them start before the last frame.
-    others = random.permutation([AWAY, LEFT, RIGHT])
-    facings = [FRONT, *others.tolist()]
+    other_facings = random.permutation([AWAY, LEFT, RIGHT])
+    facings = [FRONT, *other_facings.tolist()]
     operations: list[_Operation] = []
     time, column = 0.0, random.uniform(*COLUMNS)
     while time < FRAMES:
@@ -234,7 +234,7 @@ def _interpolate_operations(
 
 
 def _transition(operations: list[_Operation]) -> Array:
-    """Return the progress between two machines: 0 at one, 1 half-way."""
+    """Return a value for every frame: 0 at a machine, 1 half-way between two machines."""
     time = np.arange(FRAMES, dtype=np.float64)
     total = np.zeros(FRAMES)
     for before, after in pairwise(operations):

@@ -125,9 +125,9 @@ def _align_axes(up: Array, forward: Array) -> Array:
 
 def _bend_arm(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
     """Return elbow and wrist of an arm whose wrist is as close to a point as possible."""
-    way = wrist - joint
-    length = np.sqrt((way * way).sum(axis=1, keepdims=True))
-    towards = way / length
+    reach = wrist - joint
+    length = np.sqrt((reach * reach).sum(axis=1, keepdims=True))
+    towards = reach / length
     length = np.clip(length, 0.12, 0.985 * (UPPER_ARM + FOREARM))
     along = (length * length + UPPER_ARM**2 - FOREARM**2) / (2 * length)
     off = np.sqrt(np.maximum(UPPER_ARM**2 - along * along, 0.0))
@@ -183,8 +183,10 @@ class Worker:
     def facing(self) -> Array:
         """Cosine between the head's direction and the direction to the camera, shape (n,)."""
         forward = self._bones.axes[:, HEAD, :, 2]
-        way = np.array([0.0, self._camera[3], 0.0]) - self._bones.origins[:, HEAD]
-        return np.asarray((forward * way).sum(axis=1) / np.sqrt((way * way).sum(axis=1)))
+        to_camera = np.array([0.0, self._camera[3], 0.0]) - self._bones.origins[:, HEAD]
+        return np.asarray(
+            (forward * to_camera).sum(axis=1) / np.sqrt((to_camera * to_camera).sum(axis=1))
+        )
 
     def motion(self, frame: int) -> Array:
         """Return the motion of the head around a frame, right and down [pixels/frame]."""

@@ -25,7 +25,7 @@ _SIZE = 512
 
 
 class TreeShade:
-    """Light on and above the ground: dappled below trees, or 1, which does not use `random`."""
+    """Light on and above the ground: dappled below trees, or 1 everywhere (`random` is unused)."""
 
     def __init__(self, random: Generator, light: Light) -> None:
         self.light = light
@@ -53,7 +53,7 @@ class TreeShade:
         return np.asarray(left_gain * (1 - share) + right_gain * share)
 
     def on_upright(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
-        """Return the light at heights above (x, z) [metres], from the ground that the ray meets."""
+        """Return the light at heights above (x, z) [metres], which is that where its ray lands."""
         up = np.asarray(heights, np.float64)
         return self.on_ground(np.asarray(x) + SLANT_X * up, np.asarray(z) + SLANT_Z * up)
 
@@ -78,8 +78,8 @@ class Band:
 def street_bands(random: Generator, kerb: float, end: float) -> list[Band]:
     """Return pavement up to `kerb`, a road, and pavement up to the houses at `end` [metres]."""
     stones = paving(random, SIDE)
-    worn = stones.mean(axis=(0, 1))
-    stones = (worn + 0.7 * (stones - worn)) * random.uniform(1.0, 1.2)
+    mean_stone = stones.mean(axis=(0, 1))
+    stones = (mean_stone + 0.7 * (stones - mean_stone)) * random.uniform(1.0, 1.2)
     kinds = (lambda: stones, lambda: pebbles(random, SIDE) * 0.5 + 62, lambda: _slabs(random))
     near = kinds[random.integers(3)]()
     side = float(random.uniform(2.2, 3.2))
@@ -102,7 +102,7 @@ def street_bands(random: Generator, kerb: float, end: float) -> list[Band]:
 
 
 def asphalt(random: Generator, grey: tuple[float, float, float], blots: float) -> Array:
-    """Return grainy asphalt with a mean colour `grey` (BGR) and blots of a strength."""
+    """Return grainy asphalt with the mean colour `grey` (BGR) and blots of strength `blots`."""
     tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + blots * fractal(random, SIDE, 2, 16)
     return np.array(grey) * random.uniform(0.85, 1.2) * tone[..., None]
 

@@ -163,10 +163,10 @@ class Hand:
 
 
 def animate_hand(
-    pose: HandPose, path: Array, place: ArrayLike, when: int, scale: float, side: int,
+    pose: HandPose, path: Array, place: ArrayLike, centred_frame: int, scale: float, side: int,
     skin: ArrayLike, cloth: ArrayLike,
 ) -> Hand:  # fmt: skip
-    """Return a hand on its path, with the centre of its box at `place` in the frame `when`.
+    """Return a hand on its path, with the centre of its box at `place` in `centred_frame`.
 
     `path`, shape (n, 2), and `place` are in pixels, `scale` in pixels/centimetre. `side` is 1 for a
     right hand and -1 for a left hand. `skin` and `cloth` are BGR in [0, 255].
@@ -186,8 +186,8 @@ def animate_hand(
     palm = len(bones)
     edge = CUFF * scale * down
     boxes = _boxes(cones[:, :palm], edge, WRIST * scale * np.abs(down[:, 0]))
-    middle = boxes[when, :2] + boxes[when, 2:] / 2
-    shift = quantised(path - path[when] + np.asarray(place, np.float64) - middle)
+    middle = boxes[centred_frame, :2] + boxes[centred_frame, 2:] / 2
+    shift = quantised(path - path[centred_frame] + np.asarray(place, np.float64) - middle)
     cones[..., :BLUE] = quantised(cones[..., :BLUE])
     for end in (0, 4):
         cones[..., end : end + 2] += shift[:, None]
@@ -343,11 +343,11 @@ class HandScene(SyntheticScene):
         """Return `moments` and `frames` of `setting.paint` for a frame."""
         around = max(frame - 1, 0), min(frame + 1, FRAMES - 1)
         moments = ((np.arange(setting.FINE) + 0.5) / setting.FINE - 0.5) * EXPOSURE
-        both = []
+        interpolated = []
         for values in (self.hand.cones, self.hand.frames):
             rate = (values[around[1]] - values[around[0]]) / (around[1] - around[0])
-            both.append(values[frame] + moments[:, None, None] * rate)
-        return both[0], both[1]
+            interpolated.append(values[frame] + moments[:, None, None] * rate)
+        return interpolated[0], interpolated[1]
 
     @cached_property
     def _room(self) -> Image:
@@ -362,7 +362,7 @@ class HandScene(SyntheticScene):
 
     @cached_property
     def _sway(self) -> Array:
-        """Centre of the face in every frame [pixels]; the ground truth uses the frame `CENTRED`."""
+        """Centre of the face in every frame [pixels]; `_face_position` in frame `CENTRED`."""
         random = part_generator(self._seed, "wang2010/hand sway")
         sway = [random_wander(random, FRAMES, (2.0, 6.0), SWAY) for _ in range(2)]
         middle, _ = _face_position(self._seed)

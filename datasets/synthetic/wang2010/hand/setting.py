@@ -32,9 +32,9 @@ The first eight are x (right), y (down), z (towards the camera) and radius of bo
 BLUE, CREASE, MATERIAL, FLAT = 8, 11, 12, 13
 """Indices of further columns of a cone.
 
-`BLUE` is the first of three for the colour, BGR in [0, 255]. `CREASE` is the darkness of the crease
-at the first end. `MATERIAL` is `SKIN` or `CLOTH`; adjacent cones of one material merge. `FLAT` is 1
-if the second end is flat.
+`BLUE` is the first of three columns with the colour, BGR in [0, 255]. `CREASE` is the darkness of
+the crease at the first end. `MATERIAL` is `SKIN` or `CLOTH`; adjacent cones of one material merge.
+`FLAT` is 1 if the second end is flat.
 """
 
 SKIN, CLOTH = 0, 1

@@ -12,7 +12,7 @@ BOX = (30, 20, 20, 16)
 SWAPPED = blocks([(BOX, RED, BLUE), (BOX, RED, BLUE), (BOX, BLUE, RED), (BOX, BLUE, RED)])
 
 
-def test_model_auc_is_zero_where_target_and_ring_swap_colours():
+def test_model_auc_is_zero_if_target_and_ring_swap_colours():
     assert criteria.model_auc(SWAPPED, frame=1, age=1) == 1
     assert criteria.model_auc(SWAPPED, frame=2, age=1) == 0
     assert criteria.model_auc(SWAPPED, frame=2, age=0) == 1

@@ -27,7 +27,7 @@ def test_area_ratio_is_of_the_largest_and_smallest_box():
     assert criteria.area_ratio(scene) == pytest.approx(5)
 
 
-def test_background_is_what_the_first_mask_leaves_of_the_box():
+def test_background_is_the_unmasked_share_of_the_first_box():
     mask = np.zeros((40, 40), bool)
     mask[10:20, 10:15] = True
     scene = blank([[10, 10, 10, 10]], masks=[mask])

@@ -23,7 +23,7 @@ def test_truth_returns_to_the_middle_and_stays_in_bounds():
 
 
 def test_filters_have_the_posterior_of_a_grid():
-    """One frame: p₁ ∝ prior · exp(-|c - z|/λ), and the same factor again in π₂, as printed."""
+    """Check a frame: p₁ ∝ prior · exp(-|c - z|/λ), and the same factor again in π₂, as printed."""
     setting = Setting(0.2, (0.05, 0.05), (0.2, 0.2), (0.05, 0.05))
     observed, start = np.array([0.15, 0.65]), np.array([0.1, 0.6])
     grid = np.linspace(-1, 2, 20_001)

@@ -28,7 +28,7 @@ def judged(dips=(), jump=(), patch=(), failure=""):
     return judged_runs.judged("moreno2005", boxes, boxes, run=run, attributes=attributes)
 
 
-def test_kept_is_read_off_the_similarity():
+def test_kept_depends_on_the_similarity():
     assert value("kept", judged()) == 1
     assert value("kept", judged(range(5, 9))) == 1
     assert value("kept", judged(range(5, 10))) == 0

@@ -47,14 +47,14 @@ def test_events_do_not_depend_on_boxes_in_equal_steps(events):
         ({"longest_occlusion": 67}, [(10, 17, None), (20, 87, None)]),
     ],
 )
-def test_event_after_one_open_at_the_end_is_read_off_boxes(parameters, events):
+def test_occlusion_after_an_open_one_is_inferred_from_boxes(parameters, events):
     first, second = events
     run = build_run(first, **parameters)
     run.revised[second[0] - 2 :] = build_run(second).revised[second[0] - 2 :]
     assert declared_in(run) == [Declared(*event) for event in events]
 
 
-def test_events_without_a_frame_to_report_are_read_off_boxes():
+def test_unreported_occlusions_are_inferred_from_boxes():
     events = [(80, 91, 119), (95, 106, 119), (107, 112, 119)]
     run = build_run(*events)
     for beginning, end, _ in events[1:]:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from shapely import affinity
 from shapely.geometry import Point, Polygon
 
-from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of, unless_sealed
+from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of, slow_if_unchanged
 from trackmark.datasets.synthetic.moreno2005.book import (
     Bending,
     BookSetting,
@@ -23,7 +23,7 @@ from trackmark.datasets.synthetic.moreno2005.octopus import FLOOR_KINDS, OWN, SK
 from trackmark.datasets.synthetic.moreno2005.octopus import sample_plan as sample_octopus_plan
 from trackmark.datasets.synthetic.render.triangles import grid_triangles
 
-pytestmark = unless_sealed(
+pytestmark = slow_if_unchanged(
     "moreno2005/book", "moreno2005/ellipse", "moreno2005/leaf", "moreno2005/octopus"
 )
 
@@ -336,7 +336,7 @@ def test_octopus_outline_changes_are_nearly_affine(seed):
 
 @settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
-def test_octopus_starts_with_own_look_and_changes_twice(seed):
+def test_octopus_starts_with_own_texture_and_changes_twice(seed):
     plan = sample_octopus_plan(seed)
     looks = [plan.texture_change(frame) for frame in range(FRAMES)]
     assert looks[0] == (OWN, 0, 0.0)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.datasets.synthetic.scenes import SEEDS, unless_sealed
+from tests.datasets.synthetic.scenes import SEEDS, slow_if_unchanged
 from trackmark import datasets
 from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
@@ -20,7 +20,7 @@ from trackmark.datasets.synthetic.render.views import (
     walk_through_points,
 )
 
-pytestmark = unless_sealed("multipart/1", "stress/twin")
+pytestmark = slow_if_unchanged("multipart/1", "stress/twin")
 
 
 @pytest.fixture(scope="module", params=["1", "2", "5", "8"])
@@ -42,12 +42,12 @@ def test_boxes_and_full_regions_have_body_proportions(sequence):
     np.testing.assert_allclose(sequence.regions["full"], full.T, atol=1e-9)
 
 
-def test_places_follow_the_pinhole_model(sequence):
+def test_positions_follow_the_pinhole_model(sequence):
     plan = sequence.frames.plan
     for frame in (0, len(plan) // 3, len(plan) - 1):
         camera = plan.views[frame]
         for person, place in zip(plan.people, plan.places[:, frame], strict=True):
-            x, z = person.course.x[frame], person.course.z[frame]
+            x, z = person.path.x[frame], person.path.z[frame]
             column = 320 + camera.shift_x + 700 * (x - camera.x) / z
             row = camera.horizon + camera.shift_y + 700 * camera.eye / z
             assert place == pytest.approx([column, row, 700 * person.stature / z], abs=1 / 64)
@@ -199,45 +199,45 @@ FOLLOWED = [design for design in DESIGNS.values() if design.follows]
 FIXED = [design for design in DESIGNS.values() if not design.follows]
 
 
-def columns(seen, course):
+def columns(seen, path):
     """Return the image column of a walker's axis in every frame."""
-    return np.array([seen[t].column(course.x[t], course.z[t]) for t in range(len(course.x))])
+    return np.array([seen[t].column(path.x[t], path.z[t]) for t in range(len(path.x))])
 
 
 def test_straight_path_has_matching_speed_gait_and_heading():
-    course = straight_path(100, 40, (2.0, 8.0), (-1.3, 0.0), 0.25)
-    assert (course.x[40], course.z[40]) == (2.0, 8.0)
-    assert np.diff(course.x) * FRAMES_PER_SECOND == pytest.approx(-1.3)
-    assert np.abs(course.heading) == pytest.approx(np.pi, abs=0.02)
-    assert course.stride == pytest.approx(1)
-    assert course.phase[0] == pytest.approx(0.25, abs=0.01)
-    assert np.diff(course.phase).mean() * FRAMES_PER_SECOND == pytest.approx(1.3 / 1.42, rel=0.01)
+    path = straight_path(100, 40, (2.0, 8.0), (-1.3, 0.0), 0.25)
+    assert (path.x[40], path.z[40]) == (2.0, 8.0)
+    assert np.diff(path.x) * FRAMES_PER_SECOND == pytest.approx(-1.3)
+    assert np.abs(path.heading) == pytest.approx(np.pi, abs=0.02)
+    assert path.stride == pytest.approx(1)
+    assert path.phase[0] == pytest.approx(0.25, abs=0.01)
+    assert np.diff(path.phase).mean() * FRAMES_PER_SECOND == pytest.approx(1.3 / 1.42, rel=0.01)
 
 
 @pytest.mark.parametrize(
     ("goal", "heading"), [((9, 5), 0), ((0, -9), np.pi / 2), ((0, 19), -np.pi / 2)]
 )
 def test_heading_points_to_the_camera_for_falling_depth(goal, heading):
-    course = walk_through_points(40, (0.0, 5.0), iter([goal]), 1.2, 0.0)
-    assert course.heading == pytest.approx(heading, abs=0.02)
+    path = walk_through_points(40, (0.0, 5.0), iter([goal]), 1.2, 0.0)
+    assert path.heading == pytest.approx(heading, abs=0.02)
 
 
 @settings(max_examples=12, deadline=None)
 @given(seed=SEEDS, design=st.sampled_from(FOLLOWED))
 def test_followed_target_stays_in_view_and_depth_range(seed, design):
     random = np.random.default_rng(seed)
-    course = routes.sample_followed_path(random, design)
-    seen = views.sample_following_views(random, course)
-    assert len(course.x) == design.length
-    assert (course.z > design.depths[0] - 0.6).all()
-    assert (course.z < design.depths[1] + 0.6).all()
-    place = columns(seen, course)
+    path = routes.sample_followed_path(random, design)
+    seen = views.sample_following_views(random, path)
+    assert len(path.x) == design.length
+    assert (path.z > design.depths[0] - 0.6).all()
+    assert (path.z < design.depths[1] + 0.6).all()
+    place = columns(seen, path)
     assert (place > 110).all()
     assert (place < 530).all()
     assert place.std() > 25  # not always in the middle
     assert np.abs(np.diff(seen.x)).max() < 0.16
     assert np.abs(np.diff(seen.shift_x)).max() > 3  # quick turns
-    assert np.ptp(course.heading) > np.pi / 2
+    assert np.ptp(path.heading) > np.pi / 2
 
 
 @settings(max_examples=15, deadline=None)
@@ -252,12 +252,12 @@ def test_followed_target_changes_size_by_a_third(seed, number):
 def test_target_of_fixed_camera_stays_completely_in_view(seed, design):
     random = np.random.default_rng(seed)
     seen = views.sample_fixed_views(random, design.length)
-    course = routes.sample_path_in_view(random, design, seen)
-    place = columns(seen, course)
+    path = routes.sample_path_in_view(random, design, seen)
+    place = columns(seen, path)
     assert (place > 20).all()
     assert (place < 620).all()
     assert np.ptp(place) > 150
-    assert seen.still.row(0.0, course.z).max() < 480
+    assert seen.still.row(0.0, path.z).max() < 480
     assert seen[0] == seen[design.length - 1] == seen.still
 
 
@@ -268,13 +268,13 @@ def test_path_before_target_occludes_at_the_requested_time(seed, design):
     seen = views.sample_fixed_views(random, design.length)
     target = routes.sample_path_in_view(random, design, seen)
     when = design.length * 0.5
-    course = routes.sample_path_before_target(random, seen, target, [], when)
-    crossing = np.abs(columns(seen, course) - columns(seen, target))
+    path = routes.sample_path_before_target(random, seen, target, [], when)
+    crossing = np.abs(columns(seen, path) - columns(seen, target))
     first = int(when - 0.05 * design.length) - 1
     last = int(when + 0.05 * design.length) + 2
     near = np.arange(first, last)[crossing[first:last].argmin()]
     assert crossing[near] < 5
-    assert course.z[near] < target.z[near] - 0.6
+    assert path.z[near] < target.z[near] - 0.6
 
 
 @settings(max_examples=10, deadline=None)
@@ -298,10 +298,10 @@ def test_overtaking_path_keeps_distance_and_passes_once(seed):
     random = np.random.default_rng(seed)
     seen = views.sample_fixed_views(random, 300)
     target = routes.sample_path_in_view(random, DESIGNS["5"], seen)
-    course = routes.sample_overtaking_path(random, seen, target, [], 150, 0.9)
-    apart = np.hypot(course.x - target.x, course.z - target.z)
+    path = routes.sample_overtaking_path(random, seen, target, [], 150, 0.9)
+    apart = np.hypot(path.x - target.x, path.z - target.z)
     assert apart.min() > routes.ELBOW_ROOM
-    near = np.flatnonzero(np.abs(course.x - target.x) < 1.5)
+    near = np.flatnonzero(np.abs(path.x - target.x) < 1.5)
     assert 50 < len(near) < 120
 
 
@@ -311,11 +311,11 @@ def test_crossing_path_passes_before_the_target_in_time(seed):
     random = np.random.default_rng(seed)
     seen = views.sample_fixed_views(random, 377)
     target = routes.sample_path_in_view(random, DESIGNS["7"], seen)
-    course = routes.sample_crossing_path(random, seen, target, [], (0.87, 0.9))
-    apart = np.abs(columns(seen, course) - columns(seen, target))[300:]
+    path = routes.sample_crossing_path(random, seen, target, [], (0.87, 0.9))
+    apart = np.abs(columns(seen, path) - columns(seen, target))[300:]
     nearest = 300 + int(apart.argmin())
     assert 0.86 * 377 < nearest < 0.91 * 377
-    assert course.z[nearest] < target.z[nearest] - 0.4
+    assert path.z[nearest] < target.z[nearest] - 0.4
 
 
 @given(seed=SEEDS)

@@ -10,7 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.datasets.synthetic.scenes import SEEDS, grown, mask_edges, runs, scenes_of, unless_sealed
+from tests.datasets.synthetic.scenes import (
+    SEEDS,
+    grown,
+    mask_edges,
+    runs,
+    scenes_of,
+    slow_if_unchanged,
+)
 from trackmark.datasets.synthetic.nguyen2002.film.objects import OCCLUDERS
 from trackmark.datasets.synthetic.nguyen2002.film.scene import (
     CLIPS,
@@ -35,7 +42,7 @@ from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
 from trackmark.datasets.synthetic.render.solids import NOTHING
 
-pytestmark = unless_sealed("nguyen2002/clip-01", "nguyen2002/lights")
+pytestmark = slow_if_unchanged("nguyen2002/clip-01", "nguyen2002/lights")
 
 
 NUMBERS = st.integers(1, CLIPS)
@@ -170,7 +177,7 @@ LIGHT_SEEDS = [0, pytest.param(1, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("seed", LIGHT_SEEDS)
-def test_three_complete_occlusions_apart_from_lamp_changes(seed):
+def test_lights_occlusions_are_complete_and_far_from_switching(seed):
     truth = open_lights(seed).truth()
     hidden = runs(truth.attributes["occluded"])
     ((off, on),) = runs(truth.attributes["lamp off"])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.datasets.synthetic.scenes import SEEDS, runs, unless_sealed
+from tests.datasets.synthetic.scenes import SEEDS, runs, slow_if_unchanged
 from trackmark import datasets
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.plan import Person, body_boxes
@@ -28,7 +28,7 @@ from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.figure.routine import FRAMES_PER_SECOND, GLANCE, TURN
 from trackmark.datasets.synthetic.render.views import sample_fixed_views, straight_path
 
-pytestmark = unless_sealed(
+pytestmark = slow_if_unchanged(
     "nummiaro2003/head",
     "nummiaro2003/person",
     "nummiaro2003/students",
@@ -62,7 +62,7 @@ def test_ellipse_in_the_head_box_fits_the_head(seed):
 
 
 def test_turned_away_marks_frames_without_visible_face(head):
-    """Paint on the front of the head is invisible exactly in the marked frames."""
+    """Check that paint on the front of the head is invisible exactly in the marked frames."""
     worker = head.frames.worker
     face = slice(66, 92)  # rows of the atlas from the eyes down to the mouth
     atlas = worker._atlas.copy()
@@ -149,18 +149,18 @@ def test_students_occlusions_follow_the_paper_in_many_scenes():
 @given(seed=SEEDS)
 def test_people_avoid_cars_trees_and_each_other(seed):
     plan = planned(person, SceneParameters, scene=seed)
-    courses = [walker.course for walker in plan.people]
+    paths = [walker.path for walker in plan.people]
     for car in (prop for prop in plan.posts if prop.z < person.DOORSTEP):
-        for course in courses:
-            beside = np.abs(course.x - car.x) > 2.3
-            assert (beside | (np.abs(course.z - car.z) > 1.0)).all()
-    for number, course in enumerate(courses):
-        for other in courses[:number]:
-            assert np.hypot(course.x - other.x, course.z - other.z).min() > 0.45
+        for path in paths:
+            beside = np.abs(path.x - car.x) > 2.3
+            assert (beside | (np.abs(path.z - car.z) > 1.0)).all()
+    for number, path in enumerate(paths):
+        for other in paths[:number]:
+            assert np.hypot(path.x - other.x, path.z - other.z).min() > 0.45
     plan = planned(students, SceneParameters, scene=seed)
     tree = plan.posts[0]
     for walker in plan.people:
-        assert np.hypot(walker.course.x - tree.x, walker.course.z - tree.z).min() > 0.9
+        assert np.hypot(walker.path.x - tree.x, walker.path.z - tree.z).min() > 0.9
 
 
 @settings(max_examples=4, deadline=None)
@@ -243,18 +243,18 @@ def test_no_other_car_has_the_targets_paint(seed, name):
 @given(seed=SEEDS, name=st.sampled_from(DRIVING))
 def test_cars_do_not_drive_through_one_another(seed, name):
     plan = PLANS[name](seed)
-    course = plan.cars[0][1]
+    path = plan.cars[0][1]
     for _, other in plan.cars[1:]:
-        assert np.hypot(course.x - other.x, course.z - other.z).min() > 2.6
+        assert np.hypot(path.x - other.x, path.z - other.z).min() > 2.6
     for parked in plan.layout.parked:
-        assert np.hypot(course.x - parked.x, course.z - parked.z).min() > 2.2
+        assert np.hypot(path.x - parked.x, path.z - parked.z).min() > 2.2
 
 
 angles = st.floats(-3.1, 3.1)
 
 
 def projected(view, point):
-    """Return column, row and depth, from one rotation after the other."""
+    """Return column, row and depth of a point, computed by separate yaw and pitch rotations."""
     x, y, z = np.subtract(point, view.place)
     across = x * math.cos(view.yaw) - z * math.sin(view.yaw)
     ahead = x * math.sin(view.yaw) + z * math.cos(view.yaw)

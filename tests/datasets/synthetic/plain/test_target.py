@@ -193,7 +193,7 @@ def test_mask_edges_are_unbiased(target):
 
 @pytest.mark.parametrize("frame", [0, 119])
 def test_vivid_target_pixels_agree_with_box_and_mask(target, frame):
-    """An orange and blue target on grey stones can be segmented from the image alone."""
+    """Segment an orange and blue target on grey stones from the image alone."""
     sequence = target(scene=2, scale=2.5, noise=0)
     image, mask = sequence[frame].astype(int), sequence.mask(frame)
     vivid = image.max(axis=2) - image.min(axis=2) > 0.45 * (image.max(axis=2) + 10)
@@ -224,7 +224,7 @@ def test_boxes_are_nan_for_the_requested_absence(parameters):
         assert (hidden == truth.attributes["occlusion"]).all()
 
 
-def test_visibility_in_closed_form_at_the_edge_of_the_view():
+def test_visibility_at_the_image_border_equals_closed_form():
     """Compare an ellipse cut by a straight edge with the segment's area."""
     motion = TargetMotion(TargetParameters(scene=1, absence=20, length=120))  # leaves below
     truth = target_truth(motion)

@@ -11,14 +11,14 @@ from tests.datasets.synthetic.scenes import (
     grown,
     mask_edges,
     scenes_of,
-    unless_sealed,
+    slow_if_unchanged,
 )
 from trackmark import datasets
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.wang2010 import table_tennis
 from trackmark.datasets.synthetic.wang2010.table_tennis import Play
 
-pytestmark = unless_sealed("wang2010/cup", "wang2010/hand", "wang2010/table-tennis")
+pytestmark = slow_if_unchanged("wang2010/cup", "wang2010/hand", "wang2010/table-tennis")
 
 
 open_cup, _ = scenes_of("wang2010/cup")
@@ -27,7 +27,7 @@ EVENT = 35
 """Frame 36 of the paper."""
 
 MORE, SLOW = range(1, 8), pytest.mark.slow
-"""Other scenes; each takes seconds."""
+"""Seeds of further scenes, and the mark for their tests: each scene takes seconds."""
 
 
 def shrunk(mask, pixels):

@@ -1,0 +1,60 @@
+"""Serve a tracker over TraX, so that vot-toolkit can run it."""
+
+import os
+import secrets
+import sys
+import traceback
+from dataclasses import dataclass
+from itertools import count
+
+import click
+
+from trackmark.bench.commands import EXIT_NEGATIVE
+from trackmark.bench.commands._options import Command, argument, option, with_options
+from trackmark.bench.commands._progress import print_message
+
+
+@dataclass(frozen=True, kw_only=True)
+class TraxOptions:
+    """Options of the command."""
+
+    name: str = argument(metavar="TRACKER")
+    seed: int | None = option(
+        "Seed of the first initialisation; each later one adds 1.  [default: random]", minimum=0
+    )
+
+
+@click.command("trax", cls=Command)
+@with_options(TraxOptions)
+def command(options: TraxOptions) -> int:
+    """Serve a tracker over TraX, so that vot-toolkit can run it.
+
+    TRACKER is a specification as in `trackmark run --trackers`. The command exchanges messages of
+    TraX on standard input and output; the tracker's own output goes to standard error. Use it as
+    `command` in the file trackers.ini of vot-toolkit, with `protocol = trax`.
+
+    For example:
+      trackmark trax camshift
+      trackmark trax particle-filter:particles=500 --seed 1
+
+    Exit codes: 0 the client ended the session; 1 the tracker failed; 2 invalid usage or input.
+    """
+    answers = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)  # messages do not mix with what the tracker or a library prints
+    import numpy as np
+
+    from trackmark.bench.experiments.tracker_files import resolve_trackers
+    from trackmark.bench.external.trax_server import serve
+
+    spec = resolve_trackers([options.name])[options.name]
+    # Repetitions of vot-toolkit start this command again and must differ.
+    first = secrets.randbits(32) if options.seed is None else options.seed
+    if spec.randomness != "none":
+        print_message(f"trackmark: seed {first}")
+    seeds = map(np.random.SeedSequence, count(first))
+    try:
+        serve(lambda: spec.make(next(seeds)), spec.label, sys.stdin.buffer, answers)
+    except Exception:  # noqa: BLE001  # a tracker can raise anything
+        traceback.print_exc()
+        return EXIT_NEGATIVE
+    return 0

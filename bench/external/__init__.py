@@ -1,0 +1,1 @@
+"""Trackers that run in processes of their own: other Python environments, other languages."""

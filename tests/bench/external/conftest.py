@@ -1,0 +1,56 @@
+"""Interpreters without trackmark, and tracker files for them."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trackmark.bench.external.python import close_idle_processes
+
+FILE = Path(__file__).with_name("plain_tracker.py")
+_PROBE = """
+import sys
+import numpy
+try:
+    import trackmark
+except ImportError:
+    print(sys.version_info[:3])
+"""
+
+
+@pytest.fixture(scope="session")
+def environment(tmp_path_factory):
+    """Return a virtual environment with NumPy and without trackmark."""
+    folder = tmp_path_factory.mktemp("environments") / "plain"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
+    (packages,) = folder.glob("lib/python*/site-packages")
+    site = Path(np.__file__).parents[1]
+    for name in ("numpy", "numpy.libs"):
+        if (site / name).exists():
+            (packages / name).symlink_to(site / name)
+    assert _version(folder / "bin" / "python") == str(sys.version_info[:3])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def other_python():
+    """Return an interpreter of another version with NumPy and without trackmark."""
+    pattern = "bin/python3.*[0-9]"
+    folders = [*Path.home().glob(f".pyenv/versions/*/{pattern}"), *Path("/usr").glob(pattern)]
+    for python in folders:
+        if _version(python) not in ("", str(sys.version_info[:3])):
+            return python
+    pytest.skip("no Python of another version with NumPy; install NumPy in one of them")
+
+
+def _version(python):
+    done = subprocess.run([python, "-I", "-c", _PROBE], capture_output=True, text=True, check=False)
+    return done.stdout.strip()
+
+
+@pytest.fixture(autouse=True)
+def _no_processes_afterwards():
+    yield
+    close_idle_processes()

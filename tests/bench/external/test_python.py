@@ -1,0 +1,261 @@
+"""Trackers of Python files in another interpreter."""
+
+import ast
+import os
+import re
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.bench.external.conftest import FILE
+from trackmark import bench, datasets
+from trackmark.bench.engine.dask import with_absolute_paths
+from trackmark.bench.engine.pool import Pool
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.tracker_files import describe_tracker, resolve_trackers
+from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
+from trackmark.bench.external import process
+from trackmark.bench.external.python import WORKER
+from trackmark.trackers import Randomness, TrackerError, static
+
+FAILURES = {
+    "raise": r"the process raised ValueError: broken\. .*last words.*, in misbehave",
+    "exit": r"the process ended with status 7\..*last words",
+    "sys.exit": r"the process ended with status 3\.",
+    "signal": r"the process ended by signal 11 .*last words.*in misbehave",
+    "nan": r"the box \[nan, 1\.0, 2\.0, 3\.0\] is invalid",
+    "garbage": r"the box .*nonsense.* Expected: four numbers",
+    "hang": r"the process did not answer in 60 s\..*last words.*waiting",
+    "slow start": r"the process did not answer in 300 s\..*waiting",
+}
+
+
+@pytest.fixture
+def noise(tmp_path, otb):
+    """Return a sequence of 8 frames."""
+    return datasets.load(str(otb(tmp_path / "Noise", 8)))
+
+
+@pytest.fixture(autouse=True)
+def clock_of_hangs(tmp_path, monkeypatch):
+    """Let time pass only while a tracker hangs, however busy the machine is."""
+    marker = tmp_path / "hangs"
+    monkeypatch.setenv("HANGS", str(marker))
+    seconds = 0.0
+
+    def monotonic():
+        nonlocal seconds
+        seconds += 100 * marker.exists()
+        return seconds
+
+    monkeypatch.setattr(process, "monotonic", monotonic)
+
+
+def content(run):
+    segmentation = run.segmentation and run.segmentation.region_similarity.tobytes()
+    revised = None if run.revised is None else run.revised.tobytes()
+    details = {name: values.tobytes() for name, values in run.details.items()}
+    rows = run.boxes.tobytes(), run.visible.tobytes(), run.confidence.tobytes()
+    return run.failure, rows, details, revised, segmentation
+
+
+def living_workers():
+    """Return the command lines of worker processes that this process has started."""
+    lines = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            line = (folder / "cmdline").read_bytes().decode()
+            marked = os.environ["HANGS"].encode() in (folder / "environ").read_bytes()
+        except OSError:
+            continue
+        lines += [line] if marked and str(WORKER) in line else []
+    return lines
+
+
+@pytest.mark.parametrize("mode", ["calm", "rich", "flood"])
+def test_boxes_equal_those_in_process(environment, noise, mode):
+    texts = [f"{FILE}:mode={mode}", f"{FILE}:python={environment}:mode={mode}"]
+    in_process, external = (bench.evaluate(text, noise, repetition=3) for text in texts)
+    assert not in_process.failure
+    assert content(external) == content(in_process)
+    assert external.identity.tracker == in_process.identity.tracker
+
+
+def test_other_version_gives_equal_boxes(other_python, noise):
+    external = bench.evaluate(f"{FILE}:python={other_python}", noise)
+    assert content(external) == content(bench.evaluate(str(FILE), noise))
+
+
+def test_each_segment_has_a_new_tracker(environment, noise):
+    texts = [str(FILE), f"{FILE}:python={environment}"]
+    in_process, external = (bench.evaluate(text, noise, protocol="tre:starts=3") for text in texts)
+    assert content(external) == content(in_process)
+    assert len(living_workers()) == 1  # reused
+
+
+@pytest.mark.parametrize("mode", FAILURES)
+def test_failure_names_command_and_last_output(environment, noise, mode):
+    run = bench.evaluate(f"{FILE}:python={environment}:mode={mode}", noise)
+    reason, _, trace = run.failure.partition("\n")
+    text = " ".join(trace.split())
+    assert np.isfinite(run.boxes[:, 0]).sum() == (1 if mode == "slow start" else 3), reason
+    assert re.search(FAILURES[mode], text), text
+    assert mode in ("nan", "garbage") or f"{environment}/bin/python" in reason
+
+
+def test_worker_process_contains_failures(environment, noise, tmp_path):
+    """Failures cost their own runs; no process remains."""
+    modes = ["calm", "raise", "exit", "signal", "flood", "calm"]
+    texts = [f"{FILE}:python={environment}:mode={mode}" for mode in modes]
+    specs = resolve_trackers(texts)
+    assert living_workers() == []
+    source = SequenceSource(str(tmp_path / "Noise"))
+    units = []
+    for text in texts:
+        version = run_identity(specs[text], noise, 0).version
+        seconds = specs[text].call_seconds
+        entries = (Entry(text, 0, version),)
+        units.append(Unit(source, entries, "accuracy", 8, owner=text, call_seconds=seconds))
+    with closing(Pool(Limits())) as pool:
+        runs = [outcome.runs[0] for _, outcome in pool.perform(units)]
+    assert living_workers() == []
+    failed = [(run.identity.parameters["mode"], bool(run.failure)) for run in runs]
+    harmful = {"raise", "exit", "signal"}
+    assert failed == [(mode, mode in harmful) for mode in modes]
+    assert content(runs[0]) == content(bench.evaluate(texts[0], noise))
+
+
+def test_times_are_those_of_the_worker(environment, tmp_path, noise):
+    file = tmp_path / "sleeper.py"
+    file.write_text(
+        "import time\n"
+        "class Sleeper:\n"
+        "    def init(self, image, box): self.box = box\n"
+        "    def update(self, image):\n"
+        "        until = time.process_time() + 0.02\n"
+        "        while time.process_time() < until: pass\n"
+        "        return self.box\n"
+    )
+    run = bench.evaluate(f"{file}:python={environment}", noise)
+    assert run.circumstances["update_seconds"] >= 0.02  # CPU time of another process
+    assert run.circumstances["seconds"] >= 7 * 0.02
+    assert "times_include_transfer" not in run.circumstances
+
+
+def test_seed_reaches_arguments_and_global_generators(environment, tmp_path, noise):
+    file = tmp_path / "drawing.py"
+    file.write_text(
+        "import random\nimport numpy as np\n"
+        "class Drawing:\n"
+        "    def __init__(self, rng): self.rng = rng\n"
+        "    def init(self, image, box): pass\n"
+        "    def update(self, image):\n"
+        "        return [self.rng.random(), np.random.rand(), random.random(), 1]\n"
+    )
+    text = f"{file}:python={environment}"
+    assert parse_tracker(text).randomness is Randomness.GENERATOR
+    first, again, other = (bench.evaluate(text, noise, repetition=n) for n in (0, 0, 1))
+    assert content(first) == content(again)
+    assert (first.boxes[1:, :3] != other.boxes[1:, :3]).all()
+
+
+def test_version_depends_on_source_and_libraries(environment, tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(FILE.read_text())
+    text = f"{file}:python={environment}"
+    version = parse_tracker(text).version
+    assert version["libraries"].keys() == {"python", "numpy"}
+    file.write_text("# comment\n" + FILE.read_text())
+    assert parse_tracker(text).version == version
+    file.write_text(FILE.read_text().replace("/ 1000", "/ 2000"))
+    assert parse_tracker(text).version["source"] != version["source"]
+    assert parse_tracker(text).version["libraries"] == version["libraries"]
+
+
+def test_description_lists_parameters(environment):
+    description = describe_tracker(f"{FILE}:python={environment}")
+    assert description["name"] == "plain_tracker.py:Drift"
+    assert [entry["name"] for entry in description["parameters"]] == ["step", "mode"]
+    assert description["randomness"] == "generator"
+    with pytest.raises(TrackerError, match=r"parameter of plain_tracker.py:Drift 'stop'"):
+        parse_tracker(f"{FILE}:python={environment}:stop=1")
+
+
+def test_plugin_runs_where_trackmark_is_installed(noise):
+    external = bench.evaluate(f"{static.__file__}:python={sys.executable}:as=still", noise)
+    assert content(external) == content(bench.evaluate("static", noise))
+
+
+ERRORS = {
+    ":python=no/such/python": r"no/such/python .*worker.py .*cannot be started: .*No such file",
+    ":python=/bin/false": r"ended with status 1",
+    ":Missing:python={0}": r"raised AttributeError: module .* has no attribute 'Missing'",
+    ":python={0}:start_timeout=0": r"start_timeout='0': Input should be greater than 0",
+}
+
+
+@pytest.mark.parametrize("rest", ERRORS)
+def test_invalid_tracker_is_an_error_before_any_run(environment, rest):
+    with pytest.raises(TrackerError, match=ERRORS[rest]):
+        resolve_trackers([f"{FILE}{rest}".format(environment)])
+
+
+def test_missing_library_is_named_with_the_command(environment, tmp_path):
+    file = tmp_path / "needy.py"
+    file.write_text("import no_such_library\n")
+    with pytest.raises(TrackerError, match=r"python -X.*needy.py: .*No module named 'no_such_lib"):
+        resolve_trackers([f"{file}:python={environment}"])
+
+
+TABLE = """
+[mine]
+file = "plain_tracker.py:Drift"
+python = "env"
+parameters = { step = 2.0 }
+environment = { OMP_NUM_THREADS = "3" }
+frame_timeout = 7
+version = "1.2"
+"""
+
+
+def test_table_of_a_file_defines_a_tracker(environment, tmp_path, noise, monkeypatch):
+    """Relative paths refer to the folder of the file; the table's name is the tracker's."""
+    file = tmp_path / "trackers.toml"
+    file.write_text(TABLE)
+    (tmp_path / "plain_tracker.py").write_text(FILE.read_text())
+    (tmp_path / "env").symlink_to(environment)
+    spec = parse_tracker(f"{file}:mine")
+    assert (spec.label, spec.parameters["step"]) == ("mine:step=2", 2.0)
+    assert spec.version["source"] == "1.2"
+    assert parse_tracker(f"{file}:mine:step=3").label == "mine:step=3"
+    monkeypatch.chdir(tmp_path)
+    assert not bench.evaluate("trackers.toml:mine", noise).failure
+    unit = Unit(SequenceSource("Noise"), (Entry("trackers.toml:mine:step=3", 0, ""),), "", 8)
+    (entry,) = with_absolute_paths(unit).entries
+    assert entry.tracker == f"{file}:mine:step=3"
+
+
+TABLE_ERRORS = {
+    "[other]": r"unknown tracker of .*trackers.toml 'mine'\. .*Known: other",
+    "[mine]\nfiles = 'a.py'": r"unknown key of .*trackers.toml:mine 'files'\. Did you mean 'file'",
+    "[mine]\npython = 'p'": r"trackers.toml:mine: the key 'file' is missing",
+    "[mine]\nfile = 'a.py'\nframe_timeout = 'x'": r"mine: frame_timeout='x': .*valid number",
+    "mine = 1": r"mine is a value\. Expected: a table \[mine\]",
+    "[mine": r"trackers.toml: Expected",
+}
+
+
+@pytest.mark.parametrize("content", TABLE_ERRORS)
+def test_invalid_table_names_file_and_key(tmp_path, content):
+    file = tmp_path / "trackers.toml"
+    file.write_text(content)
+    with pytest.raises(TrackerError, match=TABLE_ERRORS[content]):
+        parse_tracker(f"{file}:mine")
+
+
+def test_worker_has_syntax_of_python_3_6():
+    ast.parse(WORKER.read_text("utf-8"), feature_version=(3, 6))

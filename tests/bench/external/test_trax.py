@@ -1,0 +1,251 @@
+"""Client of TraX: messages, regions, and real trackers in Python and C++."""
+
+import os
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from math import isnan
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.external.trax import (
+    TraxTracker,
+    format_message,
+    format_region,
+    parse_message,
+    parse_region,
+)
+
+TRACKERS = Path(__file__).with_name("trax_trackers")
+BOX = np.array([5.1, 6.25, 20.3, 1 / 3])
+SHAPE = (24, 32)
+SECONDS = 60.0  # limits of trackers that answer
+
+
+def image(frame=0):
+    return np.random.default_rng(frame).integers(0, 256, (*SHAPE, 3), dtype=np.uint8)
+
+
+def plain(*arguments, **options):
+    return TraxTracker([sys.executable, str(TRACKERS / "plain.py"), *arguments], **options)
+
+
+def run(tracker, frames=6, box=BOX, mask=None):
+    """Return the estimates of a tracker, whose process must end by itself when it is closed."""
+    tracker.init(image(), box, mask)
+    estimates = [tracker.update(image(frame)) for frame in range(1, frames)]
+    tracker.close()
+    assert_ended(tracker)
+    assert tracker._process._process.returncode == 0
+    return estimates
+
+
+def assert_ended(tracker):
+    with pytest.raises(ProcessLookupError):
+        os.kill(tracker._process._process.pid, 0)
+    assert not tracker._images.exists()
+
+
+def test_messages_survive_a_round_trip():
+    values = ['a "quoted" \\ word', "two\nlines", "file:///a=b/c.jpg", "", "ö"]
+    line = format_message("frame", *values, properties={"a.b": "x=1", "c": 2})
+    assert line.count(b"\n") == 1
+    assert parse_message(line) == ("frame", values, {"a.b": "x=1", "c": "2"})
+
+
+def test_message_without_quotes_is_parsed():
+    line = b"log @@TRAX:state 1,2,3,4 confidence=0.5 \r"
+    assert parse_message(line) == ("state", ["1,2,3,4"], {"confidence": "0.5"})
+
+
+@pytest.mark.parametrize("text", ["1,2,3,4", "1,2,4,2,4,6,1,6", "1;2;3;4", "2,2,4,4,3,6,1,3,2,2"])
+def test_region_gives_bounding_box(text):
+    box, mask = parse_region(text, SHAPE)
+    assert box.tolist() == [1, 2, 3, 4]
+    assert mask is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "a,b", "nan,1,2,3", "1,inf,2,3", "1,2,3", "1,2", "mask:", "mask:1,2,3", "mask:0,0,-1,2,3"]
+    + ["mask:0,0,99999,99999,1", "mask:0,0,4,4,1,-1", "m0,0,2,2,0,4"],
+)
+def test_malformed_region_is_rejected(text):
+    with pytest.raises(ValueError):  # noqa: PT011  # the client names the region
+        parse_region(text, SHAPE)
+
+
+@pytest.mark.parametrize("text", ["0", "-3", "mask:1,2,3,4,12", "mask:90,0,2,2,0,4"])
+def test_region_without_target_has_no_box(text):
+    assert parse_region(text, SHAPE)[0] is None
+
+
+def test_mask_is_cropped_to_the_image():
+    whole = np.zeros((40, 60), np.bool_)
+    whole[5:35, 10:55] = True
+    whole[20, 20] = False
+    text = format_region(["mask"], BOX, whole)
+    assert text.startswith("mask:10,5,45,30,0,685,1,")
+    shifted = text.replace("mask:10,5,", "mask:-5,-3,")
+    box, mask = parse_region(shifted, SHAPE)
+    expected = whole[8:32, 15:47]
+    assert np.array_equal(mask, expected)
+    assert box.tolist() == [0, 0, 32, 24]
+
+
+def test_box_is_formatted_exactly():
+    for formats in (["rectangle"], ["mask", "polygon", "rectangle"]):
+        assert parse_region(format_region(formats, BOX), SHAPE)[0].tolist() == BOX.tolist()
+    box, _ = parse_region(format_region(["polygon"], BOX), SHAPE)
+    assert box == pytest.approx(BOX, abs=1e-14)  # opposite corners are sums
+    box, mask = parse_region(format_region(["mask"], np.array([5.2, 6.4, 8.6, 0.2])), SHAPE)
+    assert box.tolist() == [5, 6, 9, 1]
+    assert mask.sum() == 9
+
+
+@pytest.mark.parametrize("version", ["1", "2", "3", "4"])
+def test_plain_tracker_of_each_version_returns_the_exact_box(version):
+    tracker = plain(version)
+    assert tracker.hello["trax.name"] == "plain"
+    for estimate in run(tracker):
+        assert estimate.box.tolist() == BOX.tolist()
+        assert estimate.visible
+        assert estimate.confidence == 0.5
+
+
+@pytest.mark.parametrize("region", ["rectangle", "polygon", "mask"])
+@pytest.mark.parametrize("form", ["path", "memory", "buffer"])
+def test_tracker_of_the_library_gets_images_and_regions(form, region):
+    if find_spec("trax") is None:
+        pytest.skip("vot-trax is not installed (`make setup` installs it)")
+    mask = np.zeros(SHAPE, np.bool_)
+    mask[7:15, 9:20] = mask[15:20, 9] = True
+    tracker = TraxTracker([sys.executable, str(TRACKERS / "library.py"), form, region])
+    assert tracker.hello["trax.version"] == "4"
+    for frame, estimate in enumerate(run(tracker, mask=mask if region == "mask" else None), 1):
+        assert estimate.confidence == pytest.approx(image(frame)[12, 16, 0] / 255, abs=1e-6)
+        if region == "mask":
+            assert np.array_equal(estimate.mask, mask)
+            assert estimate.box.tolist() == [9, 7, 11, 13]
+        else:  # the library stores numbers in single precision and writes four decimals
+            assert estimate.box == pytest.approx(BOX, abs=2e-4)
+
+
+@pytest.fixture(scope="session")
+def compiled(tmp_path_factory):
+    """Return the path of the tracker in C++."""
+    compiler = shutil.which("g++")
+    if compiler is None:
+        pytest.skip("g++ is not installed")
+    program = tmp_path_factory.mktemp("trax") / "tracker"
+    source = TRACKERS / "tracker.cpp"
+    subprocess.run([compiler, "-std=c++11", "-o", program, source], check=True)
+    return str(program)
+
+
+@pytest.mark.parametrize("version", ["1", "4"])
+def test_compiled_tracker_returns_the_box(compiled, version):
+    for estimate in run(TraxTracker([compiled, version])):
+        assert estimate.box == pytest.approx(BOX, abs=1e-14)
+        assert isnan(estimate.confidence)
+
+
+@pytest.mark.parametrize(
+    ("mode", "problem", "output"),
+    [
+        ("signal", "ended by signal 6", "width 32"),
+        ("image", "with status 5", "cannot read file://"),
+    ],
+)
+def test_failure_of_compiled_tracker_is_explained(compiled, mode, problem, output):
+    message = failure(TraxTracker([compiled, "4", mode]), frame=3)
+    assert f"{compiled} 4 {mode}: the process " in message
+    assert problem in message
+    assert output in message
+
+
+FAILURES = {  # mode: words of the error
+    "raise": ("ended with status 1", "ValueError: no idea", "a log line"),
+    "exit": ("ended with status 7", "a log line"),
+    "signal": ("ended by signal 6 (Aborted)", "a log line"),
+    "hang": ("did not answer in 1 s", "a log line"),
+    "flood": ("did not answer in 1 s", "xxx"),
+    "garbage": ("answered with the region 'nonsense,1'. Expected:",),
+    "nan": ("answered with the region 'nan,1,2,3'. Expected:",),
+    "quit": ('ended the session: out of "memory"',),
+    "hello": ("sent '@@TRAX:hello'. Expected: the message 'state'",),
+}
+
+
+def failure(tracker, frame):
+    """Return the error of a tracker in a frame; its process must have ended."""
+    tracker.init(image(), BOX)
+    for number in range(1, frame):
+        tracker.update(image(number))
+    with pytest.raises(ExternalTrackerError) as raised:
+        tracker.update(image(frame))
+    tracker.close()
+    assert_ended(tracker)
+    return str(raised.value)
+
+
+@pytest.mark.parametrize("mode", FAILURES)
+def test_failure_names_command_status_and_output(mode):
+    limit = 1.0 if mode in ("hang", "flood") else SECONDS
+    message = failure(plain("4", mode, frame_seconds=limit), frame=3)
+    assert message.startswith(f"{sys.executable} {TRACKERS / 'plain.py'} 4 {mode}: the process ")
+    for words in FAILURES[mode]:
+        assert words in message
+
+
+REFUSED = {
+    "no start": "ended with status 1. The end of its output:\nno licence",
+    "slow start": "did not answer in 1 s. The end of its output:\nloading weights",
+    "depth": "reads the image channels ['depth']. Expected: color",
+    "url": "reads images by ['url']. Expected: path, memory or buffer",
+    "5": "uses version '5' of TraX. Expected: 1 to 4",
+}
+
+
+@pytest.mark.parametrize("mode", REFUSED)
+def test_start_that_fails_is_explained(mode):
+    limit = 1.0 if mode == "slow start" else SECONDS
+    arguments = ["5"] if mode == "5" else ["4", mode, "for ever"]
+    with pytest.raises(ExternalTrackerError) as raised:
+        plain(*arguments, start_seconds=limit)
+    assert REFUSED[mode] in str(raised.value)
+
+
+def test_slow_start_within_its_limit_succeeds():
+    tracker = plain("4", "slow start", start_seconds=SECONDS, frame_seconds=SECONDS)
+    assert len(run(tracker)) == 5
+
+
+def test_confidence_outside_its_range_can_be_ignored():
+    assert "Add confidence=false" in failure(plain("4", "confidence"), frame=1)
+    assert isnan(run(plain("4", "confidence", confidence=False))[0].confidence)
+
+
+def test_special_region_keeps_the_last_box():
+    estimates = run(plain("4", "special"))
+    assert [estimate.visible for estimate in estimates] == [True, True, False, False, False]
+    assert all(estimate.box.tolist() == BOX.tolist() for estimate in estimates)
+
+
+def test_parameters_are_properties_of_initialize():
+    tracker = plain("1", "properties", parameters={"size": 2.5})
+    tracker.init(image(), BOX)
+    assert '"size=2.5"' in str(tracker._process.fail("stops"))
+
+
+def test_images_of_any_size_are_passed():
+    tracker = plain("4")
+    for shape in [(24, 32, 3), (7, 5, 3)]:
+        tracker.init(np.zeros(shape, np.uint8), BOX)
+        assert cv2.imread(str(tracker._file)).shape == shape
+    tracker.close()

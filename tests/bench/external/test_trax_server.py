@@ -1,0 +1,178 @@
+"""Server of TraX: our trackers, driven by our client and by vot-toolkit."""
+
+import io
+import shlex
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import trackmark
+from trackmark import datasets, trackers
+from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.external.trax import TraxTracker, format_message, parse_message
+from trackmark.bench.external.trax_server import serve
+from trackmark.trackers import Estimate, TrackerError
+
+HOME = Path(trackmark.__file__).parents[1]
+COMMAND = [sys.executable, "-c", "from trackmark.bench.cli import main; main()", "trax"]
+
+TRACKER = """
+import os
+from trackmark.trackers import Estimate, TrackerPlugin
+
+class Loud(TrackerPlugin):
+    def init(self, image, box, mask=None):
+        print("@@TRAX:state of a print")
+        os.write(1, b"of a library")
+        self.frame = 0
+
+    def update(self, image):
+        self.frame += 1
+        return Estimate([self.frame, 2, 3, 4 / (self.frame < 3)])
+"""
+
+
+def start(*arguments):
+    return TraxTracker([*COMMAND, *map(str, arguments)], folder=HOME)
+
+
+@pytest.mark.parametrize("name", ["camshift", "particle-filter", "static"])
+def test_estimates_equal_those_in_process_to_the_bit(name):
+    sequence = datasets.load("samples/face")
+    served, seeds = start(name, "--seed", 7), [7, 8]
+    assert served.hello["trax.name"] == name
+    for seed in seeds:  # a client initialises again after a failure of the tracker
+        local = trackers.create(name, seed=seed)
+        for tracker in (served, local):
+            tracker.init(sequence[0], sequence.boxes[0] + 0.1)
+        for frame in range(1, 30):
+            remote, expected = (tracker.update(sequence[frame]) for tracker in (served, local))
+            assert remote.box.tolist() == expected.box.tolist()
+            assert remote.confidence == pytest.approx(expected.confidence, abs=0, nan_ok=True)
+    served.close()
+    assert served._process._process.returncode == 0
+
+
+def test_stochastic_tracker_without_seed_differs_between_starts():
+    sequence = datasets.load("samples/face")
+    boxes = []
+    for _ in range(2):
+        tracker = start("particle-filter")
+        tracker.init(sequence[0], sequence.boxes[0])
+        boxes.append(tracker.update(sequence[1]).box.tolist())
+        tracker.close()
+    assert boxes[0] != boxes[1]
+
+
+def test_failure_of_a_tracker_ends_the_session_with_its_reason(tmp_path):
+    file = tmp_path / "loud.py"
+    file.write_text(TRACKER)
+    tracker, image = start(file), np.zeros((24, 32, 3), np.uint8)
+    tracker.init(image, np.array([1.0, 2, 3, 4]))
+    assert [tracker.update(image).box[0] for _ in range(2)] == [1, 2]
+    with pytest.raises(ExternalTrackerError) as raised:
+        tracker.update(image)
+    assert "ended the session: ZeroDivisionError: division by zero" in str(raised.value)
+    assert "of a print" in str(raised.value)
+    assert "of a library" in str(raised.value)
+
+
+def test_unknown_tracker_is_invalid_usage():
+    with pytest.raises(ExternalTrackerError) as raised:
+        start("camshft")
+    assert "ended with status 2" in str(raised.value)
+    assert "Did you mean 'camshift'?" in str(raised.value)
+
+
+class Recording:
+    """Tracker that returns the number of the instance and of the frame."""
+
+    instances = 0
+
+    def __init__(self):
+        Recording.instances += 1
+        self.box = np.array([float(Recording.instances), 0, 1, 1])
+
+    def init(self, image, box, mask=None):
+        self.init_box, self.mask, self.image = box, mask, image
+
+    def update(self, image):
+        self.box[1] += 1
+        return Estimate(self.box, confidence=0.25)
+
+
+def converse(*requests):
+    """Return the messages of the server after `hello`."""
+    answers = io.BytesIO()
+    try:
+        serve(Recording, "recording", [b"a log line\n", *requests], answers)
+    finally:
+        lines = answers.getvalue().splitlines()
+        converse.messages = [parse_message(line) for line in lines[1:]]
+    return converse.messages
+
+
+@pytest.fixture
+def frame(tmp_path):
+    """Return the message of a frame whose path has special characters."""
+    file = tmp_path / "a b%20=1.png"
+    cv2.imwrite(str(file), np.zeros((24, 32, 3), np.uint8))
+    return format_message("frame", f"file://{file}")
+
+
+def test_each_initialize_creates_a_tracker(frame, monkeypatch):
+    monkeypatch.setattr(Recording, "instances", 0)
+    begin = format_message("initialize", "1,2,4,2,4,6,1,6")
+    messages = converse(begin, frame, frame, frame, begin, frame, frame, b"@@TRAX:quit\n", frame)
+    assert [message.values for message in messages] == [
+        ["1.0,2.0,3.0,4.0"],
+        ["1.0,1.0,1.0,1.0"],
+        ["1.0,2.0,1.0,1.0"],
+        ["1.0,2.0,3.0,4.0"],
+        ["2.0,1.0,1.0,1.0"],
+    ]
+    assert messages[1].properties == {"confidence": "0.25"}
+
+
+def test_encoded_path_is_read(frame, tmp_path):
+    (tmp_path / "a b%20=1.png").rename(tmp_path / "ä b.png")
+    encoded = format_message("frame", f"file://{tmp_path}/%C3%A4%20b.png")
+    assert len(converse(format_message("initialize", "1,2,3,4"), encoded)) == 1
+
+
+def test_invalid_request_ends_the_session(frame):
+    for requests, reason in {
+        (frame,): "a frame before initialize",
+        (format_message("initialize", "0"), frame): "initialises with '0': no target",
+        (b"@@TRAX:state 1\n",): "sent '@@TRAX:state 1",
+    }.items():
+        with pytest.raises(TrackerError, match=reason):
+            converse(*requests)
+        assert converse.messages[-1].name == "quit"
+        assert reason in converse.messages[-1].properties["trax.reason"]
+
+
+PINS = ["vot-toolkit==0.7.1", "attributee==0.1.9", "phx-class-registry<5", "matplotlib<3.9"]
+
+
+@pytest.mark.slow
+def test_vot_toolkit_runs_our_tracker(tmp_path):
+    venv.create(tmp_path / "venv", with_pip=True)
+    folder = tmp_path / "venv" / "bin"
+    install = [folder / "python", "-m", "pip", "install", "--quiet", "--retries", "1", *PINS]
+    done = subprocess.run(install, capture_output=True, text=True)
+    if done.returncode:
+        pytest.skip(f"vot-toolkit cannot be installed: {done.stderr.strip()[-300:]}")
+    command = [COMMAND[0], "-c", f"import sys; sys.path.insert(0, {str(HOME)!r}); {COMMAND[2]}"]
+    (tmp_path / "trackers.ini").write_text(
+        f"[camshift]\nprotocol = trax\ncommand = {shlex.join([*command, 'trax', 'camshift'])}\n"
+    )
+    test = [folder / "vot", "test", "camshift"]
+    done = subprocess.run(test, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert "Test concluded successfuly" in done.stdout + done.stderr  # spelt so by vot-toolkit
+    assert done.stdout.count("@@TRAX:state") == 50

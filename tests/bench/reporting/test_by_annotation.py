@@ -1,0 +1,45 @@
+"""Scores by annotated attribute: tables, radar plot and VOT's expected average overlap."""
+
+import pandas as pd
+import pytest
+
+from trackmark.bench.reporting.by_annotation import annotation_reports
+from trackmark.bench.reporting.by_preset import preset_report
+
+ATTRIBUTES = {"one": "OCC, SV", "two": "OCC", "three": "SV, FM"}
+
+
+@pytest.fixture
+def tagged(workspace, otb):
+    """Write three sequences of 360 frames with OTB's `attrs.txt`."""
+    for number, (name, tags) in enumerate(ATTRIBUTES.items()):
+        folder = otb(workspace / "tagged" / name, 360)
+        boxes = [f"{5 + (number + 1) * frame // 40},6,10,12\n" for frame in range(360)]
+        (folder / "groundtruth_rect.txt").write_text("".join(boxes))
+        (folder / "attrs.txt").write_text(tags)
+    return "tagged"
+
+
+def test_report_has_table_and_radar_plot_of_annotations(trackmark, workspace, tagged):
+    trackmark("run", "--trackers", "static,camshift", "--sequences", tagged, "--name", "tagged")
+    trackmark("report", "results/tagged", "--by-attribute", "--folder", "paper")
+    table = pd.read_csv(workspace / "paper" / "annotated-native.csv")
+    rows = pd.read_csv(workspace / "paper" / "sequences.csv")
+    rows = rows[rows["measure"] == "mean_overlap"].set_index(["tracker", "sequence"])
+    for row in table.to_dict("records"):
+        for attribute in ("OCC", "SV", "FM"):
+            members = [name for name, tags in ATTRIBUTES.items() if attribute in tags]
+            expected = [rows.loc[(row["tracker"], name), "mean"] for name in members]
+            assert row[attribute] == pytest.approx(sum(expected) / len(expected))
+    assert (workspace / "paper" / "annotated-native.png").stat().st_size > 10_000
+
+
+def test_expected_overlap_by_annotation_is_that_of_a_subset(trackmark, workspace, tagged):
+    run = ("run", "--trackers", "static", "--protocol", "supervised", "--name")
+    trackmark(*run, "whole", "--sequences", tagged)
+    trackmark(*run, "part", "--sequences", "tagged/one,tagged/two")
+    (report,) = annotation_reports(workspace / "results" / "whole", ["native"])
+    assert report.heads == ["FM (1)", "OCC (2)", "SV (2)"]
+    (part,) = preset_report(workspace / "results" / "part", ["native"]).scored
+    scores = part.table.data.set_index(["sequence", "measure"])["mean"]
+    assert report.scores["static"][1] == pytest.approx(scores["all sequences", "eao"])
