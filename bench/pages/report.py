@@ -410,7 +410,7 @@ def _fold(sheet: PageTable) -> Fold | None:
 def _listed(name: str, caption: str, data: pd.DataFrame) -> PageTable:
     """Return a table of texts with the columns of a data frame."""
     rows = data.astype(str).to_numpy().tolist()
-    return PageTable(text_table(name, caption, map(str, data), rows))
+    return PageTable(text_table(name, caption, [*map(str, data)], rows))
 
 
 def _day(iso: str) -> str:
