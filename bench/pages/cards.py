@@ -62,7 +62,7 @@ def leaderboard(summary: Table, runs: PageRuns, notes: Mapping[str, str]) -> Lea
             for name in ("success_share", "centre_error", "milliseconds")
         )
         row = LeaderRow(
-            runs.trackers.index(tracker) if tracker in runs.trackers else len(runs.trackers),
+            runs.trackers.index(tracker),
             tracker,
             overlap["mean"],
             (overlap["low"], overlap["high"]) if isfinite(overlap["low"]) else None,
@@ -152,67 +152,69 @@ def _two(value: float) -> str:
     return f"{value:.2f}" if isfinite(value) else MISSING
 
 
-def heat_table(grid: PageTable, runs: PageRuns, filmed: Sequence[PlayerScene]) -> HeatTable:
-    """Return the heat map; many sequences are sorted by their mean overlap, hardest first."""
-    values = np.array(grid.values, float).reshape(len(grid.table.rows), -1)
-    names = grid.table.heads[1:]
-    trackers = [(runs.trackers.index(name) if name in runs.trackers else 0, name) for name in names]
-    posters = {scene.name: poster(scene) for scene in filmed}
-    order = np.arange(len(values))
-    if len(values) > SHOWN_SEQUENCES:
-        order = np.argsort(np.nan_to_num(values, nan=0.0).mean(axis=1), kind="stable")
-    rows = []
-    for number in order.tolist():
-        name = grid.table.rows[number][0].text
-        image = posters.get(name, b"")
-        rows.append(HeatRow(name, image, values[number].tolist(), grid.places[number]))
-    means = values.mean(axis=0).tolist() if len(values) else []
-    return HeatTable(trackers, rows, means, SHOWN_SEQUENCES)
+def heat_table(
+    means: pd.DataFrame, summary: Table, runs: PageRuns, filmed: Sequence[PlayerScene]
+) -> HeatTable:
+    """Return the heat map; many sequences are sorted by their mean overlap, hardest first.
 
-
-def pair_matrix(
-    comparison: Comparison, runs: PageRuns, places: Mapping[str, PlayerPosition | None], note: str
-) -> PairMatrix:
-    """Return the answers on all pairs, best tracker first.
-
-    `places`: frames that the pairs open, by label.
+    `means`: by sequence and tracker. `summary`: table of means over all sequences.
     """
-    pairs = {(pair.first, pair.second): pair for pair in comparison.pairs}
-    names = sorted(
-        comparison.scores,
-        key=lambda name: -next(s.mean for s in comparison.standings if s.tracker == name),
-    )
-    rows = [[_pair_cell(comparison, pairs, a, b, places) for b in names] for a in names]
+    posters = {scene.name: poster(scene) for scene in filmed}
+    if len(means) > SHOWN_SEQUENCES:
+        means = means.loc[means.fillna(0.0).mean(axis=1).sort_values(kind="stable").index]
+    names = [str(name) for name in means]
+    rows = [
+        HeatRow(
+            str(sequence),
+            posters.get(str(sequence), b""),
+            values.tolist(),
+            [runs.place(name, str(sequence), "overlap") for name in names],
+        )
+        for sequence, values in zip(means.index, means.to_numpy(float), strict=True)
+    ]
+    overall = means_by_tracker(summary)
+    means_of_all = [overall[name]["mean_overlap"]["mean"] for name in names]
     trackers = [(runs.trackers.index(name), name) for name in names]
-    return PairMatrix(trackers, rows, note)
+    return HeatTable(trackers, rows, means_of_all, SHOWN_SEQUENCES)
+
+
+def pair_matrix(comparison: Comparison, runs: PageRuns, note: str) -> PairMatrix:
+    """Return the answers on all pairs, best tracker first."""
+    pairs = {(pair.first, pair.second): pair for pair in comparison.pairs}
+    means = {standing.tracker: standing.mean for standing in comparison.standings}
+    names = sorted(comparison.scores, key=lambda name: -means[name])
+    rows = [[_pair_cell(comparison, runs, pairs, a, b) for b in names] for a in names]
+    return PairMatrix([(runs.trackers.index(name), name) for name in names], rows, note)
 
 
 def _pair_cell(
     comparison: Comparison,
+    runs: PageRuns,
     pairs: Mapping[tuple[str, str], Pair],
     first: str,
     second: str,
-    places: Mapping[str, PlayerPosition | None],
 ) -> PairCell | None:
+    """Return the answer on a pair; it opens the sequence with the largest difference."""
     if first == second:
         return None
     turned = (first, second) not in pairs
     pair = pairs[(second, first) if turned else (first, second)]
-    sign = -1.0 if turned else 1.0
-    label = str(pair.answer.label)
+    sign, label = 1.0, str(pair.answer.label)
     if turned:
-        label = {"better": "worse", "worse": "better"}.get(label, label)
-    difference, won = sign * pair.difference, int((sign * pair.by_unit > 0).sum())
-    lost = int((sign * pair.by_unit < 0).sum())
+        sign, label = -1.0, {"better": "worse", "worse": "better"}.get(label, label)
+    by_unit, position = sign * pair.by_unit, int(np.argmax(np.abs(pair.differences)))
+    behind = pair.second if pair.differences[position] > 0 else pair.first
+    place = runs.place(behind, comparison.sequences[position], "overlap")
+    difference = sign * pair.difference
     tip = f"{one_line(first)} minus {one_line(second)}: {difference:+.3f}"
     if pair.interval is not None:
-        ends = sorted(sign * end for end in pair.interval)
-        tip += " [{:+.3f}, {:+.3f}]".format(*ends)
+        tip += " [{:+.3f}, {:+.3f}]".format(*sorted(sign * end for end in pair.interval))
     tip += f"; {pair.answer.reason}" if pair.answer.reason else ""
     if pair.same_boxes:
         tip += f"; same boxes on {pair.same_boxes} of {len(comparison.sequences)} sequences"
     answer = label if len(comparison.units) >= MIN_UNITS else ""
-    return PairCell(answer, difference, won, lost, tip, places.get(pair.label))
+    won, lost = int((by_unit > 0).sum()), int((by_unit < 0).sum())
+    return PairCell(answer, difference, won, lost, tip, place)
 
 
 def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, Failures] | None:
@@ -254,7 +256,7 @@ def sequence_folds(
     runs: PageRuns,
     filmed: Sequence[PlayerScene],
     charts: Mapping[str, Chart],
-    means: Mapping[str, Mapping[str, float]],
+    means: pd.DataFrame,
     sheet: PageTable | None,
     page: Page,
 ) -> Iterator[SequenceFold]:
@@ -264,22 +266,16 @@ def sequence_folds(
     table of every sequence. `page`: gives the addresses of the sequences.
     """
     for number, (stage, scene) in enumerate(zip(runs.stages, filmed, strict=True)):
-        by_tracker = means.get(stage.name, {})
-        finite = {name: mean for name, mean in by_tracker.items() if isfinite(mean)}
+        row = means.loc[stage.name] if stage.name in means.index else pd.Series(dtype=float)
         result = f"{scene.frames} frames"
-        if finite:
-            highest = max(finite, key=lambda name: finite[name])
-            result = f"highest: {highest}, {finite[highest]:.2f}"
+        if row.notna().any():
+            result = f"highest: {row.idxmax()}, {row.max():.2f}"
         yield SequenceFold(
             f"sequence-{number}",
             stage.name,
             poster(scene) if len(runs.stages) <= SHOWN_SEQUENCES else b"",
             result,
-            [
-                (runs.trackers.index(name), name, mean)
-                for name, mean in by_tracker.items()
-                if name in runs.trackers
-            ],
+            [(runs.trackers.index(name), name, mean) for name, mean in row.to_dict().items()],
             charts.get(stage.name),
             _rows_of(sheet, stage.name, number) if sheet else None,
             page.opening(scene),

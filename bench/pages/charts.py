@@ -175,7 +175,7 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     quantity, dots = SUMMARY[0], []
     for name, measures in means_by_tracker(summary).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, "milliseconds"))
-        if name in runs.trackers and isfinite(score.get("mean", nan) + time.get("mean", nan)):
+        if isfinite(score.get("mean", nan) + time.get("mean", nan)):
             place = runs.place(name, None, "overlap")
             point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [place]
             dots.append(Line(name, runs.trackers.index(name), *point))

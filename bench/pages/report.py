@@ -3,7 +3,7 @@
 import json
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 from functools import cached_property, partial
@@ -204,14 +204,11 @@ class _Content:
             yield PageSection("curves", title, charts=shares, blocks=[plot], span=5)
         if hardest := hardest_moments(runs, filmed):
             yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
-        means: dict[str, Mapping[str, float]] = {}
-        if "sequences" in self.tables:
-            grid = self._heat_map(self.tables["sequences"])
-            rows = grid.table.data.set_index("sequence").to_dict("index")
-            means = {str(name): {str(key): row[key] for key in row} for name, row in rows.items()}
-            options: dict[str, Any] = {"blocks": [heat_table(grid, runs, filmed)], "span": half}
-            options |= {"nav": "Sequences", "hidden": not np.isfinite(grid.values).any()}
-            yield PageSection("heat", "Sequences by trackers", sheets=[grid], **options)
+        if self.summary is not None and len(self.means):
+            options: dict[str, Any] = {"sheets": [self._heat_map()], "span": half}
+            options |= {"nav": "Sequences", "hidden": not self.means.notna().any(axis=None)}
+            options["blocks"] = [heat_table(self.means, self.summary, runs, filmed)]
+            yield PageSection("heat", "Sequences by trackers", **options)
         differences: list[PageTable] = []
         if self.comparison is not None:
             limit = next((text for text in self.answer.details if "too few" in text), "")
@@ -235,7 +232,7 @@ class _Content:
             options = {"charts": survival, "blocks": survival, "hidden": few}
             yield PageSection("survival", "Time to failure", **options)
         charts = timeline_charts(runs)
-        stages = sequence_folds(runs, filmed, charts, means, sheets.get("sequences"), page)
+        stages = sequence_folds(runs, filmed, charts, self.means, sheets.get("sequences"), page)
         options = {"blocks": [*stages], "charts": [*charts.values()]}
         options["caption"] = "Open a sequence for its overlap by frame and all scores."
         yield PageSection("timelines", "Sequence by sequence", **options)
@@ -326,29 +323,27 @@ class _Content:
             places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
         return PageTable(table, values.tolist(), places)
 
-    def _heat_map(self, table: Table) -> PageTable:
-        """Return the heat map of mean overlaps by sequence and tracker."""
-        data = table.data[table.data["measure"] == "mean_overlap"]
+    @cached_property
+    def means(self) -> pd.DataFrame:
+        """Mean overlaps with a row per sequence and a column per tracker."""
+        if "sequences" not in self.tables:
+            return pd.DataFrame()
+        data = self.tables["sequences"].data
+        data = data[data["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
         means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
-        means = means.reindex(index=data["sequence"].unique(), columns=pd.unique(data["tracker"]))
-        values = means.to_numpy(float)
-        rows = [
-            [str(name), *(f"{mean:.3f}" if np.isfinite(mean) else MISSING for mean in row)]
-            for name, row in zip(means.index, values, strict=True)
-        ]
-        places = [
-            [self.runs.place(str(name), str(sequence), "overlap") for name in means.columns]
-            for sequence in means.index
-        ]
-        grid = text_table(
-            "heat",
-            f"Mean overlap with the true box by sequence and tracker: n = {len(means)} sequences, "
-            f"means over {repetition_text(self.scored)} each.",
-            ["sequence", *map(str, means.columns)],
-            rows,
+        return means.reindex(index=data["sequence"].unique(), columns=data["tracker"].unique())
+
+    def _heat_map(self) -> PageTable:
+        """Return the mean overlaps as a table for export."""
+        caption = (
+            f"Mean overlap with the true box by sequence and tracker: n = {len(self.means)} "
+            f"sequences, means over {repetition_text(self.scored)} each."
         )
-        grid = replace(grid, data=means.reset_index())
-        return PageTable(grid, values.tolist(), places, heat=True)
+        texts = self.means.map(lambda mean: f"{mean:.3f}" if np.isfinite(mean) else MISSING)
+        rows = texts.reset_index().to_numpy().tolist()
+        grid = text_table("heat", caption, ["sequence", *self.means], rows)
+        grid = replace(grid, data=self.means.reset_index())
+        return PageTable(grid, self.means.to_numpy(float).tolist(), heat=True)
 
     def _provenance(self, words: Sequence[str], failed: Sequence[PageTable]) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""
