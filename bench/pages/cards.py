@@ -267,6 +267,7 @@ def sequence_folds(
     """
     for number, (stage, scene) in enumerate(zip(runs.stages, filmed, strict=True)):
         row = means.loc[stage.name] if stage.name in means.index else pd.Series(dtype=float)
+        values = {str(tracker): float(mean) for tracker, mean in row.to_dict().items()}
         result = f"{scene.frames} frames"
         if row.notna().any():
             result = f"highest: {row.idxmax()}, {row.max():.2f}"
@@ -275,7 +276,7 @@ def sequence_folds(
             stage.name,
             poster(scene) if len(runs.stages) <= SHOWN_SEQUENCES else b"",
             result,
-            [(runs.trackers.index(name), name, mean) for name, mean in row.to_dict().items()],
+            [(runs.trackers.index(k), k, v) for k, v in values.items()],
             charts.get(stage.name),
             _rows_of(sheet, stage.name, number) if sheet else None,
             page.opening(scene),
