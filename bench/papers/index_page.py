@@ -48,10 +48,10 @@ def _row(name: str, output: Path) -> PaperRow:
             f"{path}: the report cannot be read ({error!r}). Reproduce its paper again."
         ) from error
     took = f"{seconds:.0f} s" if seconds < 60 else f"{seconds / 60:.0f} min"
-    finding, made = description.finding, "Made by"
+    finding, origin = description.finding, "Made by"
     if not document["claims"]:
-        finding, counts, made = description.method, [], "Quick report without verdicts:"
-    return PaperRow(description.title, address, finding, counts, f"{made} `{command}` ({took})")
+        finding, counts, origin = description.method, [], "Quick report without verdicts:"
+    return PaperRow(description.title, address, finding, counts, f"{origin} `{command}` ({took})")
 
 
 def _counts(document: Mapping[str, Any], setting: str) -> list[VerdictCount]:
