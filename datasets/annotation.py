@@ -108,4 +108,6 @@ def _check_absent(first: int, last: int, marked: list[int], n_frames: int) -> No
         raise SequenceError(f"absent {first}-{last}: the interval ends before it starts.")
     inside = [frame for frame in marked if first <= frame <= last]
     if inside:
-        raise SequenceError(f"frame {inside[0]} has a box, but is inside absent {first}-{last}.")
+        raise SequenceError(
+            f"frame {inside[0]} has a box, but the target is absent in frames {first}-{last}."
+        )

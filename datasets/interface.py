@@ -216,9 +216,9 @@ class Sequence:
         if self.known_size != (width, height):
             expected = "x".join(map(str, self.known_size))
             raise SequenceError(
-                f"{self.name}: {self.frame_name(frame)} has {width}x{height} pixels, others have "
-                f"{expected}. Resize the images to one size, or end the ground truth before this "
-                "frame."
+                f"{self.name}: {self.frame_name(frame)} has {width}x{height} pixels, other images "
+                f"have {expected}. Resize the images to one size, or end the ground truth before "
+                "this frame."
             )
         image.flags.writeable = False
         return image

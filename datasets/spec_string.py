@@ -16,6 +16,12 @@ def close_match(name: str, valid_names: Iterable[str]) -> str:
     return f" Did you mean {close[0]!r}?" if close else ""
 
 
+def name_hint(name: str, valid_names: Iterable[str]) -> str:
+    """Return the closest match as `close_match` does, or all valid names if none is close."""
+    names = list(valid_names)
+    return close_match(name, names) or f" Known: {', '.join(names) or 'none'}."
+
+
 def natural_order(name: str) -> tuple[list[str | int], str]:
     """Return a sort key in which digits are compared as numbers: `img2` before `img10`."""
     # Splitting at digits alternates text and numbers, so that equal types are compared.

@@ -79,7 +79,7 @@ def option(
 
     `names`: by default `--` and the name of the field. `group`: section of the help text.
     `default`: shown in the help text. `minimum`: smallest valid number. `choices`: all valid texts.
-    `type`: a type of click, or a function of the text.
+    `type`: a click type, or a function that converts the text.
     """
     if choices:
         type = click.Choice(choices)  # noqa: A001  # named as in click

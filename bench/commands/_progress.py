@@ -39,7 +39,7 @@ class _Screen:
 
 @contextmanager
 def command_messages() -> Iterator[None]:
-    """Print log messages of trackmark and, once each, names of long work within the context."""
+    """Within the context, print log messages of trackmark, and names of long work once each."""
     _Screen.quiet, _Screen.announced = False, set()
     logger, handler = logging.getLogger("trackmark"), _LogHandler()
     logger.addHandler(handler)

@@ -77,7 +77,7 @@ def command(options: BaselineOptions) -> int:
     if path.exists() and not options.force:
         raise click.UsageError(
             f"{path} exists. `trackmark check {name} --accept TRACKER` replaces the scores of one "
-            "tracker; --force replaces the file and forgets accepted changes."
+            "tracker; --force replaces the file with its list of accepted changes."
         )
     experiment = f"baseline-{path.stem}"
     trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
@@ -104,7 +104,7 @@ def command(options: BaselineOptions) -> int:
 
 
 def _sensitivity(baseline: "Baseline") -> list[str]:
-    """Return a line for each tracker with random scores: the drops that its seeds find."""
+    """Return a line for each tracker with random scores: the drops that its seeds detect."""
     from trackmark.bench.statistics.accuracy_drop import (
         advised_seeds,
         detectable_drops,
@@ -119,7 +119,7 @@ def _sensitivity(baseline: "Baseline") -> list[str]:
             continue
         on_sequence, in_mean = detectable_drops(spread, len(scores), baseline.seeds)
         line = (
-            f"{baseline.seeds} seeds find a drop of {on_sequence:.2g} on one sequence, "
+            f"{baseline.seeds} seeds detect a drop of {on_sequence:.2g} on one sequence, "
             f"or of {in_mean:.2g} in the mean, in 80 % of cases"
         )
         advised = advised_seeds(spread, len(scores), baseline.detect)

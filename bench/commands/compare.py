@@ -331,7 +331,7 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
         if count := int(is_older.sum()):
             print_message(
                 f"{label}: {count} of {len(is_older)} stored runs are of another version of the "
-                "tracker than the current one. --sequences repeats them."
+                "tracker. Use --sequences to repeat them with the current version."
             )
 
 

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
@@ -55,7 +56,12 @@ def command(options: DescribeOptions) -> None:
     description = _tracker(name) or (_named(name) if truth is None else None)
     data, lines = description or _sequence(name, truth, measure=options.measure)
     as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
-    click.echo(as_json or wrap("\n".join(lines)))
+    click.echo(as_json or wrap("\n".join(map(_join_lines, lines))))
+
+
+def _join_lines(text: str) -> str:
+    """Return the text with one line per paragraph; lists and indented lines are kept."""
+    return re.sub(r"(?<=\S)\n(?![\s*|-])", " ", text)
 
 
 Description = tuple[dict[str, Any], list[str]]
@@ -69,7 +75,7 @@ def _tracker(name: str) -> Description | None:
     from trackmark.bench.external.definition import is_external, split_table
     from trackmark.trackers.base.catalogue import in_file
 
-    outside = split_table(name) or in_file(name)
+    outside = split_table(name) or in_file(name) or name.startswith("trax:")
     if not (outside or name.partition(":")[0] in trackers.names()):
         return None
     plain, options = split_text(name)
@@ -145,10 +151,10 @@ def _metrics(name: str) -> Description:
     }
     lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
     lines.append(f"agrees with  {preset.agrees_with or 'no toolkit'}")
-    lines.append(f"judges       runs by the protocol {preset.protocol!r}")
+    lines.append(f"scores       runs by the protocol {preset.protocol!r}")
     lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
     lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
-    lines.append("scores, with the score of a perfect tracker")
+    lines.append("columns, with the score of a perfect tracker")
     width = max(map(len, preset.columns))
     for key, column in preset.columns.items():
         perfect = "" if column.perfect is None else f"{column.perfect:.3g}"
@@ -158,7 +164,7 @@ def _metrics(name: str) -> Description:
 
 def _protocol_lines(data: dict[str, Any]) -> list[str]:
     lines = [f"protocol {data['name']}", "", data["summary"], "", data["definition"], ""]
-    lines.append(f"tables by    the metrics preset {data['preset']} by default")
+    lines.append(f"preset       {data['preset']} (metrics preset of its runs by default)")
     return lines + _setting_lines("parameters", data["knobs"])
 
 

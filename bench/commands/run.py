@@ -118,7 +118,7 @@ def _experiment(options: RunOptions) -> Experiment:
         raise click.UsageError("Give an experiment, or --trackers and --sequences.")
     base = _named_experiment(options.experiment, has_options=bool(trackers or sequences))
     if base is not None and truth is not None:
-        raise ExperimentError("--truth requires --sequences, and no experiment.")
+        raise ExperimentError("--truth requires --sequences; omit the experiment.")
     values: dict[str, Any] = {
         "name": options.name,
         "trackers": tuple(split_list(trackers or "")),

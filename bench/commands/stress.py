@@ -67,8 +67,9 @@ class StressOptions(ScreenOptions, EngineOptions):
 def command(options: StressOptions) -> int:
     """Find the level of a difficulty at which half of the runs survive.
 
-    Each difficulty of --knob is increased until the trackers lose the target. Most runs are made
-    at levels near this point. Stored runs are not repeated. See docs/stress.md.
+    Each difficulty of --knob is increased until the trackers lose the target. Most runs are made at
+    levels near the breaking point, at which half of the runs survive. Stored runs are not repeated.
+    See docs/stress.md.
 
     For example:
       trackmark stress multipart --knob noise,occlusion
@@ -100,7 +101,9 @@ def command(options: StressOptions) -> int:
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
     knobs = {parse_difficulty(text, sequences.sequences): None for text in knob_texts}
     if len({knob.name for knob in knobs}) < len(knobs):
-        raise click.UsageError("--knob: a name is given twice, with different ranges.")
+        raise click.UsageError(
+            "--knob: a name is given twice, with different ranges. Give each name once."
+        )
     series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
     title = f"{options.name}: {len(texts)} trackers, {', '.join(knob.name for knob in knobs)}"
     with RunProgress(title, options.output / options.name) as progress:

@@ -320,7 +320,7 @@ def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _
 
 
 def _place(location: Sequence[int | str]) -> str:
-    """Return the description of a key for messages."""
+    """Return the place of a key in the file, in words, for messages."""
     if location[0] != "trackers" or len(location) < 2:
         return ".".join(map(str, location))
     kinds = zip(("tracker", "sequence"), location[1:3], strict=False)

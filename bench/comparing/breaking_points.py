@@ -30,7 +30,7 @@ from trackmark.bench.statistics.psychometric import (
 )
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
-from trackmark.datasets.spec_string import close_match, format_text, parse_text
+from trackmark.datasets.spec_string import format_text, name_hint, parse_text
 from trackmark.reports.comparison import SurvivalCurve, breaking_plot
 from trackmark.reports.figures import write_figure
 from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
@@ -112,19 +112,19 @@ def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
         kind = filters[name]
         easy, hard = ends or (kind.easy, kind.hard)
         if kind.logarithmic and min(easy, hard) <= 0:
-            raise ExperimentError(f"--knob {text}: expected ends above 0.")
+            raise ExperimentError(f"--knob {text}: both ends of this range must be above 0.")
         return Difficulty(name, kind.unit, easy, hard, kind.whole, kind.logarithmic)
     for sequence in sequences:
         options = {option["name"]: option for option in datasets.options(_bare(sequence))}
         if name not in options or name == "scene":
             raise ExperimentError(
                 f"--knob {name}: {sequence} has no such parameter."
-                f"{close_match(name, [*filters, *options])} "
-                f"Filters apply to any sequence: {', '.join(filters)}."
+                f"{name_hint(name, [*filters, *options])}"
             )
         default = options[name]["default"]
         if not ends or type(default) not in (int, float):
-            raise ExperimentError(f"--knob {text}: expected numbers, {name}=FROM..TO.")
+            problem = "the parameter is not a number" if ends else "the range is missing"
+            raise ExperimentError(f"--knob {text}: {problem}. Expected: {name}=FROM..TO.")
     _, bracket, unit = options[name]["meaning"].rpartition("[")
     unit = unit.rstrip("]") if bracket else "share"
     return Difficulty(name, unit, ends[0], ends[1], isinstance(default, int), is_filter=False)
@@ -219,7 +219,7 @@ class Series:
 
     @property
     def verdict(self) -> str:
-        """`broken`, or `never` or `at once` if the breaking point is beyond an end of the range."""
+        """`broken`; `never` or `at once` if the breaking point is past the hard or easy end."""
         place = self.threshold.median
         return "never" if place > 1 else "at once" if place < 0 else "broken"
 
@@ -257,7 +257,7 @@ class Series:
         ]
 
     def with_outcomes(self, outcomes: Mapping[str, tuple[bool, str]]) -> "Series":
-        """Return the series after its next runs.
+        """Return the series extended by its next runs.
 
         `outcomes`: by sequence, whether the run survived and the reason of a failure.
         """

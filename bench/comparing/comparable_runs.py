@@ -222,6 +222,6 @@ def _parse_score(text: str, place: str, measure: ScoreMeasure) -> float:
     if score < 0 or (score > 1 and not in_pixels):
         expected = "of pixels, 0 or more" if in_pixels else "from 0 to 1"
         raise ComparisonError(
-            f"{place}: {score:g} is not a {measure.name}. Expected is a number {expected}."
+            f"{place}: {score:g} is not a valid {measure.name}. Expected: a number {expected}."
         )
     return score

@@ -145,7 +145,7 @@ def _interval(entry: Mapping[Any, Any]) -> tuple[float, float] | None:
 
 
 def _table(means: MeansByTracker, notes: Sequence[str]) -> Table:
-    """Return the short table; narrow terminals omit the bar first, then the centre error."""
+    """Return the short table; a narrow terminal shows no bar, a narrower one no centre error."""
     rows = []
 
     def order(name: str) -> float:

@@ -212,7 +212,7 @@ def speed_table(paces: Mapping[str, Pace]) -> Table:
     """Return the table of speeds."""
     return Table(
         name="speeds",
-        caption="CPU time of updates, now relative to before, with its 95 % interval.",
+        caption="Change of the CPU time of updates since the revision, with 95 % intervals.",
         heads=["", "tracker", "time", "95 %", "sessions"],
         n_labels=2,
         rows=[

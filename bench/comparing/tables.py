@@ -275,7 +275,10 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
 
 
 def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:
-    """Return the labels of pairs; if one is too long, numbers and notes with the names."""
+    """Return labels of pairs, and notes; if a label is too long, labels are numbers.
+
+    The notes then state the trackers of each number.
+    """
     labels = [pair.label for pair in pairs]
     if max(map(len, labels)) <= LONGEST_PAIR:
         return labels, []
@@ -398,7 +401,7 @@ def _subset_table(comparison: Comparison) -> Table:
         caption=(
             f"Differences of {comparison.measure.head} by parameter and by attribute (of sequences "
             f"in which it occurs), first minus second, on n sequences; 95 % intervals over "
-            f"{comparison.units.plural}, not corrected for their number."
+            f"{comparison.units.plural}, not corrected for multiple comparisons."
         ),
         heads=["pair", "part", "n", _difference_head(comparison), "95 %"],
         n_labels=2,

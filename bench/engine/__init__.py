@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
 from trackmark.bench.experiments.experiment import ExperimentError
-from trackmark.datasets.spec_string import close_match
+from trackmark.datasets.spec_string import name_hint
 
 if TYPE_CHECKING:
     from trackmark.bench.engine.work_unit import Probed
@@ -76,8 +76,7 @@ def engine(name: str = "local", *, jobs: int | None = None, address: str | None 
     Raises `ImportError`, whose message contains the remedy, if Dask is not installed.
     """
     if name not in ENGINES:
-        hint = close_match(name, ENGINES)
-        raise ExperimentError(f"unknown engine {name!r}.{hint} Known: {', '.join(ENGINES)}.")
+        raise ExperimentError(f"unknown engine {name!r}.{name_hint(name, ENGINES)}")
     if name == "dask":
         from trackmark.bench.engine import dask
 

@@ -33,6 +33,7 @@ from trackmark.bench.engine.work_unit import (
     Unit,
 )
 from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.external.process import delete_frame_files
 from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.files import ResultsError
@@ -139,6 +140,7 @@ class Worker:
     def end(self) -> None:
         """Kill the worker and all processes that it has started."""
         self._process_tree.end()
+        delete_frame_files(self._process.pid)
         self.channel.close()
         for file in (self._shared, self._output, self._trace):
             file.close()

@@ -49,6 +49,7 @@ from trackmark.bench.experiments.tracker_spec import (
     parse_trackers,
     run_identity,
 )
+from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.numba_compilation import prepare_numba
 from trackmark.bench.protocols import TIMING
 from trackmark.datasets import Sequence, SequenceError
@@ -242,6 +243,8 @@ def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec], list[Identity]]:
     texts = [entry.tracker for entry in unit.entries]
     try:
         chosen = parse_trackers(texts)
+    except ExternalTrackerError as error:  # its process ran when the runs were planned
+        raise SequenceError(f"{sequence.name}: {error}") from None
     except (TrackerError, OSError):
         raise _changed(", ".join(dict.fromkeys(texts)), sequence) from None
     trackers = [chosen[text] for text in texts]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from trackmark.bench.experiments.tracker_spec import BOXES
 from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.datasets import SequenceError
-from trackmark.datasets.spec_string import close_match
+from trackmark.datasets.spec_string import name_hint
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,8 @@ def select_ground_truth(
     if region == BOXES:
         return truth
     if region not in truth.regions:
-        valid_names = [BOXES, *sorted(truth.regions)]
-        hint = close_match(region, valid_names)
-        raise SequenceError(
-            f"{name} has no region {region!r} (init={region}).{hint} "
-            f"Known: {', '.join(valid_names)}."
-        )
+        hint = name_hint(region, [BOXES, *sorted(truth.regions)])
+        raise SequenceError(f"{name} has no region {region!r} (init={region}).{hint}")
     boxes = truth.regions[region]
     present = np.flatnonzero(np.isfinite(truth.boxes).all(axis=1))
     if len(present) and not np.isfinite(boxes[present[0]]).all():

@@ -23,7 +23,7 @@ from trackmark.bench.evaluation.estimates import (
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity, run_seed
-from trackmark.bench.external.plugin import ExternalPlugin
+from trackmark.bench.external.plugin import TRANSFER_CLOCK, ExternalPlugin
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import (
@@ -203,11 +203,11 @@ class Recorder:
             revised = boxes.copy()
             for frame, box in self._revisions.items():
                 revised[frame] = box
-        circumstances = {"seconds": self.seconds}
+        circumstances: dict[str, Any] = {"seconds": self.seconds}
         if self._cpu:
             circumstances["update_seconds"] = median(self._cpu)
         if self._includes_transfer:
-            circumstances["times_include_transfer"] = True
+            circumstances["clock"] = TRANSFER_CLOCK
         return Run(
             identity=self.identity,
             boxes=boxes,

@@ -5,7 +5,7 @@ from importlib import import_module
 from pathlib import Path
 
 from trackmark.bench.exchange.result_format import ExchangeError, ResultFormat
-from trackmark.datasets.spec_string import close_match
+from trackmark.datasets.spec_string import name_hint
 
 _FOLDER = Path(__file__).parent / "formats"
 
@@ -19,9 +19,8 @@ def format_names() -> list[str]:
 def load_format(name: str) -> ResultFormat:
     """Return the result format with a name; raise `ExchangeError` for an unknown name."""
     if name not in format_names():
-        hint = close_match(name, format_names())
-        expected = ", ".join(format_names())
-        raise ExchangeError(f"Unknown result format {name!r}.{hint} Expected: {expected}.")
+        hint = name_hint(name, format_names())
+        raise ExchangeError(f"Unknown result format {name!r}.{hint}")
     module = import_module(f"trackmark.bench.exchange.formats.{name.replace('-', '_')}")
     result_format: ResultFormat = module.FORMAT
     return result_format

@@ -172,7 +172,7 @@ def _read_runs(
         if sequence.name not in files and len(matches) != 1:
             raise ExchangeError(
                 f"{tracker.folder}: no results on {sequence.name}. Expected: "
-                f"{result_format.expects}. There are {abbreviated_list(sorted(files))}."
+                f"{result_format.expects}. Results exist on {abbreviated_list(sorted(files))}."
             )
         name = sequence.name if sequence.name in files else matches[0]
         used.add(name)

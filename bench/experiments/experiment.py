@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trackmark.datasets.decoding import check_name, quote
-from trackmark.datasets.spec_string import close_match, format_text
+from trackmark.datasets.spec_string import format_text, name_hint
 
 if TYPE_CHECKING:
     from trackmark.bench.protocols import Protocol
@@ -187,7 +187,7 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
     if path.suffix != ".toml":
         files = _files()
         if str(name_or_path) not in files:
-            hint = close_match(str(name_or_path), files) or f" Known: {', '.join(sorted(files))}."
+            hint = name_hint(str(name_or_path), sorted(files))
             raise ExperimentError(
                 f"unknown experiment {str(name_or_path)!r}.{hint} A .toml file is also valid."
             )
@@ -222,7 +222,7 @@ _TYPES: Mapping[str, type] = {
 def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
     for key, value in table.items():
         if key not in _TYPES:
-            raise ExperimentError(f"{path}: unknown key {key!r}. Known: {', '.join(_TYPES)}.")
+            raise ExperimentError(f"{path}: unknown key {key!r}.{name_hint(key, _TYPES)}")
         if type(value) is not _TYPES[key]:
             raise ExperimentError(f"{path}: {key} must be of type {_TYPES[key].__name__}.")
     for key in ("version", "trackers", "sequences"):

@@ -285,5 +285,6 @@ def split_text(text: str) -> tuple[str, dict[str, str]]:
     try:
         name, options = parse_text(rest)
     except ValueError as error:
-        raise TrackerError(f"tracker {error}") from None
+        hint = " A command with ':' needs a table of a TOML file." if text[:5] == "trax:" else ""
+        raise TrackerError(f"tracker {error}{hint}") from None
     return (f"{file}:{name}" if name else str(file)) if place else name, options

@@ -4,6 +4,9 @@ from abc import abstractmethod
 
 from trackmark.trackers import TrackerPlugin
 
+TRANSFER_CLOCK = "wall time with transfer"
+"""Value of `clock` in the circumstances of runs with `ExternalPlugin.includes_transfer`."""
+
 
 class ExternalPlugin(TrackerPlugin):
     """Base class of plugins that pass frames to a tracker in another process.

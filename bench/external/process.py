@@ -17,12 +17,13 @@ import select
 import shlex
 import signal
 import subprocess
+import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
-from typing import IO
+from typing import IO, Any
 
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import TrackerError
@@ -40,6 +41,26 @@ _MAX_UNREAD = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
+
+
+SHARED_MEMORY = "/dev/shm"  # noqa: S108  # names of files in it have a random part
+
+
+def frame_file_options() -> dict[str, Any]:
+    """Return arguments for `tempfile`: files for frames are in memory, and name their process."""
+    folder = SHARED_MEMORY if os.access(SHARED_MEMORY, os.W_OK) else None
+    return {"prefix": f"{_frame_files(os.getpid())}-", "dir": folder}
+
+
+def delete_frame_files(pid: int) -> None:
+    """Delete the files for frames of a process that was killed."""
+    for folder in {SHARED_MEMORY, tempfile.gettempdir()}:
+        for file in Path(folder).glob(f"{_frame_files(pid)}-*"):
+            file.unlink(missing_ok=True)
+
+
+def _frame_files(pid: int) -> str:
+    return f"trackmark-frames-{pid}"
 
 
 class ExternalTrackerError(TrackerError):

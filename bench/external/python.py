@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from trackmark.bench.external.plugin import ExternalPlugin
-from trackmark.bench.external.process import ExternalTrackerError, LineProcess
+from trackmark.bench.external.process import ExternalTrackerError, LineProcess, frame_file_options
 from trackmark.bench.external.worker import pack, unpack
 from trackmark.trackers import Box, Estimate, Image, Mask, Randomness
 from trackmark.trackers.base.plain import create_parameters, random_arguments
@@ -53,9 +53,8 @@ class _Session:
 
     def __init__(self, tracker: PythonClass) -> None:
         self._process = LineProcess(tracker.command, environment=dict(tracker.environment))
-        memory = "/dev/shm"  # noqa: S108  # the name of the file is random
         self._frames = tempfile.NamedTemporaryFile(  # noqa: SIM115  # used until the session ends
-            prefix="trackmark-", dir=memory if os.access(memory, os.W_OK) else None, buffering=0
+            **frame_file_options(), buffering=0
         )
         self.file = self._frames.name
         self.is_usable = True  # False while an answer is pending

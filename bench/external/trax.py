@@ -9,24 +9,28 @@ overwritten for each frame.
 import base64
 import os
 import re
-import shutil
+import shlex
 import tempfile
 import weakref
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from math import isnan
 from pathlib import Path
-from typing import NamedTuple
+from time import perf_counter
+from typing import Any, ClassVar, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.external.process import (
     FRAME_SECONDS,
     START_SECONDS,
     ExternalTrackerError,
     LineProcess,
+    frame_file_options,
 )
 from trackmark.trackers import Box, Estimate, Image, Mask
 
@@ -170,49 +174,39 @@ def _format_mask(box: Box, mask: Mask | None) -> str:
     return "mask:" + ",".join(map(str, [x, y, part.shape[1], part.shape[0], *runs.tolist()]))
 
 
+@dataclass(frozen=True)
+class TraxCommand:
+    """Command of a tracker that speaks TraX.
+
+    `command` is the program with its arguments, `folder` its working directory. `environment` has
+    variables in addition to those of this process. `confidence` is false if confidences are
+    ignored. `start_seconds` limits the start and the initialisation, `frame_seconds` an update.
+    `digest` identifies the content of the command's files.
+    """
+
+    command: tuple[str, ...]
+    environment: tuple[tuple[str, str], ...] = ()
+    folder: Path | None = None
+    confidence: bool = True
+    start_seconds: float = START_SECONDS
+    frame_seconds: float = FRAME_SECONDS
+    digest: str = ""
+
+
 class TraxTracker:
     """Tracker in a process that speaks TraX.
 
     `hello` holds the properties that the tracker sent at its start, such as `trax.name`.
 
-    Parameters
-    ----------
-    command : sequence of str
-        Program and arguments.
-    environment : mapping of str to str
-        Variables in addition to those of this process.
-    folder : Path, optional
-        Working directory of the tracker.
-    parameters : mapping of str to object
-        Properties of the message `initialize`; most trackers ignore them.
-    confidence : bool
-        False to ignore confidences, for trackers whose confidences are not in [0, 1].
-    start_seconds, frame_seconds : float
-        Time limits of the start and of the initialisation, and of an update [s].
-
-    Raises
-    ------
-    ExternalTrackerError
-        Here, in `init` and in `update`, if the process ends, exceeds a time limit, or sends an
-        invalid message. The error names the command and the end of the process's output.
+    Raises `ExternalTrackerError`, here and in all methods, if the process ends, exceeds a time
+    limit, or sends an invalid message. The error contains the command and the end of the output.
     """
 
-    def __init__(
-        self,
-        command: Sequence[str],
-        *,
-        environment: Mapping[str, str] | None = None,
-        folder: Path | None = None,
-        parameters: Mapping[str, object] | None = None,
-        confidence: bool = True,
-        start_seconds: float = START_SECONDS,
-        frame_seconds: float = FRAME_SECONDS,
-    ) -> None:
-        self._parameters, self._reads_confidence = parameters, confidence
-        self._start_seconds, self._frame_seconds = start_seconds, frame_seconds
-        environment = {"TRAX": "1", **(environment or {})}  # as vot-toolkit
-        self._process = LineProcess(command, environment=environment, folder=folder)
-        message = self._receive("hello", seconds=start_seconds)
+    def __init__(self, command: TraxCommand) -> None:
+        self._command = command
+        environment = {"TRAX": "1", **dict(command.environment)}  # as vot-toolkit
+        self._process = LineProcess(command.command, environment=environment, folder=command.folder)
+        message = self._receive("hello", seconds=command.start_seconds)
         self.hello = message.properties
         version = self.hello.get("trax.version", "1")
         if version not in ("1", "2", "3", "4"):
@@ -227,23 +221,28 @@ class TraxTracker:
         channels = self._formats("trax.channels", "color")
         if channels != ["color"]:
             raise self._process.fail(f"reads the image channels {channels}. Expected: color")
-        memory = "/dev/shm"  # noqa: S108  # the name of the folder inside is random
-        writable = memory if os.access(memory, os.W_OK) else None
-        self._images = Path(tempfile.mkdtemp(prefix="trackmark-", dir=writable))
-        self._delete_images = weakref.finalize(self, shutil.rmtree, self._images)
-        self._file = self._images / "frame.bmp"
+        descriptor, name = tempfile.mkstemp(**frame_file_options(), suffix=".bmp")
+        os.close(descriptor)
+        self._file = Path(name)
+        self._delete_file = weakref.finalize(self, self._file.unlink, missing_ok=True)
         self._box: Box
 
-    def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`."""
+    def init(
+        self,
+        image: Image,
+        box: Box,
+        mask: Mask | None = None,
+        properties: Mapping[str, object] | None = None,
+    ) -> None:
+        """See `Tracker.init`. `properties` are sent to the tracker; most trackers ignore them."""
         region = format_region(self._region_formats, box, mask)
         address = self._show(image)
         values = [region] if self._image_comes_later else [address, region]
-        request = format_message("initialize", *values, properties=self._parameters)
+        request = format_message("initialize", *values, properties=properties)
         if self._image_comes_later:
             request += format_message("frame", address)
         self._box = box
-        self._ask(request, image, self._start_seconds)
+        self._ask(request, image, self._command.start_seconds)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`.
@@ -252,7 +251,7 @@ class TraxTracker:
         not visible.
         """
         request = format_message("frame", self._show(image))
-        box, mask, properties = self._ask(request, image, self._frame_seconds)
+        box, mask, properties = self._ask(request, image, self._command.frame_seconds)
         if box is not None:
             self._box = box
         return Estimate(
@@ -268,7 +267,7 @@ class TraxTracker:
             with suppress(ExternalTrackerError):  # the process has ended by itself
                 self._process.send(format_message("quit"), QUIT_SECONDS)
         self._process.close(QUIT_SECONDS)
-        self._delete_images()
+        self._delete_file()
 
     def _formats(self, key: str, default: str) -> list[str]:
         return split_list(self.hello.get(key, "")) or [default]
@@ -316,7 +315,7 @@ class TraxTracker:
 
     def _confidence(self, properties: Mapping[str, str]) -> float:
         """Return the confidence of an answer; NaN if it has none or confidences are ignored."""
-        text = properties.get("confidence", "nan") if self._reads_confidence else "nan"
+        text = properties.get("confidence", "nan") if self._command.confidence else "nan"
         try:
             confidence = float(text)
         except ValueError:
@@ -327,3 +326,63 @@ class TraxTracker:
                 "confidence=false to the specification to ignore confidences"
             )
         return confidence
+
+
+class TraxPlugin(ExternalPlugin):
+    """Plugin of a tracker that speaks TraX; see `load_plugin`."""
+
+    includes_transfer = True
+    command: ClassVar[TraxCommand]
+
+    def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
+        super().__init__(parameters, seed)
+        key = os.getpid(), self.command
+        self._tracker = _unused.pop(key) if key in _unused else TraxTracker(self.command)
+
+    def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
+        """See `Tracker.init`."""
+        began = perf_counter()
+        self._tracker.init(image, box, mask, self.parameters.model_dump())
+        self.call_times = (perf_counter() - began,) * 2
+
+    def update(self, image: Image) -> Estimate:
+        """See `Tracker.update`."""
+        began = perf_counter()
+        estimate = self._tracker.update(image)
+        self.call_times = (perf_counter() - began,) * 2
+        return estimate
+
+    def close(self) -> None:
+        """See `ExternalPlugin.close`."""
+        self._tracker.close()
+
+
+_greetings: dict[TraxCommand, Mapping[str, str]] = {}
+"""Properties of `hello`, by command."""
+
+_unused: dict[tuple[int, TraxCommand], TraxTracker] = {}
+"""Processes started to read `hello`, by process id (of this process) and command."""
+
+
+def load_plugin(command: TraxCommand, **attributes: Any) -> tuple[type[TraxPlugin], str, str]:
+    """Return a plugin that runs a command, and the name and identifier that its tracker sends.
+
+    The process started for this serves the first tracker. `attributes` are those of the plugin.
+
+    Raises `ExternalTrackerError` if the command does not start a tracker that speaks TraX.
+    """
+    if command not in _greetings:
+        tracker = _unused[os.getpid(), command] = TraxTracker(command)
+        _greetings[command] = tracker.hello
+    hello = _greetings[command]
+    summary = hello.get("trax.description") or f"Run {shlex.join(command.command)}."
+    plugin = type(
+        "TraxPlugin", (TraxPlugin,), attributes | {"__doc__": summary, "command": command}
+    )
+    return plugin, hello.get("trax.name", ""), hello.get("trax.identifier", "")
+
+
+def close_unused_processes() -> None:
+    """End the processes that were started to read `hello`."""
+    while _unused:
+        _unused.popitem()[1].close()

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import ModuleType
 
 from trackmark.bench.metrics.preset import Preset
-from trackmark.datasets.spec_string import close_match
+from trackmark.datasets.spec_string import name_hint
 
 _FOLDER = Path(__file__).parent / "presets"
 
@@ -29,10 +29,8 @@ def canonical_name(name: str) -> str:
         return name
     aliases = _aliases()
     if name not in aliases:
-        valid_names = sorted([*preset_names(), *aliases])
-        hint = close_match(name, valid_names)
-        expected = ", ".join(valid_names)
-        raise ValueError(f"Unknown metrics preset {name!r}.{hint} Expected: {expected}.")
+        hint = name_hint(name, sorted([*preset_names(), *aliases]))
+        raise ValueError(f"Unknown metrics preset {name!r}.{hint}")
     return aliases[name]
 
 

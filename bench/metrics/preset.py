@@ -67,7 +67,7 @@ class PresetResult:
 
 @dataclass(frozen=True)
 class Column:
-    """Score of a preset."""
+    """Definition of a score in a preset."""
 
     meaning: str
     perfect: float | None = 1.0  # score of a perfect tracker; None if it depends on the sequence
@@ -103,7 +103,7 @@ class Axes:
 
 
 Runs: TypeAlias = Sequence[Sequence[PresetResult]]
-"""Results by sequence: one per repetition, or one per anchor."""
+"""Results of the runs on each sequence: one per repetition or anchor."""
 
 
 def mean_of_sequences(runs: Runs) -> PresetResult:

@@ -75,7 +75,7 @@ def _iterate_shapes(
 
 
 def _round_like_vot(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Round halves to even numbers, in the single precision in which VOT stores regions."""
+    """Round to integers, halves to even, in the single precision in which VOT stores regions."""
     return np.round(values.clip(-MAX_COORDINATE, MAX_COORDINATE).astype(np.float32)).astype(
         np.float64
     )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trackmark.bench.experiments.experiment import ExperimentError
-from trackmark.datasets.spec_string import close_match
+from trackmark.datasets.spec_string import name_hint
 
 FOLDER = Path(__file__).parent
 
@@ -43,5 +43,5 @@ def check_paper_name(name: str) -> None:
     """Raise `ExperimentError` with the valid names if the name of a paper is unknown."""
     valid_names = paper_names()
     if name not in valid_names:
-        hint = close_match(name, valid_names) or f" Known: {', '.join(valid_names)}."
+        hint = name_hint(name, valid_names)
         raise ExperimentError(f"unknown paper {name!r}.{hint}")

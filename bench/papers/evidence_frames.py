@@ -105,7 +105,7 @@ def _place(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition
 
 
 def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float) -> list[list[int]]:
-    """Choose frames of each sequence around the places, within limits of size and time."""
+    """Select frames of each sequence around the worst ones, within limits of size and time."""
     costs = [stage.row["frame_seconds"] or 0.0 for stage in reading.stages]
     frames_by_sequence: list[list[int]] = []
     for reach in REACHES:

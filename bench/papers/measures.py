@@ -80,7 +80,7 @@ class JudgedRun:
 
     @cached_property
     def diagonal(self) -> float:
-        """Diagonal of the image, or of the ground truth's extent if its size is unknown [px]."""
+        """Diagonal of the image; of the ground truth's extent if the image size is unknown [px]."""
         if self.truth.image_size:
             return hypot(*self.truth.image_size)
         corners = self.truth.boxes[:, :2] + self.truth.boxes[:, 2:]

@@ -134,7 +134,7 @@ def sensitivity_requests(description: Description, table: Sensitivity) -> list[R
 def experiments(
     description: Description, needed_runs: Iterable[Request], suffix: str = ""
 ) -> list[Experiment]:
-    """Convert requests to experiments: one for all sequences with the same trackers."""
+    """Convert requests to experiments; sequences with the same trackers share an experiment."""
     trackers: dict[tuple[str, str, int, int], list[str]] = {}
     for request in needed_runs:
         key = request.sequence, request.on, request.scenes, request.repetitions

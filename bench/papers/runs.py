@@ -55,8 +55,8 @@ class StoredRuns:
             if len(unusable):
                 first = unusable.iloc[0]
                 raise ResultsError(
-                    f"{folder}: {len(unusable)} of {len(runs)} runs are {first['status']}, the "
-                    f"first {first['tracker']} on {first['sequence']}, repetition "
+                    f"{folder}: {len(unusable)} of {len(runs)} runs are {first['status']}; the "
+                    f"first is {first['tracker']} on {first['sequence']}, repetition "
                     f"{first['repetition']}. Run `trackmark reproduce` again."
                 )
             for cell in runs[[*RUN_KEY_COLUMNS]].itertuples(index=False, name=None):

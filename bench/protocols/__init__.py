@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.datasets.spec_string import close_match, format_text, parse_text
+from trackmark.datasets.spec_string import format_text, name_hint, parse_text
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 ONE_PASS = "one-pass"  # noqa: S105  # not a password
@@ -163,7 +163,7 @@ def parse_protocol(text: str) -> Protocol:
         raise ProtocolError(f"protocol {error}") from None
     name = ONE_PASS if name == STORED_ONE_PASS else name
     if name not in names():
-        hint = close_match(name, names()) or f" Known: {', '.join(names())}."
+        hint = name_hint(name, names())
         raise ProtocolError(f"unknown protocol {name!r}.{hint}")
     protocol_class: type[Protocol] = _module(name).PROTOCOL
     try:

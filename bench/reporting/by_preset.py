@@ -55,7 +55,7 @@ TOGETHER = "all sequences"
 """Label of rows with a preset's scores over all sequences."""
 
 MEANS = "mean of sequences"
-"""Label of rows with means over units, if the preset has other weights of sequences."""
+"""Label of rows with means over units, if the preset weights sequences unequally."""
 
 LATE = ScoreMeasure("late_share", "late estimates", "%", None, 1, scale=100, rank=-1)
 """Share of frames after the first with an estimate of an earlier frame (real-time evaluation)."""
@@ -382,7 +382,7 @@ def _overall(
 
 
 def _measure(name: str, column: Column) -> ScoreMeasure:
-    """Return a score of a preset as a column; scores with better high values are shares."""
+    """Return a score of a preset as a column; scores of which higher is better are shares."""
     share = column.better == "higher"
     return ScoreMeasure(
         name,

@@ -121,12 +121,15 @@ def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
     masks = f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them"
     result += _table_of("segmentation", segmenting, SEGMENTATION, masks)
-    notes = list(not_repeatable(runs).values())
+    clocks = _clock_notes(runs)
+    notes = [*not_repeatable(runs).values(), *clocks]
     result = [replace(table, notes=[*table.notes, *notes]) for table in result]
     times = (
         f"{title}, timing runs (no time: other load disturbed a pass; remove the run and repeat it)"
     )
-    return result + _table_of("times", timed, TIMES, times)
+    for table in _table_of("times", timed, TIMES, times):
+        result.append(replace(table, notes=[*table.notes, *clocks]))
+    return result
 
 
 def _table_of(
@@ -158,6 +161,13 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
         "timing run"
         for tracker, (sequence, seed) in cells.items()
     }
+
+
+def _clock_notes(runs: pd.DataFrame) -> list[str]:
+    """Return a note per tracker that is not timed by its CPU time."""
+    pairs = runs.reindex(columns=["tracker", "clock"]).astype(str).drop_duplicates()
+    pairs = pairs[~pairs["clock"].isin(("", "nan"))]
+    return [f"times of {tracker}: {clock}" for tracker, clock in pairs.itertuples(index=False)]
 
 
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:

@@ -1,4 +1,4 @@
-"""Changes of a tracker's score since its baseline, and the drops that a number of seeds detects.
+"""Changes of a tracker's score since its baseline, and the drops that its seeds can detect.
 
 Old and new runs are paired by seed. A difference is new minus old score, and positive if better.
 """

@@ -22,7 +22,7 @@ POWER = 0.80
 """Share of cases in which the advised number of seeds detects a drop."""
 
 POWER_FACTOR = 1.4
-"""Ratio of the difference to the interval's expected half width that gives this power."""
+"""Ratio of a difference to the expected half width of its interval at which the power is 80 %."""
 
 MARGIN = 0.01
 """Largest difference of a score that is irrelevant in practice (`compare`, `check`)."""
@@ -193,7 +193,7 @@ def approximate(needed: float) -> str:
 
 
 def too_few(n: int, minimum: int, unit: str) -> str:
-    """Return the reason of a decision from too few units."""
+    """Return the reason of an inconclusive decision: there are too few units."""
     return f"only {n} of {minimum} {unit}"
 
 

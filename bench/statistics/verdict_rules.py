@@ -1,10 +1,11 @@
 """Rules that judge claims: pure functions of one value per scene.
 
-    order(differences) "A is better than B", differences A - B. no_worse(differences) "A is as good
-    as B, or better". share(successes, trials, limit) "in most scenes X happens", counts per scene.
-    number(values, published) a published number next to ours; never judged. time(longer, shorter,
-    factor) "A takes longer than B by a factor", times of pairs. conjunction(parts) a claim with
-    several parts, all of which must hold.
+    order(differences)               "A is better than B"; differences are A - B
+    no_worse(differences)            "A is as good as B, or better"
+    share(successes, trials, limit)  "X happens in most scenes"; counts per scene
+    time(longer, shorter, factor)    "A takes longer than B by a factor"; times of pairs
+    number(values, published)        a published number next to ours; never judged
+    conjunction(parts)               a claim with several parts, all of which must hold
 
 Each verdict follows from its printed interval (`rules`). Differences and margins have the same
 unit. With `comparisons` = m the level of the interval is 1 - 0.05 / m. With enough scenes a rule

@@ -24,7 +24,7 @@ SCORED_BY = ("centre_error", "native", "overlap", "regions", "times")
 
 TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
-    *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth"),
+    *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth", "clock"),
 )
 """Names of the text fields of a row."""
 
@@ -41,7 +41,8 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
     tracker, parameters and sequence; `tracker_version` depends on the tracker's code and libraries.
     `source` and `truth` are the paths from which the sequence was opened. Times are in seconds:
     `seconds` is the time of all calls of the tracker, `frame_seconds` the mean time to decode or
-    render a frame, and `update_seconds` the median CPU time of an update.
+    render a frame, and `update_seconds` the median CPU time of an update. `clock` names
+    the clock of a tracker that is not timed by its CPU time; otherwise it is empty.
 
     Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
     with a warning on standard error. Raises `ResultsError` if rows are missing.
@@ -168,6 +169,7 @@ def _fields(
         "failure": failure,
         "source": circumstances.get("source", ""),
         "truth": circumstances.get("truth", ""),
+        "clock": circumstances.get("clock", ""),
         "repetition": repetition,
         "frames": frames,
         **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},

@@ -18,7 +18,7 @@ from trackmark.datasets.attributes.view import TargetView
 from trackmark.datasets.file_digest import cache_folder
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.datasets.spec_string import close_match
+from trackmark.datasets.spec_string import name_hint
 
 # Values of each attribute by its name, shape (n,): one per frame, NaN if undefined.
 Series = dict[str, NDArray[np.float64]]
@@ -38,8 +38,7 @@ def names() -> list[str]:
 def find(name: str) -> Attribute:
     """Return the attribute with this name; raises `ValueError` for an unknown name."""
     if name not in _attributes():
-        hint = close_match(name, names())
-        raise ValueError(f"unknown attribute {name!r}.{hint} Attributes: {', '.join(names())}.")
+        raise ValueError(f"unknown attribute {name!r}.{name_hint(name, names())}")
     return _attributes()[name]
 
 

@@ -12,7 +12,7 @@ from trackmark.datasets.decoding import quote
 from trackmark.datasets.filters import geometry, light, timing
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.datasets.spec_string import close_match, format_text
+from trackmark.datasets.spec_string import format_text, name_hint
 
 PREFIX = "filter."
 
@@ -89,11 +89,8 @@ def split_filters(text: str) -> tuple[str, dict[str, float]]:
 def _checked(text: str, name: str, value: str) -> float:
     """Return the value of a filter, checked against the filter's range."""
     if name != DRAW and name not in FILTERS:
-        options = ", ".join(f"{PREFIX}{option}" for option in [*FILTERS, DRAW])
-        hint = close_match(name, FILTERS)
-        raise SequenceError(
-            f"{quote(text)}: unknown filter {quote(name)}.{hint} Filters: {options}."
-        )
+        hint = name_hint(name, [*FILTERS, DRAW])
+        raise SequenceError(f"{quote(text)}: unknown filter {quote(name)}.{hint}")
     low, high, whole = 0.0, 2.0**32 - 1, True
     if name != DRAW:
         low, high, whole = FILTERS[name].low, FILTERS[name].high, FILTERS[name].whole

@@ -1,13 +1,12 @@
 """Parameters of synthetic sequences: declaration, validation, canonical names."""
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from trackmark.datasets.interface import SequenceError
-from trackmark.datasets.spec_string import format_text
+from trackmark.datasets.spec_string import format_text, name_hint
 
 # type of the parameter `scene`, which every sequence has
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
@@ -37,12 +36,8 @@ class SequenceParameters(BaseModel):
         """
         for name in values:
             if name not in cls.model_fields:
-                close = get_close_matches(name, cls.model_fields, n=1)
-                hint = f" Did you mean {close[0]!r}?" if close else ""
-                valid_names = ", ".join(sorted(cls.model_fields))
-                raise SequenceError(
-                    f"{sequence}: unknown parameter {name!r}.{hint} Known: {valid_names}."
-                )
+                hint = name_hint(name, sorted(cls.model_fields))
+                raise SequenceError(f"{sequence}: unknown parameter {name!r}.{hint}")
         try:
             return cls.model_validate(dict(values))
         except ValidationError as error:

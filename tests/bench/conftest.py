@@ -244,7 +244,7 @@ def messages(done):
 
 @pytest.fixture
 def one_line():
-    """Give the only line of a command's error output, apart from progress."""
+    """Return a function that returns the only error line of a command, apart from progress."""
 
     def line_of(done):
         (line,) = messages(done)

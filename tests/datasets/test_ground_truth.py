@@ -168,7 +168,7 @@ def test_absent_frames_do_not_change_the_interpolation():
         ({0: [1, 2, float("nan"), 4]}, [], "frame 0: invalid box"),
         ({0: BOX}, [(3, 12)], "frame 12 is outside"),
         ({0: BOX}, [(5, 3)], "absent 5-3: the interval ends before it starts"),
-        ({0: BOX, 4: BOX}, [(3, 5)], "frame 4 has a box, but is inside absent 3-5"),
+        ({0: BOX, 4: BOX}, [(3, 5)], "frame 4 has a box, but the target is absent in frames 3-5"),
     ],
 )
 def test_invalid_input_is_refused(keys, absent, message):

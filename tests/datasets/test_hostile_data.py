@@ -152,7 +152,7 @@ HOSTILE = {
         lambda f, w: images(f, w, f"{'9' * 5000},1,2,3,4"),
         r"truth\.csv: line 3: '9+\.\.\.9+' is not a frame number",
     ),
-    "two sizes": (two_sizes, r"walk: 2\.png has 20x10 pixels, others have 48x32"),
+    "two sizes": (two_sizes, r"walk: 2\.png has 20x10 pixels, other images have 48x32"),
     "large bitmap": (large_bitmap, r"1\.bmp: frame 0 cannot be read"),
     "GIF named PNG": (
         disguised_gif,
@@ -225,7 +225,7 @@ def test_video_frame_of_another_size_is_refused(tmp_path, write_video):
     )
     (tmp_path / "both.mpg").write_bytes(first.read_bytes() + second.read_bytes())
     (tmp_path / "both.csv").write_text(f"{BOX}7,1,2,8,9\n")
-    match = r"both\.mpg: frame [45] has 48x32 pixels, others have 96"
+    match = r"both\.mpg: frame [45] has 48x32 pixels, other images have 96"
     with pytest.raises(SequenceError, match=match):
         load_all(tmp_path / "both.mpg")
 

@@ -245,7 +245,7 @@ def test_parameters_are_frozen_and_travel_between_processes(specification):
 
 @pytest.fixture(scope="module")
 def crowded(clip):
-    """Frames that all sharing trackers have processed before with another box."""
+    """Return frames that all sharing trackers have already processed with another box."""
     frames = [SharedFrame(image) for image in clip.images]
     for other in map(resolved, USABLE):
         if issubclass(other.plugin, SharingTracker):

@@ -307,7 +307,7 @@ def noise(d=3, **changes):
 
 
 def sample_at(appearance, features):
-    """Update the filter with a view as the tracker does."""
+    """Update the model with the features of a frame; return their comparison with the model."""
     first = not appearance.noise_known
     if first:
         appearance.start(features)

@@ -103,7 +103,7 @@ def test_window_region_tolerates_rounding_at_an_edge():
 
 
 def learned(image, box=(8, 6, 10, 9), frames=(), **parameters):
-    """Return the model of a box, and its joint map of the last frame."""
+    """Return the appearance model of a box, and the joint map of the last frame."""
     x, y, width, height = box
     frame = SharedFrame(image)
     centre = np.array([x + width / 2, y + height / 2])

@@ -24,11 +24,11 @@ def closest_match(name: str, valid_names: Iterable[str]) -> str:
 
 
 def unknown_name_error(kind: str, name: str, valid_names: Iterable[str]) -> TrackerError:
-    """Return the error for an unknown name, with the closest match and all valid names."""
+    """Return the error for an unknown name, with the closest match or else all valid names."""
     names = sorted(valid_names)
     close = closest_match(name, names)
-    hint = f" Did you mean {close!r}?" if close else ""
-    return TrackerError(f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) or 'none'}.")
+    hint = f"Did you mean {close!r}?" if close else f"Known: {', '.join(names) or 'none'}."
+    return TrackerError(f"unknown {kind} {name!r}. {hint}")
 
 
 class Parameters(BaseModel):

@@ -122,7 +122,7 @@ def _mean(values: Iterable[float]) -> float:
 
 
 def _accuracy(run: PresetResult, kind: str) -> float:
-    """Return the mean overlap of the frames that are counted; 0 if there are none."""
+    """Return the mean overlap of the frames that count for the accuracy; 0 if there are none."""
     states = run.evidence["states"]
     counted = states == FrameState.TRACKED
     for start in np.flatnonzero(states == FrameState.INITIALISED):

@@ -1,6 +1,6 @@
 """Steps of the tracker in one frame: Fig. 3, 5 and 6 of the paper.
 
-All show frame 10 of the first scene in repetition 0. The frame was chosen before any run.
+The figures show frame 10 of the first scene in repetition 0. The frame was chosen before any run.
 """
 
 from math import ceil, floor

@@ -13,7 +13,7 @@ WHOLE = 1000  # more frames than any clip: whole clips are timed
 
 
 def _times(context: Context, setting: str) -> dict[str, Values]:
-    """Return times by features [s].
+    """Return the times per frame for each kind of features [s].
 
     The clip has an occlusion, after which the tracker processes all hidden frames again.
     """
@@ -24,7 +24,7 @@ def _times(context: Context, setting: str) -> dict[str, Values]:
 
 @measure("ms")
 def frame_time(context: Context, setting: str) -> Pairs:
-    """Return the CPU time per frame of the slowest features."""
+    """Return the CPU time per frame of the slowest kind of features."""
     slowest = 1e3 * max(_times(context, setting).values(), key=np.mean)
     return [(slowest, slowest)]
 

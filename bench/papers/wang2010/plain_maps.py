@@ -22,7 +22,7 @@ EVERYTHING: Limits = (0.0, 0.0, 1.0)
 
 
 def whole_size(size: float) -> int:
-    """Return the integer side of a window of this length, at least 1 [px]."""
+    """Round the side of a window to whole pixels, at least 1 [px]."""
     return max(1, floor(size + 0.5))
 
 

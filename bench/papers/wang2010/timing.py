@@ -38,7 +38,7 @@ def plain_methods(texts: Mapping[str, str]) -> Methods:
 
 @measure()
 def table_1_ratios(context: Context, setting: str) -> Pairs:
-    """Return the times of proposed filter / CamShift, and of traditional / proposed filter."""
+    """Return two pairs of times: proposed filter and CamShift, traditional and proposed filter."""
     sequence, names = "table-tennis", (CAMSHIFT, PROPOSED, FILTER)
     times = kept_times(context, plain_methods, setting, names, [sequence])[sequence]
     return [(times[PROPOSED], times[CAMSHIFT]), (times[FILTER], times[PROPOSED])]
@@ -46,7 +46,7 @@ def table_1_ratios(context: Context, setting: str) -> Pairs:
 
 @measure()
 def hand_ratio(context: Context, setting: str) -> Pairs:
-    """Return the times of improved / traditional CamShift."""
+    """Return the times of improved and of traditional CamShift."""
     times = kept_times(context, plain_methods, setting, (CAMSHIFT, IMPROVED), ["hand"])["hand"]
     return [(times[IMPROVED], times[CAMSHIFT])]
 

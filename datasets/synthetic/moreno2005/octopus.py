@@ -271,7 +271,7 @@ IRIS, PUPIL = (0.20, 0.52, 0.62), (0.03, 0.03, 0.03)  # colours of the eyes, BGR
 
 @dataclass(frozen=True)
 class OctopusPosture:
-    """Balls of the body in the image of a camera above."""
+    """Balls of the body, seen by a camera above the octopus."""
 
     # (k, 5): centre (x, y) and radius [pixels], height of the centre, half height relative to the
     # radius

@@ -107,7 +107,10 @@ def paint_part(
 
 @njit(cache=True)
 def silhouette(nodes: NDArray[np.int64]) -> tuple[int, int, NDArray[np.uint8]]:
-    """Return left, top and coverage of parts with nodes (parts, k, COLUMNS), at mid-exposure."""
+    """Return the silhouette of parts at mid-exposure: left, top and coverage.
+
+    `nodes`, shape (parts, k, COLUMNS), are those of `paint_part`.
+    """
     left = ((nodes[:, :, 1] - nodes[:, :, 2]).min() >> 6) - 1
     right = ((nodes[:, :, 1] + nodes[:, :, 2]).max() >> 6) + 2
     top, bottom = nodes[:, :, 0].min() >> 6, (nodes[:, :, 0].max() >> 6) + 1

@@ -392,7 +392,10 @@ class TargetScene(SyntheticScene):
         thing.sprite.draw(canvas, centres, scale / thing.oversize)
 
     def _instants(self, frame: int, travelled: float) -> Array:
-        """Return 2**k times within the exposure [frames], between which objects move by a pixel."""
+        """Return times within the exposure [frames], one per pixel that an object moves.
+
+        Their number is a power of two, at most MAX_INSTANTS.
+        """
         length = max(1.0, travelled * self.parameters.blur)
         count = min(MAX_INSTANTS, 1 << int(np.ceil(length) - 1).bit_length())
         return frame + self.parameters.blur * ((np.arange(count) + 0.5) / count - 0.5)

@@ -99,7 +99,8 @@ def picture_on(
     """Return a picture in [0, 255] as the pattern of an upright face.
 
     `middle` is the centre of the face and `half` its half width and height [pixels]. The face leans
-    back by `lean` [radians]. Beyond the borders of the picture, their colours continue.
+    back by `lean` [radians]. Beyond a border of the picture, the colours at this border
+    continue.
     """
     (x, y), (wide, high) = middle, np.asarray(half).tolist()
 

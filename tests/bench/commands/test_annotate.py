@@ -50,7 +50,7 @@ def test_image_of_another_size_is_refused_before_writing(trackmark, one_line, wo
     source = workspace / "data" / "Small" / "img"
     cv2.imwrite(str(source / "0003.png"), np.zeros((20, 30, 3), np.uint8))
     line = one_line(trackmark("annotate", source, *BOTH, "--output", "truth.csv", status=2))
-    assert "frame 2 has 30x20 pixels, others have 50x40" in line
+    assert "frame 2 has 30x20 pixels, other images have 50x40" in line
     assert not list(workspace.glob("truth*"))
 
 

@@ -26,7 +26,7 @@ CRASH = """if __import__('os').environ.get('PYTHONHASHSEED') == '1': raise KeyEr
 
 @pytest.fixture(scope="module")
 def baseline_bytes():
-    """Content of the baseline of the unchanged tracker, once it was made."""
+    """Provide a cache for the content of the baseline of the unchanged tracker."""
     return []
 
 
@@ -60,7 +60,7 @@ def edit(workspace):
 def test_baseline_has_one_score_and_digest_per_run(trackmark, workspace):
     printed = trackmark(*BASELINE, "--detect", 0.001)
     text = unwrapped(printed.stdout)
-    assert "6 seeds find a drop of 0.0" in text
+    assert "6 seeds detect a drop of 0.0" in text
     assert "in 80 % of cases; for 0.001 on one sequence use --seeds " in text
     file = workspace / "baselines" / "own.toml"
     content = file.read_bytes()

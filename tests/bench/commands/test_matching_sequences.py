@@ -12,7 +12,7 @@ from trackmark.bench.execution import plan
 
 @pytest.fixture
 def places(workspace, otb, monkeypatch):
-    """Folders with sequences of OTB, of images and of DAVIS, and with another file."""
+    """Create folders with sequences of OTB, of images and of DAVIS, and with another file."""
     monkeypatch.chdir(workspace)
     for number in (10, 2):
         otb(workspace / "data" / f"walk{number}", 2)

@@ -301,7 +301,10 @@ def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
         ("tracker,sequence,mean_overlap\n,s0,.5\n", "line 2: the tracker has no name"),
         ("tracker,sequence,mean_overlap\nM,s0,.5\nM, ,.5\n", "line 3: the sequence has no name"),
         ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "no row has a sequence"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is not a mean_overlap"),
+        (
+            "tracker,sequence,mean_overlap\nMEEM,s0,62.5\n",
+            "line 2: 62.5 is not a valid mean_overlap",
+        ),
         ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "tracker MEEM has no score on s1"),
         ("", "not a CSV file"),
     ],

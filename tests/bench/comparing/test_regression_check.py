@@ -1,4 +1,4 @@
-"""Checks of entries against a baseline: labels, lines, data and test cases."""
+"""Checks against a baseline: labels of changes, printed lines, JSON and JUnit test cases."""
 
 from dataclasses import replace
 from xml.etree import ElementTree

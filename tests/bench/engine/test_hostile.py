@@ -25,7 +25,7 @@ LIMITS = Limits(frame_seconds=2, memory_bytes=1 << 30)
 
 @pytest.fixture(scope="module")
 def data_folder(tmp_path_factory, otb):
-    """Folder with a sequence and the trackers; `faulthandler` escapes its name."""
+    """Create a folder with a sequence and the trackers; `faulthandler` escapes its name."""
     folder = tmp_path_factory.mktemp("grün")
     (folder / "hostile.py").write_text(hostile.source(folder / "hangs"))
     otb(folder / "A", FRAMES, first=0)

@@ -38,7 +38,7 @@ UNIT = Unit(SequenceSource("samples/face"), (), "accuracy", 120)
 
 @pytest.fixture
 def shared():
-    """Descriptor of a shared file that holds a message of the parent."""
+    """Provide the descriptor of a shared file that holds a message of the parent."""
     with tempfile.TemporaryFile() as file:
         heartbeat.reset(file.fileno(), ELSEWHERE, b"request")
         yield file.fileno()

@@ -149,7 +149,9 @@ def test_tracker_that_cannot_be_created_is_a_failed_run(make_sequence):
 def test_frame_of_another_size_is_an_error(make_sequence, protocol):
     sequence = make_sequence(n=8)
     sequence.frames = [np.zeros((24, 32 + (frame == 5), 3), np.uint8) for frame in range(8)]
-    with pytest.raises(SequenceError, match="line: frame 5 has 33x24 pixels, others have 32x24"):
+    with pytest.raises(
+        SequenceError, match="line: frame 5 has 33x24 pixels, other images have 32x24"
+    ):
         run_protocol([(parse_tracker("static"), 0)], sequence, protocol)
 
 

@@ -56,9 +56,9 @@ def test_region_changes_identity_but_not_seed(sequence):
 
 
 def test_unknown_region_is_named_with_the_known_ones(sequence):
-    words = r"person has no region 'ful' .*Did you mean 'full'\? Known: boxes, full, late"
-    with pytest.raises(SequenceError, match=words):
-        bench.evaluate("static:init=ful", sequence)
+    for region, hint in (("ful", r"Did you mean 'full'\?"), ("xyz", "Known: boxes, full, late")):
+        with pytest.raises(SequenceError, match=f"person has no region '{region}' .*{hint}"):
+            bench.evaluate(f"static:init={region}", sequence)
 
 
 def test_region_absent_in_first_target_frame_is_rejected(sequence):

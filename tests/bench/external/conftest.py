@@ -1,4 +1,4 @@
-"""Interpreters without trackmark, and tracker files for them."""
+"""Interpreters without trackmark, a clock for trackers that hang, and the end of processes."""
 
 import subprocess
 import sys
@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackmark.bench.external.python import close_idle_processes
+from trackmark.bench.external import process
+from trackmark.bench.external.definition import close_idle_processes
 
 FILE = Path(__file__).with_name("plain_tracker.py")
 _PROBE = """
@@ -54,3 +55,18 @@ def _version(python):
 def _no_processes_afterwards():
     yield
     close_idle_processes()
+
+
+@pytest.fixture
+def clock_of_hangs(tmp_path, monkeypatch):
+    """Let time pass only while a tracker hangs, however busy the machine is."""
+    marker = tmp_path / "hangs"
+    monkeypatch.setenv("HANGS", str(marker))
+    seconds = 0.0
+
+    def monotonic():
+        nonlocal seconds
+        seconds += 100 * marker.exists()
+        return seconds
+
+    monkeypatch.setattr(process, "monotonic", monotonic)

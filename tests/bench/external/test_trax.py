@@ -14,6 +14,7 @@ import pytest
 
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.trax import (
+    TraxCommand,
     TraxTracker,
     format_message,
     format_region,
@@ -24,7 +25,8 @@ from trackmark.bench.external.trax import (
 TRACKERS = Path(__file__).with_name("trax_trackers")
 BOX = np.array([5.1, 6.25, 20.3, 1 / 3])
 SHAPE = (24, 32)
-SECONDS = 60.0  # limits of trackers that answer
+
+pytestmark = pytest.mark.usefixtures("clock_of_hangs")
 
 
 def image(frame=0):
@@ -32,7 +34,11 @@ def image(frame=0):
 
 
 def plain(*arguments, **options):
-    return TraxTracker([sys.executable, str(TRACKERS / "plain.py"), *arguments], **options)
+    return start(sys.executable, str(TRACKERS / "plain.py"), *arguments, **options)
+
+
+def start(*command, **options):
+    return TraxTracker(TraxCommand(command, **options))
 
 
 def run(tracker, frames=6, box=BOX, mask=None):
@@ -48,7 +54,7 @@ def run(tracker, frames=6, box=BOX, mask=None):
 def assert_ended(tracker):
     with pytest.raises(ProcessLookupError):
         os.kill(tracker._process._process.pid, 0)
-    assert not tracker._images.exists()
+    assert not tracker._file.exists()
 
 
 def test_messages_survive_a_round_trip():
@@ -125,7 +131,7 @@ def test_tracker_of_the_library_gets_images_and_regions(form, region):
         pytest.skip("vot-trax is not installed (`make setup` installs it)")
     mask = np.zeros(SHAPE, np.bool_)
     mask[7:15, 9:20] = mask[15:20, 9] = True
-    tracker = TraxTracker([sys.executable, str(TRACKERS / "library.py"), form, region])
+    tracker = start(sys.executable, str(TRACKERS / "library.py"), form, region)
     assert tracker.hello["trax.version"] == "4"
     for frame, estimate in enumerate(run(tracker, mask=mask if region == "mask" else None), 1):
         assert estimate.confidence == pytest.approx(image(frame)[12, 16, 0] / 255, abs=1e-6)
@@ -150,7 +156,7 @@ def compiled(tmp_path_factory):
 
 @pytest.mark.parametrize("version", ["1", "4"])
 def test_compiled_tracker_returns_the_box(compiled, version):
-    for estimate in run(TraxTracker([compiled, version])):
+    for estimate in run(start(compiled, version)):
         assert estimate.box == pytest.approx(BOX, abs=1e-14)
         assert isnan(estimate.confidence)
 
@@ -163,7 +169,7 @@ def test_compiled_tracker_returns_the_box(compiled, version):
     ],
 )
 def test_failure_of_compiled_tracker_is_explained(compiled, mode, problem, output):
-    message = failure(TraxTracker([compiled, "4", mode]), frame=3)
+    message = failure(start(compiled, "4", mode), frame=3)
     assert f"{compiled} 4 {mode}: the process " in message
     assert problem in message
     assert output in message
@@ -173,8 +179,8 @@ FAILURES = {  # mode: words of the error
     "raise": ("ended with status 1", "ValueError: no idea", "a log line"),
     "exit": ("ended with status 7", "a log line"),
     "signal": ("ended by signal 6 (Aborted)", "a log line"),
-    "hang": ("did not answer in 1 s", "a log line"),
-    "flood": ("did not answer in 1 s", "xxx"),
+    "hang": ("did not answer in 60 s", "a log line"),
+    "flood": ("did not answer in 60 s", "xxx"),
     "garbage": ("answered with the region 'nonsense,1'. Expected:",),
     "nan": ("answered with the region 'nan,1,2,3'. Expected:",),
     "quit": ('ended the session: out of "memory"',),
@@ -196,8 +202,7 @@ def failure(tracker, frame):
 
 @pytest.mark.parametrize("mode", FAILURES)
 def test_failure_names_command_status_and_output(mode):
-    limit = 1.0 if mode in ("hang", "flood") else SECONDS
-    message = failure(plain("4", mode, frame_seconds=limit), frame=3)
+    message = failure(plain("4", mode), frame=3)
     assert message.startswith(f"{sys.executable} {TRACKERS / 'plain.py'} 4 {mode}: the process ")
     for words in FAILURES[mode]:
         assert words in message
@@ -205,7 +210,7 @@ def test_failure_names_command_status_and_output(mode):
 
 REFUSED = {
     "no start": "ended with status 1. The end of its output:\nno licence",
-    "slow start": "did not answer in 1 s. The end of its output:\nloading weights",
+    "slow start": "did not answer in 300 s. The end of its output:\nloading weights",
     "depth": "reads the image channels ['depth']. Expected: color",
     "url": "reads images by ['url']. Expected: path, memory or buffer",
     "5": "uses version '5' of TraX. Expected: 1 to 4",
@@ -214,16 +219,14 @@ REFUSED = {
 
 @pytest.mark.parametrize("mode", REFUSED)
 def test_start_that_fails_is_explained(mode):
-    limit = 1.0 if mode == "slow start" else SECONDS
     arguments = ["5"] if mode == "5" else ["4", mode, "for ever"]
     with pytest.raises(ExternalTrackerError) as raised:
-        plain(*arguments, start_seconds=limit)
+        plain(*arguments)
     assert REFUSED[mode] in str(raised.value)
 
 
 def test_slow_start_within_its_limit_succeeds():
-    tracker = plain("4", "slow start", start_seconds=SECONDS, frame_seconds=SECONDS)
-    assert len(run(tracker)) == 5
+    assert len(run(plain("4", "slow start"))) == 5
 
 
 def test_confidence_outside_its_range_can_be_ignored():
@@ -237,9 +240,9 @@ def test_special_region_keeps_the_last_box():
     assert all(estimate.box.tolist() == BOX.tolist() for estimate in estimates)
 
 
-def test_parameters_are_properties_of_initialize():
-    tracker = plain("1", "properties", parameters={"size": 2.5})
-    tracker.init(image(), BOX)
+def test_properties_are_part_of_initialize():
+    tracker = plain("1", "properties")
+    tracker.init(image(), BOX, properties={"size": 2.5})
     assert '"size=2.5"' in str(tracker._process.fail("stops"))
 
 

@@ -14,7 +14,7 @@ import pytest
 import trackmark
 from trackmark import datasets, trackers
 from trackmark.bench.external.process import ExternalTrackerError
-from trackmark.bench.external.trax import TraxTracker, format_message, parse_message
+from trackmark.bench.external.trax import TraxCommand, TraxTracker, format_message, parse_message
 from trackmark.bench.external.trax_server import serve
 from trackmark.trackers import Estimate, TrackerError
 
@@ -38,7 +38,7 @@ class Loud(TrackerPlugin):
 
 
 def start(*arguments):
-    return TraxTracker([*COMMAND, *map(str, arguments)], folder=HOME)
+    return TraxTracker(TraxCommand((*COMMAND, *map(str, arguments)), folder=HOME))
 
 
 @pytest.mark.parametrize("name", ["camshift", "particle-filter", "static"])

@@ -165,7 +165,7 @@ sentence = "a moving target"
 
 
 def stored_runs(folder, trackers, sequences):
-    """Run trackers in this process, store their runs as an experiment and return their cells."""
+    """Run trackers in this process, store their runs as an experiment and return the run keys."""
     results, versions = Results(folder), {}
     entries = [(parse_tracker(text), 0) for text in trackers]
     for sequence in map(datasets.load, sequences):

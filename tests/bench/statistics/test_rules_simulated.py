@@ -34,7 +34,7 @@ N_CHECKED = 8
 
 
 def lose_some(random, shape, probability, lost, replaced):
-    """Draw from `lost` with this probability, else from `replaced`: pairs of mean and spread."""
+    """Draw normal numbers with mean and spread of `lost` (with `probability`) or `replaced`."""
     is_lost = random.random(shape) < probability
     mean, spread = (np.where(is_lost, *pair) for pair in zip(lost, replaced, strict=True))
     return random.normal(mean, spread)

@@ -16,7 +16,10 @@ from trackmark.trackers.base import kalman
 
 
 def features_of(image, kind):
-    """Return intensity, RGB, c1, c2, c3 of equation 18 (a largest of 0 counts as 1), or arctan."""
+    """Return features: intensity, RGB, the ratios c1 to c3 of equation 18, or their arc tangents.
+
+    A divisor of 0 counts as 1.
+    """
     blue, green, red = np.moveaxis(image.astype(np.float64), 2, 0)
     if kind == "intensity":
         return (red + green + blue)[:, :, np.newaxis]
@@ -201,7 +204,7 @@ class Appearance:
         return ~(q < self._settings.limit)
 
     def residual_covariance(self, features, covariance):
-        """Return R of equation 13 over the inliers by the given covariance."""
+        """Return R of equation 13 over the inliers, which the given covariance determines."""
         updated = np.full(self.n_o.shape, True)
         if self._settings.gate:
             updated = ~self.outliers(features, covariance)
@@ -346,7 +349,7 @@ class Target:
         return self.last
 
     def extrapolated(self, frames):
-        """Return the pose some frames after the last at constant velocity."""
+        """Return the pose `frames` frames after the last one, at constant velocity."""
         velocity = self._smoother.velocity
         return Pose(
             self.last.x + frames * velocity.x, self.last.y + frames * velocity.y, self.last.scale

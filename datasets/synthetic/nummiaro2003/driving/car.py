@@ -208,7 +208,7 @@ def _pane(sheet: CarSheet, outline: Points, low: float, high: float) -> None:
 
 
 def _end(kind: int, paint: BGR, style: _Style) -> CarSheet:
-    """Return the common base of front and rear: sheet metal, dark underside, bumper."""
+    """Return what front and rear textures share: sheet metal, dark underside, bumper."""
     sheet = CarSheet(kind, paint)
     sheet.light(_METAL)
     sheet.box((-WIDE, WIDE), (0.0, 0.23), (26.0, 24.0, 24.0))

@@ -68,7 +68,7 @@ def _sky(random: Generator, height: int, width: int, base: float) -> Picture:
 
 @njit(cache=True)
 def _clouded(clouds: Array, down: Array) -> Picture:
-    """Return a sky with clouds, about in [-1, 1], which is paler for larger `down` in [0, 1]."""
+    """Return a sky; `clouds` is noise, about in [-1, 1], `down` in [0, 1] is the paleness."""
     blue, pale = np.array([214.0, 178.0, 140.0]), np.array([226.0, 220.0, 212.0])
     picture = np.empty((*clouds.shape, 3), np.uint8)
     for row in range(len(clouds)):

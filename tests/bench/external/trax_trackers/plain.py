@@ -14,13 +14,21 @@ def write(text):
     sys.stdout.flush()
 
 
+def hang(output=""):
+    """Mark that this process hangs, and write without end or nothing."""
+    with open(os.environ["HANGS"], "w"):  # noqa: PTH123
+        pass
+    while True:
+        write(output) if output else time.sleep(1000)
+
+
 def main():
     version, mode = int(sys.argv[1]), (sys.argv[2:] or [""])[0]
     if mode == "no start":
         sys.exit("no licence")
     if mode == "slow start":
         write("loading weights")
-        time.sleep(1000 if sys.argv[3:] else 1)
+        hang() if sys.argv[3:] else time.sleep(1)
     extra = ' "trax.channels=depth"' if mode == "depth" else ""
     image = "url" if mode == "url" else "path"
     write("a banner")
@@ -49,10 +57,9 @@ def main():
             if mode == "signal":
                 os.abort()
             if mode == "hang":
-                time.sleep(1000)
+                hang()
             if mode == "flood":
-                while True:
-                    write("x" * 999)
+                hang("x" * 999)
             if mode == "garbage":
                 region = "nonsense,1"
             if mode == "nan":

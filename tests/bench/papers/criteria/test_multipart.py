@@ -11,7 +11,7 @@ GREY, RED, BLUE = (128, 128, 128), (40, 40, 200), (200, 60, 40)
 
 
 def scene(upper, lower, others, visibility=None):
-    """Return a person on grey; `others` are (left, upper, lower) or None, by frame."""
+    """Return a person on grey; `others`: by frame, None or a second person (left, upper, lower)."""
     images = []
     for other in others:
         image = np.full((240, 320, 3), GREY, np.uint8)

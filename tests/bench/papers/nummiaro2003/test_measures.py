@@ -33,7 +33,7 @@ def truth():
 
 
 def judged(estimates=None, **details):
-    """Return a run that is on the target and initialises behind the tree, with changes."""
+    """Return a run that is on the target and initialises behind the tree, with given changes."""
     boxes, visibility = truth()
     usual = {
         "mode": constant_except(1, TREE, 0),

@@ -1,0 +1,48 @@
+"""Overhead of trackers in other processes."""
+
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from trackmark.bench.experiments.tracker_spec import parse_tracker
+
+STILL = """
+class Still:
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        return self.box
+"""
+LIMIT = 0.4e-3
+"""Most that a frame of 640 x 480 pixels may take longer in another interpreter [s]."""
+
+
+@pytest.mark.benchmark(timer=time.perf_counter)  # time of another process
+def test_overhead_of_another_interpreter_per_frame(benchmark, tmp_path):
+    file = tmp_path / "still.py"
+    file.write_text(STILL)
+    image = np.random.default_rng(0).integers(0, 256, (480, 640, 3), np.uint8)
+    sides = []
+    for text in (str(file), f"{file}:python={sys.executable}"):
+        tracker = parse_tracker(text).make(np.random.SeedSequence(0))
+        tracker.init(image, np.array([100.0, 100, 60, 140]))
+        sides.append(tracker)
+
+    def measure_overhead():
+        seconds = np.empty((2, 300))
+        for frame in range(seconds.shape[1]):
+            for side, tracker in enumerate(sides):
+                began = time.perf_counter()
+                tracker.update(image)
+                seconds[side, frame] = time.perf_counter() - began
+        in_process, external = np.median(seconds, axis=1)
+        return external - in_process
+
+    overheads = [measure_overhead() for _ in range(5)]
+    benchmark.pedantic(sides[1].update, (image,), rounds=300)
+    sides[1].close()
+    benchmark.extra_info["microseconds per frame"] = round(min(overheads) * 1e6)
+    assert min(overheads) < LIMIT
