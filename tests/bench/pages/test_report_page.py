@@ -129,7 +129,7 @@ def check_terminal(output, page, tables):
         time = milliseconds_text(by_measure[name, "milliseconds"])
         assert milliseconds_text(row["milliseconds"]) == time
         assert board[str(labels.index(name))] == f"~{time}"
-        (line,) = [line for line in output.splitlines() if line.startswith(f"{name} ")]
+        line = next(line for line in output.splitlines() if line.startswith(f"{name} "))
         assert f" {by_measure[name, 'mean_overlap']:.2f} " in line
         assert line.endswith(time)
 
