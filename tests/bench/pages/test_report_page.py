@@ -129,7 +129,8 @@ def check_terminal(output, page, tables):
         time = milliseconds_text(by_measure[name, "milliseconds"])
         assert milliseconds_text(row["milliseconds"]) == time
         assert board[str(labels.index(name))] == f"~{time}"
-        line = next(line for line in output.splitlines() if line.startswith(f"{name} "))
+        rows = output.partition("\n\n")[2].splitlines()
+        line = next(line for line in rows if line.startswith(f"{name} "))
         assert f" {by_measure[name, 'mean_overlap']:.2f} " in line
         assert line.endswith(time)
 
