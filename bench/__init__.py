@@ -1,7 +1,9 @@
 """The harness: experiments, the evaluation loop, metrics, results and the command line.
 
+These functions are below those of `import trackmark`.
+
 >>> from trackmark import bench
->>> run = bench.evaluate("static", "samples/face")
+>>> run = bench.evaluate_run("static", "samples/face")
 >>> 0 < bench.score(run, "samples/face")["mean_overlap"] < 1
 True
 """
@@ -13,25 +15,25 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from trackmark.bench.evaluation.loop import evaluate
+    from trackmark.bench.evaluation.loop import evaluate_run
     from trackmark.bench.evaluation.run_record import Run
-    from trackmark.bench.evaluation.scoring import score, score_boxes
-    from trackmark.bench.execution.executor import run
+    from trackmark.bench.evaluation.scoring import score
+    from trackmark.bench.execution.executor import run_experiment
     from trackmark.bench.experiments.experiment import Experiment, read_experiment
-    from trackmark.bench.pages.notebook import load_results, player
+    from trackmark.bench.pages.notebook import player
     from trackmark.bench.reporting.by_attribute import by_attribute
+    from trackmark.bench.store.data_frames import load_runs
 
 __all__ = [
     "Experiment",
     "Run",
     "by_attribute",
-    "evaluate",
-    "load_results",
+    "evaluate_run",
+    "load_runs",
     "player",
     "read_experiment",
-    "run",
+    "run_experiment",
     "score",
-    "score_boxes",
 ]
 
 # Module of every public name. It is imported on first use: `trackmark --help` needs no NumPy.
@@ -39,13 +41,12 @@ _HOMES = {
     "Experiment": "trackmark.bench.experiments.experiment",
     "Run": "trackmark.bench.evaluation.run_record",
     "by_attribute": "trackmark.bench.reporting.by_attribute",
-    "evaluate": "trackmark.bench.evaluation.loop",
-    "load_results": "trackmark.bench.pages.notebook",
+    "evaluate_run": "trackmark.bench.evaluation.loop",
+    "load_runs": "trackmark.bench.store.data_frames",
     "player": "trackmark.bench.pages.notebook",
     "read_experiment": "trackmark.bench.experiments.experiment",
-    "run": "trackmark.bench.execution.executor",
+    "run_experiment": "trackmark.bench.execution.executor",
     "score": "trackmark.bench.evaluation.scoring",
-    "score_boxes": "trackmark.bench.evaluation.scoring",
 }
 
 

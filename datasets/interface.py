@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from html import escape
 from typing import Any, Protocol, TypeAlias, overload
 
 import numpy as np
@@ -227,8 +228,29 @@ class Sequence:
         for frame in range(len(self)):
             yield self[frame]
 
+    def frames_after_init(self) -> Iterator[Image]:
+        """Yield the images after the first frame in which the target is present.
+
+        Initialise a tracker with `self[first_frame]` and `boxes[first_frame]`, and update it with
+        these images.
+        """
+        for frame in range(self.first_frame + 1, len(self)):
+            yield self[frame]
+
     def __repr__(self) -> str:
         return f"<Sequence {self.name}: {len(self)} frames>"
+
+    def _repr_html_(self) -> str:
+        """Return name, size, frame rate and the first frame with its box, for a notebook."""
+        from trackmark.datasets.film_strip import film_strip  # imported here: it loads OpenCV
+
+        rate = "" if self.fps is None else f", {self.fps:g} frames/s"
+        present = self.present.any()
+        frame = self.first_frame if present else 0
+        height, width = self[frame].shape[:2]
+        picture = film_strip([self[frame]], [[self.boxes[frame]]])
+        text = f"{self.name}: {len(self)} frames of {width} × {height} px{rate}"
+        return f"<p>{escape(text)}</p>{picture}"
 
     @property
     def fingerprint(self) -> str:

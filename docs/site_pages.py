@@ -3,11 +3,14 @@
 import posixpath
 import re
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from mkdocs.structure.files import File, Files
 
+import trackmark
 from trackmark import bench, datasets, trackers
+from trackmark.bench import metrics
 
 ROOT = Path(__file__).parents[1]
 ROOT_PAGES = {
@@ -19,9 +22,11 @@ ROOT_PAGES = {
 """Pages outside `docs/`, with their names on the site."""
 
 API = {
-    "trackmark": (bench, "Run trackers, score them and read results."),
+    "trackmark": (trackmark, "Run trackers, score them and read results."),
     "trackmark.trackers": (trackers, "Create trackers and write your own."),
     "trackmark.datasets": (datasets, "Load sequences."),
+    "trackmark.metrics": (metrics, "List and describe definitions of scores."),
+    "trackmark.bench": (bench, "Parts of the harness below these functions."),
 }
 
 
@@ -63,5 +68,8 @@ def _api_page() -> str:
     ]
     for module_name, (module, purpose) in API.items():
         lines += ["", f"## {module_name}", "", purpose]
-        lines += [f"\n::: {module.__name__}.{name}" for name in module.__all__]
+        names = [
+            name for name in module.__all__ if not isinstance(getattr(module, name), ModuleType)
+        ]
+        lines += [f"\n::: {module.__name__}.{name}" for name in names]
     return "\n".join([*lines, ""])

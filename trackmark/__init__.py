@@ -1,11 +1,12 @@
 """A benchmark for single-object visual trackers.
 
->>> import trackmark
->>> run = trackmark.evaluate("static", "samples/face")
->>> 0 < trackmark.score(run, "samples/face")["mean_overlap"] < 1
+>>> import trackmark as tm
+>>> results = tm.evaluate("static", "samples/face")
+>>> 0 < tm.score(results["static", "face"], "samples/face")["mean_overlap"] < 1
 True
 
-`trackmark.datasets` has the sequences, `trackmark.trackers` the trackers.
+`trackmark.datasets` has the sequences, `trackmark.trackers` the trackers and `trackmark.metrics`
+the definitions of scores.
 """
 
 import signal
@@ -20,23 +21,73 @@ if (
     # print a traceback.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
-from trackmark import bench
-
 if TYPE_CHECKING:
-    from trackmark.bench import *  # noqa: F403  # its public names
+    from trackmark import datasets, trackers
+    from trackmark.bench import metrics
+    from trackmark.bench.api.evaluation import evaluate, run
+    from trackmark.bench.api.results import Results, compare, load_results
+    from trackmark.bench.evaluation.run_record import Run
+    from trackmark.bench.evaluation.scoring import score
+    from trackmark.bench.evaluation.sequence_cache import load_sequence
+    from trackmark.bench.pages.notebook import player
+    from trackmark.datasets import Sequence
+    from trackmark.trackers import Estimate, Tracker
 
-__all__ = bench.__all__
+__all__ = [
+    "Estimate",
+    "Results",
+    "Run",
+    "Sequence",
+    "Tracker",
+    "compare",
+    "datasets",
+    "evaluate",
+    "load_results",
+    "load_sequence",
+    "metrics",
+    "player",
+    "run",
+    "score",
+    "trackers",
+]
+
+# Module of every public name. It is imported on first use: `trackmark --help` needs no NumPy.
+_HOMES = {
+    "Estimate": "trackmark.trackers",
+    "Results": "trackmark.bench.api.results",
+    "Run": "trackmark.bench.evaluation.run_record",
+    "Sequence": "trackmark.datasets",
+    "Tracker": "trackmark.trackers",
+    "compare": "trackmark.bench.api.results",
+    "evaluate": "trackmark.bench.api.evaluation",
+    "load_results": "trackmark.bench.api.results",
+    "load_sequence": "trackmark.bench.evaluation.sequence_cache",
+    "player": "trackmark.bench.pages.notebook",
+    "run": "trackmark.bench.api.evaluation",
+    "score": "trackmark.bench.evaluation.scoring",
+}
+_MODULES = {
+    "datasets": "trackmark.datasets",
+    "metrics": "trackmark.bench.metrics",
+    "trackers": "trackmark.trackers",
+}
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name of `trackmark.bench` on its first use."""
-    if name not in bench.__all__:
+    """Import a public name on its first use."""
+    if name in _MODULES:
+        value: Any = importlib.import_module(_MODULES[name])
+    elif name in _HOMES:
+        value = getattr(importlib.import_module(_HOMES[name]), name)
+    else:
         raise AttributeError(f"module 'trackmark' has no attribute {name!r}")
-    return getattr(bench, name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:
     """Return the names of the module, including those that are not imported yet."""
-    return sorted({*globals(), *bench.__all__})
+    return sorted({*globals(), *__all__})

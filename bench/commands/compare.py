@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,8 +32,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._progress import patience, print_hint, print_message
-from trackmark.bench.commands.run import default_name
-from trackmark.bench.experiments.experiment import Experiment
+from trackmark.bench.experiments.experiment import Experiment, default_name
 from trackmark.bench.reporting import MARGINS
 
 if TYPE_CHECKING:
@@ -153,56 +152,12 @@ def _presets(metrics: Sequence[str], filed: str) -> list[str]:
 
 def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
     """Return the score that is compared, with its margin."""
-    from trackmark.bench.reporting.tables import PRESET, SUMMARY
+    from trackmark.bench.comparing.comparable_runs import ComparisonError, compared_measure
 
-    if preset != PRESET:
-        measure = _preset_measure(preset, options)
-    else:
-        measures = {measure.name: measure for measure in SUMMARY}
-        name = options.metric or SUMMARY[0].name
-        if name not in measures:
-            raise click.BadParameter(
-                f"{name!r} is not one of {', '.join(MARGINS)}.", param_hint="--metric"
-            )
-        measure = measures[name]
-    return measure if options.margin is None else replace(measure, margin=options.margin)
-
-
-def _preset_measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
-    """Return a column of a metrics preset as a measure with the default equivalence margin."""
-    from trackmark.bench.metrics import preset as metrics_preset
-    from trackmark.bench.metrics.preset import heading, mean_of_sequences
-    from trackmark.reports.tables import ScoreMeasure
-
-    definitions = metrics_preset(preset)
-    scores = {key: column for key, column in definitions.columns.items() if column.better}
-    columns = {key: column for key, column in scores.items() if not column.whole}
-    name = options.metric or next(iter(columns))
-    if name not in columns:
-        problem = f"{preset} has no score {name!r}"
-        if name in scores:
-            problem = (
-                f"{name} is a score of all sequences together; trackers are compared by sequence"
-            )
-        raise click.BadParameter(
-            f"{problem}. Choose one of {', '.join(columns)}.",
-            param_hint="--metric",
-        )
-    better = columns[name].better
-    if options.margin is None and better == "lower":
-        raise click.UsageError(f"{name} has no default equivalence margin. Give one with --margin.")
-    title = f"{heading(name)} ({preset})"
-    if definitions.combine is not mean_of_sequences:  # `report` prints a different mean
-        title = f"mean of sequences' {title}"
-    return ScoreMeasure(
-        name,
-        title,
-        direction=better,
-        decimals=3,
-        least=0.0,
-        most=1.0 if better == "higher" else math.inf,
-        margin=MARGINS["mean_overlap"],
-    )
+    try:
+        return compared_measure(preset, options.metric, options.margin)
+    except ComparisonError as error:
+        raise click.BadParameter(str(error), param_hint="--metric") from None
 
 
 def _trackers(
@@ -257,7 +212,7 @@ class _Runs:
     """Runs of one experiment that are compared."""
 
     experiment: Path
-    table: "pd.DataFrame"  # as `load_results` returns them
+    table: "pd.DataFrame"  # as `load_runs` returns them
     labels: list[str] | None  # labels of the compared trackers; None for all stored trackers
     filed: str  # protocol name under which runs are filed
 
@@ -271,7 +226,7 @@ def _load(
 ) -> _Runs:
     """Load requested runs (all stored runs if None), imported runs and timing runs."""
     from trackmark.bench.protocols import TIMING
-    from trackmark.bench.store.data_frames import load_results
+    from trackmark.bench.store.data_frames import load_runs
     from trackmark.bench.store.results import Results
 
     if labels is not None:
@@ -280,7 +235,7 @@ def _load(
         stored = Results(experiment).manifest().versions if imported else ()
         cells = [*cells, *(cell for cell in stored if cell[0] in imported)]
         cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
-    runs = load_results(experiment, cells)
+    runs = load_runs(experiment, cells)
     if labels is not None and set(labels) <= set(runs["tracker"].unique()):
         runs = runs[runs["tracker"].isin(labels)]  # runs of other trackers may be damaged
     return _Runs(experiment, runs, labels, filed)
@@ -290,19 +245,14 @@ def _compare(
     runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "ScoreMeasure"
 ) -> "Comparison":
     """Compare the runs by a score of a metrics preset."""
-    from trackmark.bench.comparing.comparable_runs import of_protocol, same_boxes, with_published
+    from trackmark.bench.comparing.comparable_runs import same_boxes, scored_runs, with_published
     from trackmark.bench.comparing.comparison import compare
-    from trackmark.bench.reporting.by_preset import runs_by
-    from trackmark.bench.reporting.failed_runs import with_worst_scores
-    from trackmark.bench.reporting.tables import PRESET, not_repeatable
+    from trackmark.bench.reporting.tables import not_repeatable
     from trackmark.bench.store.truth import find_attributes
 
-    table, labels = runs.table, runs.labels
-    if preset != PRESET:
-        with patience("Scoring runs"):
-            table = runs_by(runs.experiment, preset, table, runs.filed)
-    table = with_worst_scores(runs.experiment, table, [preset])
-    table, measure = of_protocol(table, runs.filed, measure)
+    labels = runs.labels
+    with patience("Scoring runs"):
+        table, measure = scored_runs(runs.experiment, runs.table, runs.filed, preset, measure)
     if options.published is not None:
         table, published = with_published(table, options.published, measure)
         labels = None if labels is None else [*labels, *published]

@@ -138,7 +138,7 @@ def _metrics(name: str) -> Description:
     from trackmark.bench import metrics
 
     preset = metrics.preset(name)
-    summary, _, definition = metrics.read_definition(name).partition("\n\n")
+    summary, _, definition = metrics.describe(name).partition("\n\n")
     data = {
         "name": metrics.canonical_name(name),
         "summary": summary,

@@ -72,9 +72,9 @@ def _summaries(kind: str) -> dict[str, str]:
         from trackmark.bench import metrics
 
         lines = {}
-        for name in metrics.preset_names():
+        for name in metrics.names():
             also = metrics.preset(name).aliases
-            lines[name] = metrics.read_definition(name).partition("\n")[0]
+            lines[name] = metrics.describe(name).partition("\n")[0]
             lines[name] += f" Also called {', '.join(also)}." if also else ""
         return lines
     if kind == "attributes":

@@ -202,15 +202,14 @@ def _print_summary(
 def _print(tables: "list[Table]", options: ReportOptions) -> None:
     """Print the tables of an experiment; as JSON one per line."""
     from trackmark.reports.renderers import FORMATS as RENDERERS
-    from trackmark.reports.renderers import to_json
-    from trackmark.reports.table_width import on_terminal
+    from trackmark.reports.renderers import on_terminal, to_json
 
     is_text = options.form in TEXTS
     _, render = RENDERERS[str(options.form) if is_text else "text"]
     if options.as_json:
         render = to_json
     elif not is_text and not options.wide:
-        render = functools.partial(on_terminal, render=render, more=" (--wide)")
+        render = functools.partial(on_terminal, more=" (--wide)")
     if tables:
         click.echo("\n".join(map(render, tables)))
 
@@ -243,11 +242,11 @@ def _write_page(
 def _print_left_out(experiments: Sequence[Path]) -> int:
     """Print a line per tracker whose runs all failed; return the exit code."""
     from trackmark.bench.reporting.failed_runs import failed_runs
-    from trackmark.bench.store.data_frames import load_results
+    from trackmark.bench.store.data_frames import load_runs
 
     lines = dict[str, None]()
     for experiment in experiments:
-        for _, runs in load_results(experiment).groupby("protocol", sort=False, observed=True):
+        for _, runs in load_runs(experiment).groupby("protocol", sort=False, observed=True):
             failures = failed_runs(runs)
             lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
     for line in lines:

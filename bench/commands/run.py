@@ -1,9 +1,7 @@
 """Run trackers on sequences and store the results."""
 
-import hashlib
 import json
 import math
-import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -35,6 +33,7 @@ from trackmark.bench.commands._terminal import complain
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
+    default_name,
     experiment_names,
     read_experiment,
 )
@@ -45,7 +44,6 @@ if TYPE_CHECKING:
     from trackmark.bench.store.layout import RunKey
 
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
-_MAX_NAME = 24  # characters of a tracker or a sequence in the name of a folder
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +52,8 @@ class RunOptions(ScreenOptions, EngineOptions):
 
     experiment: tuple[str, ...] = argument(nargs=-1, required=False, metavar="[EXPERIMENT]")
     trackers: str | None = option(
-        "Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]… or FILE.py[:CLASS].",
+        "Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]…, FILE.py[:CLASS], or "
+        "FILE.toml:NAME of a file of trackers.",
         metavar="TRACKERS",
     )
     sequences: str | None = option(
@@ -152,26 +151,6 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
     if len(names) > 1:
         raise ExperimentError(f"{len(names)} experiments are named. Give one experiment.")
     return read_experiment(names[0]) if names else None
-
-
-def default_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
-    """Return the default name of an experiment; it does not depend on the order of the texts.
-
-    Raises `ExperimentError` if there are no trackers or no sequences.
-    """
-    if not (trackers and sequences):
-        raise ExperimentError("no tracker or no sequence is given. Give at least one of each.")
-    trackers, sequences = sorted(trackers), sorted(sequences)
-    content = json.dumps([trackers, sequences, str(truth or "")])
-    digest = hashlib.sha256(content.encode()).hexdigest()[:6]
-    return f"{_short_name(trackers)}-on-{_short_name(sequences)}-{digest}"
-
-
-def _short_name(texts: Sequence[str]) -> str:
-    """Return the last part of the first text and the number of other texts: `static+2`."""
-    parts = [re.sub(r"[^\w.=]+", "-", part).strip("-._") for part in texts[0].split("/")]
-    name = next(filter(None, reversed(parts)), "any")[:_MAX_NAME]
-    return f"{name}+{len(texts) - 1}" if len(texts) > 1 else name
 
 
 def _without_stale_runs(

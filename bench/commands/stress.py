@@ -88,8 +88,7 @@ def command(options: StressOptions) -> int:
         write_curves,
     )
     from trackmark.bench.experiments.tracker_files import resolve_trackers
-    from trackmark.reports.renderers import to_text
-    from trackmark.reports.table_width import on_terminal
+    from trackmark.reports.renderers import on_terminal
     from trackmark.reports.write import list_written_files, write_tables
 
     if not (knob_texts := split_list(options.knobs)):
@@ -116,7 +115,7 @@ def command(options: StressOptions) -> int:
     else:
         click.echo("\n".join(answer_lines(result)))
         if not options.quiet:
-            texts_of_tables = (on_terminal(table, to_text) for table in tables(result))
+            texts_of_tables = map(on_terminal, tables(result))
             click.echo("\n" + "\n".join(texts_of_tables), nl=False)
     if (folder := options.folder) is not None:
         paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
@@ -137,7 +136,7 @@ class _Runner:
         self, labels: Sequence[str], sequences: Sequence[SequenceSource], repetitions: int = 1
     ) -> "tuple[pd.DataFrame, dict[str, str]]":
         """Execute missing runs; return all runs, and the texts of the sequences by name."""
-        from trackmark.bench.store.data_frames import load_results
+        from trackmark.bench.store.data_frames import load_runs
 
         trackers = tuple(self.texts[label] for label in labels)
         name = self.options.name
@@ -148,7 +147,7 @@ class _Runner:
             experiment, self.options, self.opened_sequences, progress=self.progress
         )
         texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-        return load_results(execution.folder, execution.plan.manifest().versions), texts
+        return load_runs(execution.folder, execution.plan.manifest().versions), texts
 
 
 def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series]":

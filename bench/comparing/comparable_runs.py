@@ -12,7 +12,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from trackmark.bench.metrics import preset as metrics_preset
+from trackmark.bench.metrics.preset import mean_of_sequences
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, title
+from trackmark.bench.reporting.by_preset import measures_of, runs_by
+from trackmark.bench.reporting.failed_runs import with_worst_scores
+from trackmark.bench.reporting.tables import PRESET
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import ScoreMeasure
@@ -29,12 +34,55 @@ class AllFailedError(ComparisonError):
     """Every run of every tracker failed."""
 
 
+def compared_measure(
+    preset: str, metric: str | None = None, margin: float | None = None
+) -> ScoreMeasure:
+    """Return a score of a metrics preset, by default the first one, with its equivalence margin.
+
+    Raises `ComparisonError` if the preset has no such score, or if the score has no default margin.
+    """
+    definitions = metrics_preset(preset)
+    measures = {measure.name: measure for measure in measures_of(preset) if measure.direction}
+    name = metric or next(iter(measures))
+    if name not in measures:
+        problem = f"{preset} has no score {name!r}"
+        if name in definitions.columns and definitions.columns[name].whole:
+            problem = (
+                f"{name} is a score of all sequences together; trackers are compared by sequence"
+            )
+        raise ComparisonError(f"{problem}. Choose one of {', '.join(measures)}.")
+    measure = measures[name]
+    if preset != PRESET:
+        if margin is None and measure.direction == "lower":
+            raise ComparisonError(
+                f"{name} has no default equivalence margin. Give one with --margin, or margin= in "
+                "Python."
+            )
+        title = f"{measure.title} ({preset})"
+        if definitions.combine is not mean_of_sequences:  # `report` prints a different mean
+            title = f"mean of sequences' {title}"
+        measure = replace(measure, title=title)
+    return measure if margin is None else replace(measure, margin=margin)
+
+
+def scored_runs(
+    folder: Path, runs: pd.DataFrame, stored: str, preset: str, measure: ScoreMeasure
+) -> tuple[pd.DataFrame, ScoreMeasure]:
+    """Return the runs with the scores of a preset, failed runs with the worst ones.
+
+    `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `stored`,
+    `measure` and the result are those of `of_protocol`.
+    """
+    table = runs if preset == PRESET else runs_by(folder, preset, runs, stored)
+    return of_protocol(with_worst_scores(folder, table, [preset]), stored, measure)
+
+
 def of_protocol(
     runs: pd.DataFrame, stored: str, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, ScoreMeasure]:
     """Return the runs by one protocol, relabelled as one-pass, and the measure with a new title.
 
-    `runs`: as `bench.load_results` returns them. `stored`: stored name of the protocol. Timing runs
+    `runs`: as `bench.load_runs` returns them. `stored`: stored name of the protocol. Timing runs
     are kept. `first_loss` is NaN except for one-pass runs. The title names the protocol, but
     one-pass evaluation only if runs by other protocols exist. Raises `ComparisonError` if no run is
     by the protocol.
@@ -121,7 +169,7 @@ def same_boxes(
 ) -> Counter[tuple[str, str]]:
     """Return the number of sequences on which two trackers gave equal boxes in all runs.
 
-    `folder`: results folder of the experiment. `runs`: as `load_results` returns them. `stored`:
+    `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `stored`:
     stored name of the protocol. Raises `ResultsError` if a file is damaged.
     """
     results = Results(folder)
@@ -157,7 +205,7 @@ def with_published(
 ) -> tuple[pd.DataFrame, list[str]]:
     """Return the runs extended by published scores, and the labels of the published trackers.
 
-    `runs`: as `bench.load_results` returns them. `file`: CSV with the columns `tracker`, `sequence`
+    `runs`: as `bench.load_runs` returns them. `file`: CSV with the columns `tracker`, `sequence`
     and the measure's name; sequences without runs are ignored. Labels end in `(published)`. Raises
     `ComparisonError` if a column, a name, a number or a sequence is missing, a score is impossible,
     or a row occurs twice.

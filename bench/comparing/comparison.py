@@ -21,7 +21,8 @@ from trackmark.bench.reporting.tables import uncertainty_of, update_times
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import Decision, decide
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.reports.tables import ScoreMeasure, timed_by
+from trackmark.reports.renderers import to_html
+from trackmark.reports.tables import MISSING, ScoreMeasure, text_table, timed_by
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
@@ -74,7 +75,7 @@ class Pair:
         return float(self.by_unit.mean())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Comparison of trackers by one measure; differences up to its margin are irrelevant."""
 
@@ -97,6 +98,30 @@ class Comparison:
     def main_pairs(self) -> list[Pair]:
         """Pairs with the main tracker."""
         return [pair for pair in self.pairs if self.main in (pair.first, pair.second)]
+
+    def __repr__(self) -> str:
+        names = ", ".join(standing.tracker for standing in self.standings)
+        return f"<Comparison of {names} by {self.measure.name} on {len(self.sequences)} sequences>"
+
+    def _repr_html_(self) -> str:
+        """Return the differences to the main tracker with their intervals, for a notebook."""
+        scale, decimals = self.measure.scale, self.measure.decimals
+        rows = []
+        for pair in self.main_pairs:
+            low, high = pair.interval or (nan, nan)
+            interval = f"[{scale * low:+.{decimals}f}, {scale * high:+.{decimals}f}]"
+            rows.append(
+                [
+                    pair.label,
+                    f"{scale * pair.difference:+.{decimals}f}",
+                    interval if pair.interval else MISSING,
+                    pair.answer.label,
+                    pair.answer.reason,
+                ]
+            )
+        heads = ["trackers", "difference", "95 %", "the first is", "reason"]
+        caption = f"Difference of {self.measure.title} on {len(self.units)} {self.units.plural}"
+        return to_html(text_table("comparison", caption, heads, rows))
 
     @property
     def repetitions(self) -> tuple[int, int]:
@@ -186,7 +211,7 @@ def compare(
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
-    `runs`: as `load_results` returns them, of one experiment; failed runs have the worst scores.
+    `runs`: as `load_runs` returns them, of one experiment; failed runs have the worst scores.
     `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
     stored trackers. `against`: tracker to compare with every other tracker. `by_scene`: units are
     scenes, also for several families. `attributes`: by sequence. `same_boxes`: function that

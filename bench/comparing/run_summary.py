@@ -26,13 +26,12 @@ from trackmark.bench.reporting.tables import (
     summary_of,
 )
 from trackmark.bench.statistics.units import units_of
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.printable import one_line, wrap
-from trackmark.reports.renderers import to_text
-from trackmark.reports.table_width import terminal_lines
+from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
 
 MAX_ROWS = 10
@@ -71,7 +70,7 @@ class RunSummary:
         sentences = [self.answer.heading, *([] if quiet else self.answer.details)]
         head = [*self.failures, *([""] if self.failures else [])]
         head += [line for sentence in sentences for line in wrap(sentence).splitlines()]
-        return head if quiet else [*head, "", *terminal_lines(self.table, to_text)]
+        return head if quiet else [*head, "", *terminal_lines(self.table)]
 
 
 def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSummary | None:
@@ -80,11 +79,11 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
     `folder`: folder of the results. `cells`: selected runs, all by default. Times come from timing
     runs if these exist. Raises `ResultsError` if a file cannot be read.
     """
-    selected = load_results(folder, cells)
+    selected = load_runs(folder, cells)
     runs = selected[selected["protocol"] == STORED_ONE_PASS]
     if runs.empty:
         return None
-    every = selected if cells is None else load_results(folder)
+    every = selected if cells is None else load_runs(folder)
     timed = every[every["protocol"] == TIMING]
     scored = with_worst_scores(folder, runs)
     means = summary_of(scored, timed, "")
@@ -185,7 +184,7 @@ def _table(means: MeansByTracker, notes: Sequence[str]) -> Table:
 
 def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
     """Return lines on timing runs: the fastest tracker, and a table of the times."""
-    runs = load_results(folder, cells)
+    runs = load_runs(folder, cells)
     lines = failure_lines(runs, folder)
     table = replace(mean_table(runs, TIMES, "", PRESET), caption="")
     warm = table.data[table.data["measure"] == TIMES[0].name].set_index("tracker")["mean"].dropna()
@@ -198,7 +197,7 @@ def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
         fastest = str(warm.idxmin())
         verb = "is the fastest" if len(warm) > 1 else "was timed"
         head = f"{fastest} {verb}: {milliseconds_text(1e3 * warm.min())} per frame."
-    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table, to_text)]
+    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table)]
 
 
 def _number(value: float, form: str, unit: str = "") -> str:
@@ -208,7 +207,7 @@ def _number(value: float, form: str, unit: str = "") -> str:
 def failure_lines(runs: pd.DataFrame, folder: Path) -> list[str]:
     """Return lines on failed runs: their number, and frame, reason and code line of the first ones.
 
-    `runs`: as `load_results` returns them.
+    `runs`: as `load_runs` returns them.
     """
     failed = runs[runs["status"] == "failed"]
     if failed.empty:

@@ -18,7 +18,7 @@ from trackmark.bench.comparing.baseline import Baseline, BaselineError
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.experiments.tracker_spec import BOXES, run_seed, split_text
+from trackmark.bench.experiments.tracker_spec import BOXES, split_text
 from trackmark.bench.external.definition import is_external
 from trackmark.bench.statistics.speed import (
     Pace,
@@ -30,6 +30,7 @@ from trackmark.bench.statistics.speed import (
 )
 from trackmark.reports.tables import MISSING, Cell, Table
 from trackmark.trackers.base.catalogue import in_file, is_outside
+from trackmark.trackers.base.seeds import run_seed
 
 CLIPS = 4
 """Number of evenly spread sequences of a tracker on which it is timed."""

@@ -81,7 +81,7 @@ class PassResult:
     frame_seconds: float  # mean time to decode or render a frame
 
 
-def evaluate(
+def evaluate_run(
     tracker: str | TrackerFactory,
     sequence: str | Sequence,
     repetition: int = 0,
@@ -133,14 +133,15 @@ def run_protocol(
     *,
     keep_arrays: bool = False,
     run_seconds: float = inf,
+    raise_errors: bool = False,
     observer: Observer = NULL_OBSERVER,
 ) -> PassResult:
     """Run several trackers on a sequence in lock step.
 
     `entries` are trackers with repetitions; timing runs have one entry. `protocol` is the stored
     name; `timing` measures time in a one-pass run. `keep_arrays` stores arrays, masks and maps of
-    one-pass runs. `run_seconds` is the time limit of each tracker for all frames. `observer` gets
-    callbacks.
+    one-pass runs. `run_seconds` is the time limit of each tracker for all frames. `raise_errors`
+    raises exceptions of trackers instead of storing them in runs. `observer` gets callbacks.
 
     Timing runs have `times` of two passes: right after decoding, and warm (images in memory).
     OpenCV's threads and Python's garbage collector are disabled. `reference_seconds` are CPU times
@@ -151,7 +152,7 @@ def run_protocol(
     Raises `NotAttributableError` if one of several trackers exhausts the memory.
     """
     sequence.check_runnable()
-    make = partial(_make_recorders, list(entries), sequence, protocol)
+    make = partial(_make_recorders, list(entries), sequence, protocol, raise_errors=raise_errors)
     recorders = make(observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
     frames, warm_up = sequence.frames, min(WARM_UP_FRAMES, len(sequence) - sequence.first_frame)
     walk = _SequencePass(recorders, sequence, observer)

@@ -22,7 +22,7 @@ from trackmark.bench.evaluation.estimates import (
 )
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
-from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity, run_seed
+from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import TRANSFER_CLOCK, ExternalPlugin
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times
@@ -36,6 +36,7 @@ from trackmark.bench.protocols import (
 )
 from trackmark.datasets import Sequence
 from trackmark.trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
+from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
 R = TypeVar("R")
@@ -68,10 +69,10 @@ def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:
 class Recorder:
     """One run: a tracker on the segments of a protocol, and its estimates so far.
 
-    `entry` is the index of the run in its pass. For `protocol`, `keep_arrays` and `run_seconds`,
-    see `run_protocol`. `alone` is whether no other tracker runs in the process; otherwise another
-    tracker could have exhausted the memory. `make_rows` creates the buffer for the rows of all
-    segments.
+    `entry` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds` and
+    `raise_errors`, see `run_protocol`. `alone` is whether no other tracker runs in the process;
+    otherwise another tracker could have exhausted the memory. `make_rows` creates the buffer for
+    the rows of all segments.
 
     `failure` is empty until the run fails. `seconds` is the wall time of all calls of the tracker
     [s].
@@ -88,6 +89,7 @@ class Recorder:
         keep_arrays: bool = False,
         alone: bool = True,
         run_seconds: float = inf,
+        raise_errors: bool = False,
         make_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
     ) -> None:
         if repetition < 0:
@@ -102,6 +104,7 @@ class Recorder:
         self.segments = _segments(protocol, sequence, spec.init)
         self._frames = segment_frames(protocol, sequence, spec.init)
         self._spec, self._run_seconds, self._alone = spec, run_seconds, alone
+        self._raise_errors = raise_errors
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
         self._complete = protocol == STORED_ONE_PASS
         self._revises = protocol in (STORED_ONE_PASS, TIMING)
@@ -366,6 +369,8 @@ class Recorder:
         self.failure = f"{self._sequence.frame_name(frame)}: {reason}"
 
     def _fail(self, frame: int, error: BaseException) -> None:
+        if self._raise_errors:
+            raise error
         if not self._alone and _lacks_memory(error):
             raise NotAttributableError("the memory is exhausted") from error
         # The module traceback also handles exceptions whose `__str__` fails.

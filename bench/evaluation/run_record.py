@@ -2,13 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
+from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
 from trackmark.bench.experiments.tracker_spec import Identity
+from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
+from trackmark.datasets import Sequence
+from trackmark.datasets.film_strip import film_strip
 
 Trace: TypeAlias = Literal["online", "revised"]
 """Kind of boxes: as returned by each update, or with the tracker's later corrections."""
@@ -87,6 +96,63 @@ class Run:
     def boxes_in(self, trace: Trace) -> NDArray[Any]:
         """Return the online or revised boxes, shape (n, 4), which are equal without corrections."""
         return self.boxes if trace == "online" or self.revised is None else self.revised
+
+    def overlaps(self, sequence: str | Path | Sequence) -> NDArray[np.float64]:
+        """Return the overlap (IoU) of each row with the ground truth, shape (n,).
+
+        Values are in [0, 1]. They are NaN if the target is absent, 0 for rows without a box, and 1
+        for the init box. Raises `ValueError` for another sequence.
+        """
+        return overlap(self._truth(sequence), self.boxes)
+
+    def centre_errors(self, sequence: str | Path | Sequence) -> NDArray[np.float64]:
+        """Return the centre location error of each row [px], shape (n,).
+
+        Values are NaN if the target is absent, and infinite for rows without a box. Raises
+        `ValueError` for another sequence.
+        """
+        return centre_error(self._truth(sequence), self.boxes)
+
+    def _truth(self, sequence: str | Path | Sequence) -> NDArray[np.float64]:
+        """Return the ground-truth box of each row, shape (n, 4)."""
+        loaded = load_sequence(sequence) if isinstance(sequence, str | Path) else sequence
+        if loaded.fingerprint != self.identity.fingerprint:
+            raise ValueError(
+                f"{self!r} was made on another sequence, or on another version of {loaded.name}."
+            )
+        boxes = select_ground_truth(loaded, self.identity.init, loaded.name).boxes
+        return np.asarray(boxes[np.concatenate(self.segments)] if self.segments else boxes)
+
+    def _repr_html_(self) -> str:
+        """Return status, two scores and four frames with the boxes, for a notebook."""
+        text = f"<p>{escape(repr(self)[1:-1])}</p>"
+        if self.failure:
+            text += f"<p>{escape(self.failure.splitlines()[0])}</p>"
+        try:
+            sequence = self._sequence()
+            truth = self._truth(sequence)
+        except ValueError:  # the sequence cannot be opened, or has changed
+            return f"{text}<p>The images cannot be opened.</p>"
+        first, n = sequence.first_frame, len(self.boxes)
+        frames = np.concatenate(self.segments) if self.segments else np.arange(n)
+        if not self.failure and not self.segments and self.states is None:
+            later = np.isfinite(truth).all(axis=1) & (frames != first)
+            scores = self.overlaps(sequence)[later], self.centre_errors(sequence)[later]
+            means = [values.mean() if len(values) else np.nan for values in scores]
+            text += f"<p>mean overlap {means[0]:.3f}, centre error {means[1]:.2f} px</p>"
+        rows = sorted({int(row) for row in np.linspace(min(first, n - 1), n - 1, 4)})
+        strip = film_strip(
+            [sequence[int(frames[row])] for row in rows],
+            [[truth[row], self.boxes[row]] for row in rows],
+        )
+        return f"{text}{strip}<p>Green: ground truth. Red: estimate.</p>"
+
+    def _sequence(self) -> Sequence:
+        """Return the sequence of the run; raise `SequenceError` if it cannot be opened."""
+        if sequence := evaluated_sequences.get(self.identity.fingerprint):
+            return sequence
+        name = self.circumstances.get("source") or self.identity.sequence
+        return load_sequence(name, self.circumstances.get("truth") or None)
 
     def __repr__(self) -> str:
         key = self.identity

@@ -1,14 +1,16 @@
 """Scores of runs and of boxes, by metrics presets."""
 
+import warnings
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.evaluation.sequence_cache import load_sequence
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.native import GroundTruthLike
@@ -23,7 +25,10 @@ REVISED = "revised_"
 
 
 def score_run(
-    run: Run, sequence: str | GroundTruthLike, preset: str = "native", trace: Trace = "online"
+    run: Run,
+    sequence: str | Path | GroundTruthLike,
+    preset: str = "native",
+    trace: Trace = "online",
 ) -> PresetResult:
     """Return the scores and curves of a run by a preset.
 
@@ -121,20 +126,27 @@ def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthA
 
 
 def score(
-    run: Run, sequence: str | GroundTruthLike, preset: str = "native", trace: Trace = "online"
+    run_or_boxes: Run | ArrayLike,
+    sequence: str | Path | GroundTruthLike,
+    metrics: str = "native",
+    trace: Trace = "online",
+    *,
+    preset: str | None = None,
 ) -> dict[str, float]:
-    """Score a run by the ground truth that it was initialised with.
+    """Score a run by the ground truth that it was initialised with, or score boxes of any origin.
 
     Parameters
     ----------
-    run : Run
-        A finished run.
-    sequence : str or Sequence
-        The sequence of the run.
-    preset : str
-        Definitions of the scores; see `bench.metrics`.
+    run_or_boxes : Run or array of float64, shape (n, 4)
+        A finished run, or boxes `[x, y, width, height]` in pixels from 0, one row per frame.
+    sequence : str, Path or Sequence
+        The sequence of the run or of the boxes; see `load_sequence`.
+    metrics : str
+        Definitions of the scores: one of `trackmark.metrics.names()`.
     trace : {'online', 'revised'}
-        Boxes to score: as returned by each update, or with the tracker's corrections.
+        Boxes of a run to score: as returned by each update, or with the tracker's corrections.
+    preset : str, optional
+        Former name of `metrics`, which will be removed.
 
     Returns
     -------
@@ -147,8 +159,22 @@ def score(
     ValueError
         For a failed run, an unknown preset or trace, another sequence, or a run that the preset
         cannot score.
+
+    Examples
+    --------
+    >>> truth = load_sequence("samples/face")
+    >>> score(truth.boxes, truth)["mean_overlap"]
+    1.0
     """
-    scores = dict(score_run(run, sequence, preset, trace).scores)
+    if preset is not None:
+        message = "score: the argument preset is now called metrics. Use metrics=..."
+        warnings.warn(message, FutureWarning, stacklevel=2)
+        metrics = preset
+    if not isinstance(run_or_boxes, Run):
+        estimates = RunEstimates(run_or_boxes)
+        return dict(metrics_preset(metrics).score(_truth(sequence), estimates).scores)
+    run = run_or_boxes
+    scores = dict(score_run(run, sequence, metrics, trace).scores)
     if run.segmentation is not None and trace == "online":
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
         scores |= segmentation_scores(run.segmentation, initialised)
@@ -168,33 +194,5 @@ def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
     return scores | {REVISED + name: value for name, value in revised.items()}
 
 
-def score_boxes(
-    boxes: ArrayLike, sequence: str | GroundTruthLike, preset: str = "native"
-) -> dict[str, float]:
-    """Score boxes of any origin.
-
-    Parameters
-    ----------
-    boxes : array of float64, shape (n, 4)
-        `[x, y, width, height]` in pixels from 0, one row per frame of the sequence.
-    sequence : str or Sequence
-        The sequence of the boxes.
-    preset : str
-        Definitions of the scores.
-
-    Returns
-    -------
-    dict of str to float
-        The preset's scores (`mean_overlap`, `success_frames`, `centre_error`, …).
-
-    Examples
-    --------
-    >>> truth = datasets.load("samples/face")
-    >>> score_boxes(truth.boxes, truth)["mean_overlap"]
-    1.0
-    """
-    return dict(metrics_preset(preset).score(_truth(sequence), RunEstimates(boxes)).scores)
-
-
-def _truth(sequence: str | GroundTruthLike) -> GroundTruthLike:
-    return datasets.load(sequence) if isinstance(sequence, str) else sequence
+def _truth(sequence: str | Path | GroundTruthLike) -> GroundTruthLike:
+    return load_sequence(sequence) if isinstance(sequence, str | Path) else sequence

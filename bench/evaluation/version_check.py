@@ -17,7 +17,7 @@ from pathlib import Path
 import click
 
 from trackmark import datasets, trackers
-from trackmark.bench.evaluation.loop import evaluate
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.experiments.tracker_spec import GOLDEN, PACKAGE
 from trackmark.datasets.golden import golden_digests
 from trackmark.datasets.metadata import stored_metadata
@@ -56,7 +56,7 @@ def sealed() -> Iterator[Sealed]:
 def golden_boxes(key: str) -> dict[str, str]:
     """Return the digest of a tracker's estimates; `key` is `TRACKER on SEQUENCE`, see `SHORT`."""
     text, _, name = key.partition(" on ")
-    run = evaluate(text, _short(name))
+    run = evaluate_run(text, _short(name))
     if run.failure:
         return {"failure": run.failure.partition(":")[0]}
     digest = hashlib.sha256()

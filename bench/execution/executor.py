@@ -24,7 +24,7 @@ from trackmark.bench.store.truth import read_truth, write_truth
 from trackmark.datasets import SequenceError
 
 
-def run(
+def run_experiment(
     experiment: Experiment | str | Path,
     output: str | Path = "results",
     jobs: int | None = None,
@@ -56,7 +56,7 @@ def run(
     Returns
     -------
     Path
-        The experiment's folder, for `load_results`.
+        The experiment's folder, for `load_runs`.
 
     Raises
     ------
@@ -88,7 +88,7 @@ class Execution:
     `folder` is the folder of the results. `plan` holds the states of the runs before the execution.
     """
 
-    experiment: Experiment  # this field and the next five are parameters of `run`
+    experiment: Experiment  # this field and the next five are parameters of `run_experiment`
     output: Path
     jobs: int | None = None
     retry_failed: bool = False

@@ -17,10 +17,13 @@ sequences = [
 ```
 """
 
+import hashlib
+import json
 import math
+import re
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -40,6 +43,8 @@ VERSION = 1
 
 MAX_SWEPT = 1_000_000
 """Maximum number of trackers or sequences to which a table entry of an experiment expands."""
+
+_MAX_NAME = 24  # characters of a tracker or a sequence in the name of a folder
 
 
 class ExperimentError(ValueError):
@@ -156,6 +161,28 @@ class Experiment:
             raise ExperimentError(
                 f"{self.name}: timing runs are one-pass. Omit the protocol {self.protocol}."
             )
+
+
+def default_name(
+    trackers: Sequence[str], sequences: Sequence[str], truth: Path | None = None
+) -> str:
+    """Return the default name of an experiment; it does not depend on the order of the texts.
+
+    Raises `ExperimentError` if there are no trackers or no sequences.
+    """
+    if not (trackers and sequences):
+        raise ExperimentError("no tracker or no sequence is given. Give at least one of each.")
+    trackers, sequences = sorted(trackers), sorted(sequences)
+    content = json.dumps([trackers, sequences, str(truth or "")])
+    digest = hashlib.sha256(content.encode()).hexdigest()[:6]
+    return f"{_short_name(trackers)}-on-{_short_name(sequences)}-{digest}"
+
+
+def _short_name(texts: Sequence[str]) -> str:
+    """Return the last part of the first text and the number of other texts: `static+2`."""
+    parts = [re.sub(r"[^\w.=]+", "-", part).strip("-._") for part in texts[0].split("/")]
+    name = next(filter(None, reversed(parts)), "any")[:_MAX_NAME]
+    return f"{name}+{len(texts) - 1}" if len(texts) > 1 else name
 
 
 def experiment_names() -> list[str]:

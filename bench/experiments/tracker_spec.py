@@ -4,7 +4,6 @@ import hashlib
 import inspect
 import json
 import typing
-import zlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -153,13 +152,6 @@ def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
             "or a callable that creates the tracker from a numpy.random.SeedSequence."
         )
     name = getattr(tracker, "__qualname__", type(tracker).__qualname__)
-    try:
-        source = inspect.getsourcefile(inspect.unwrap(tracker))
-    except (
-        TypeError,
-        OSError,
-    ):  # no source file, as of a functools.partial
-        source = None
     return TrackerSpec(
         label=name,
         name=name,
@@ -167,8 +159,17 @@ def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
         parameters={},
         randomness=getattr(tracker, "randomness", Randomness.GENERATOR),
         make=tracker,
-        file=Path(source) if source and Path(source).is_file() else None,
+        file=source_file(tracker),
     )
+
+
+def source_file(tracker: TrackerFactory) -> Path | None:
+    """Return the file that defines a class or function; None if there is none."""
+    try:
+        source = inspect.getsourcefile(inspect.unwrap(tracker))
+    except (TypeError, OSError):  # for example a functools.partial
+        return None
+    return Path(source) if source and Path(source).is_file() else None
 
 
 TrackerVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
@@ -193,18 +194,6 @@ def parse_trackers(
             versions[key] = entry.version
         vars(entry)["version"] = versions[key]  # value of the `cached_property`
     return specs
-
-
-def run_seed(
-    name: str, sequence: str, repetition: int, restarts: int = 0
-) -> np.random.SeedSequence:
-    """Return the seed of a run: it depends on tracker name, sequence name and repetition only.
-
-    Trackers of equal name get the same random numbers. Other trackers have no influence. `restarts`
-    is the number of trackers that the protocol has started earlier in the run.
-    """
-    key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
-    return np.random.SeedSequence(repetition, spawn_key=(*key, restarts) if restarts else key)
 
 
 class SequenceIdentity(typing.Protocol):
@@ -277,14 +266,17 @@ def split_text(text: str) -> tuple[str, dict[str, str]]:
 
     Raises `TrackerError` for a malformed text.
     """
-    table = split_table(text.strip())
-    place: tuple[Path | str, str] | None = table or in_file(text.strip())
+    speaks_trax = text.strip().startswith("trax:")  # its command can name a file
+    table = None if speaks_trax else split_table(text.strip())
+    place: tuple[Path | str, str] | None = table
+    if not (table or speaks_trax):
+        place = in_file(text.strip())
     file, rest = place or ("", text)
     if place and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
         rest = f":{rest}"
     try:
         name, options = parse_text(rest)
     except ValueError as error:
-        hint = " A command with ':' needs a table of a TOML file." if text[:5] == "trax:" else ""
+        hint = " A command with ':' needs a table of a TOML file." if speaks_trax else ""
         raise TrackerError(f"tracker {error}{hint}") from None
     return (f"{file}:{name}" if name else str(file)) if place else name, options

@@ -1,62 +1,27 @@
-"""Stored results in a notebook: tables of scores and a player of the frames."""
+"""Player of the frames of stored results, in a notebook."""
 
 import html
-from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import replace
 from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
-
-import pandas as pd
+from typing import Protocol
 
 from trackmark import datasets
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.store import data_frames
-from trackmark.bench.store.layout import RunKey, experiment_folders
+from trackmark.bench.store.layout import experiment_folders
 from trackmark.reports.files import write_file
 
 _PLAYER_HEIGHT = 780  # CSS pixels
 
 
-class Runs(pd.DataFrame):
-    """Data frame with one row per stored run; a notebook shows the tables of `trackmark report`.
-
-    Selections and results of computations are plain data frames.
-    """
-
-    _metadata = ("folder", "cells")
-    folder: Path
-    cells: Collection[RunKey] | None
+class StoredResults(Protocol):
+    """Results with a folder, for example `bench.api.results.Results`."""
 
     @property
-    def _constructor(self) -> type[pd.DataFrame]:
-        return pd.DataFrame
-
-    def _repr_html_(self) -> str:
-        """Return the tables as HTML."""
-        from trackmark.bench.reporting.tables import tables, title_of
-        from trackmark.reports.renderers import to_html
-
-        experiments = experiment_folders(self.folder)
-        return "".join(
-            to_html(table)
-            for experiment in experiments
-            for table in tables(
-                experiment, self.cells, title_of(experiment, named=len(experiments) > 1)
-            )
-        )
-
-
-def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) -> Runs:
-    """Return the runs of an experiment, or of all experiments in a folder, as a data frame.
-
-    Parameters, columns and errors are those of `bench.store.data_frames.load_results`. A notebook
-    shows the tables of the report.
-    """
-    runs = Runs(data_frames.load_results(folder, cells))
-    runs.folder, runs.cells = Path(folder), cells
-    return runs
+    def stored_folder(self) -> Path: ...  # noqa: D102  # folder of the runs
 
 
 class SequencePlayer:
@@ -82,7 +47,7 @@ class SequencePlayer:
 
 
 def player(
-    results: str | Path | Runs,
+    results: str | Path | StoredResults,
     sequence: str,
     tracker: str | None = None,
     repetition: int = 0,
@@ -92,8 +57,8 @@ def player(
 
     Parameters
     ----------
-    results : path or Runs
-        Folder of results, or the return value of `load_results`.
+    results : path or Results
+        Folder of results, or results of `evaluate`, `run` or `load_results`.
     sequence : str
         Name in the results, or specification.
     tracker : str, optional
@@ -114,7 +79,7 @@ def player(
     from trackmark.reports.page.content import Page, PageSection, PlayerPosition
     from trackmark.reports.page.page import write_page
 
-    folder = Path(results.folder if isinstance(results, Runs) else results)
+    folder = Path(results) if isinstance(results, str | Path) else results.stored_folder
     experiment, name = _find_sequence(folder, sequence)
     runs = read_runs(experiment, [], sequence=name)
     if tracker is not None and tracker not in runs.labels:
@@ -137,7 +102,7 @@ def _find_sequence(folder: Path, sequence: str) -> tuple[Path, str]:
     """Return the experiment that has runs on a sequence, and the sequence's name in these runs."""
     names: dict[str, Path] = {}
     for experiment in reversed(experiment_folders(folder)):
-        runs = data_frames.load_results(experiment)
+        runs = data_frames.load_runs(experiment)
         scored = runs[(runs["protocol"] == STORED_ONE_PASS) & (runs["status"] != "missing")]
         names |= dict.fromkeys(map(str, scored["sequence"].unique()), experiment)
     if sequence not in names:

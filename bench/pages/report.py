@@ -42,7 +42,7 @@ from trackmark.bench.reporting.answer import Answer
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.tables import not_repeatable, summary_of
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.page.cards import GLOSSARY, CurvePlot, Fold
@@ -130,7 +130,7 @@ class _Content:
     ) -> None:
         self.experiment, self.commands = experiment, commands
         self.tables = {table.name: table for table in tables}
-        self.all_runs = with_worst_scores(experiment, load_results(experiment))
+        self.all_runs = with_worst_scores(experiment, load_runs(experiment))
         self.scored = complete(self.all_runs[self.all_runs["protocol"] == STORED_ONE_PASS])
         self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
         names = [str(name) for name in self.scored["tracker"].unique()]

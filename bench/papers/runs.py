@@ -21,7 +21,7 @@ from trackmark.bench.papers import Effort, plan
 from trackmark.bench.papers.description import Description
 from trackmark.bench.papers.measures import JudgedRun, Measure, find_function
 from trackmark.bench.papers.plan import scene_names
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import RUN_KEY_COLUMNS, RunKey
 from trackmark.bench.store.results import Results
@@ -50,7 +50,7 @@ class StoredRuns:
         places: dict[tuple[str, str], dict[int, StoredPlace]] = {}
         for experiment, cells in self._requested.items():
             folder = self._results / experiment
-            runs = load_results(folder, cells)
+            runs = load_runs(folder, cells)
             unusable = runs[~runs["status"].isin(["finished", "failed"])]
             if len(unusable):
                 first = unusable.iloc[0]

@@ -14,7 +14,7 @@ from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import heading
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.reporting.by_preset import presets_for, scores_by_group, table_prefix
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.reports.tables import Cell, Table
 
@@ -36,7 +36,7 @@ def annotation_reports(experiment: Path, presets: Collection[str]) -> list[Annot
 
     The score is the expected average overlap of VOT's presets, and the first score of others.
     """
-    runs = load_results(experiment)
+    runs = load_runs(experiment)
     ended = runs[runs["fingerprint"].notna() & (runs["status"] != "missing")]
     sequences: dict[str, set[str]] = {}
     for sequence, names in find_attributes(experiment, ended).items():

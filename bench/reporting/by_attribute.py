@@ -25,7 +25,7 @@ from trackmark.bench.reporting.tables import PRESET, SUMMARY
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import attributes
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
@@ -131,7 +131,7 @@ def attribute_report(
 
 def _scored_runs(folder: Path, metrics: str) -> tuple[ScoreMeasure, pd.DataFrame]:
     """Return the first score of a preset, and an experiment's one-pass runs with this score."""
-    runs = load_results(folder)
+    runs = load_runs(folder)
     runs = runs[runs["protocol"] == "accuracy"]
     if metrics == PRESET:
         return SUMMARY[0], with_worst_scores(folder, runs)
@@ -161,7 +161,7 @@ def attributes_of(
 ) -> dict[str, NDArray[np.float64]]:
     """Return values of every attribute by sequence, (n,), NaN if a sequence does not have it.
 
-    Sequences that were measured before are not opened. `runs`: as `load_results` returns them.
+    Sequences that were measured before are not opened. `runs`: as `load_runs` returns them.
     `sequences`: names. `progress`: called with the number of measured frames of all sequences.
     `on_message`: called with a message on each sequence that cannot be measured.
     """
@@ -314,8 +314,8 @@ def write_plot(
     path: Path, curves: Sequence[Curve], measure: ScoreMeasure, title: str
 ) -> list[Path]:
     """Draw curves into a file, one panel per attribute; return the files, none without curves."""
-    from trackmark.reports.attributes import AttributeScores, attribute_plot
     from trackmark.reports.figures import write_for_papers
+    from trackmark.reports.plots import AttributeScores, attribute_plot
 
     if not curves:
         return []

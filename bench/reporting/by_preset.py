@@ -33,13 +33,12 @@ from trackmark.bench.reporting.tables import (
 )
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
-from trackmark.reports.renderers import to_text
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import on_terminal
 from trackmark.reports.tables import (
     MISSING,
     ScoreMeasure,
@@ -98,7 +97,7 @@ def preset_report(
     `bench.reporting.tables`. `folder`: folder of the results. `cells`: selected runs, all by
     default. `title`: start of captions. Raises `ResultsError` if a file cannot be read.
     """
-    runs = load_results(folder, cells)
+    runs = load_runs(folder, cells)
     stored_names = sorted(
         set(map(str, runs["protocol"].unique())) - {TIMING},
         key=lambda name: (name != STORED_ONE_PASS, name),
@@ -154,7 +153,7 @@ def score_runs(
 ) -> list[PresetScores]:
     """Score the runs by the protocol `stored` with presets.
 
-    `runs`: as `load_results` returns them. `title`: start of captions.
+    `runs`: as `load_runs` returns them. `title`: start of captions.
     """
     runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
     runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
@@ -170,7 +169,7 @@ def runs_by(
 ) -> pd.DataFrame:
     """Return runs with the scores of a preset as columns.
 
-    `runs`: as `load_results` returns them; only runs by the protocol `stored` are scored. Raises
+    `runs`: as `load_runs` returns them; only runs by the protocol `stored` are scored. Raises
     `ResultsError` for a run that the preset cannot score.
     """
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
@@ -186,7 +185,7 @@ def scores_by_group(
 ) -> dict[str, dict[str, PresetResult]]:
     """Return the results of a preset over groups of sequences, by group and tracker.
 
-    `runs`: as `load_results` returns them. `groups`: names of sequences by group. `stored`: stored
+    `runs`: as `load_runs` returns them. `groups`: names of sequences by group. `stored`: stored
     name of the protocol. A tracker is omitted if one of its runs has no score.
     """
     runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
@@ -235,7 +234,7 @@ def summary_text(
     more = f" (`trackmark report {folder}{option} --wide`)"
     report = preset_report(folder, metrics, cells)
     tables = report.tables if whole else map(_means_only, report.tables)
-    return "\n".join(on_terminal(table, to_text, more) for table in tables)
+    return "\n".join(on_terminal(table, more) for table in tables)
 
 
 def _means_only(table: Table) -> Table:
@@ -379,6 +378,14 @@ def _overall(
         for _, sequence_rows in rows.groupby("sequence", sort=False)
     ]
     return preset.overall(by_sequence)
+
+
+def measures_of(preset: str) -> list[ScoreMeasure]:
+    """Return the scores of a preset that have a mean over sequences."""
+    if preset == PRESET:
+        return list(SUMMARY)
+    columns = metrics_preset(preset).columns
+    return [_measure(name, column) for name, column in columns.items() if not column.whole]
 
 
 def _measure(name: str, column: Column) -> ScoreMeasure:

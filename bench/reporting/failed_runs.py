@@ -58,7 +58,7 @@ def with_worst_scores(
     """Return runs with the worst scores of metrics presets in failed rows.
 
     The status stays `failed`. Timing runs, runs of trackers whose runs all failed, and runs that a
-    preset cannot score are unchanged. `runs`: as `load_results` or `runs_by` return them; their
+    preset cannot score are unchanged. `runs`: as `load_runs` or `runs_by` return them; their
     ground truth is read from the results `folder`. Raises `ResultsError` if a file is missing or
     damaged.
     """

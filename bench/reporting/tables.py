@@ -12,7 +12,7 @@ from trackmark.bench.reporting import MARGINS
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.bench.store.data_frames import load_results, with_revised_scores
+from trackmark.bench.store.data_frames import load_runs, with_revised_scores
 from trackmark.bench.store.layout import RunKey
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import (
@@ -106,10 +106,10 @@ def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "
     experiment by default. If a tracker revised boxes, there are tables of the online boxes and of
     the revised boxes, which captions distinguish.
     """
-    runs = load_results(folder, cells)
+    runs = load_runs(folder, cells)
     title = title or title_of(folder)
     scored = with_worst_scores(folder, runs[runs["protocol"] == "accuracy"])
-    every = runs if cells is None else load_results(folder)
+    every = runs if cells is None else load_runs(folder)
     timed, all_timed = (frame[frame["protocol"] == "timing"] for frame in (runs, every))
     revised = with_revised_scores(scored)
     if revised is None:
@@ -144,7 +144,7 @@ def _table_of(
 def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
     """Return a note for each tracker whose accuracy and timing runs of one seed differ in scores.
 
-    `runs`: as `load_results` returns them. Scores are compared, as equal boxes have equal scores.
+    `runs`: as `load_runs` returns them. Scores are compared, as equal boxes have equal scores.
     """
     key, scores = ["tracker", "sequence", "repetition"], ["mean_overlap", "centre_error"]
     finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])

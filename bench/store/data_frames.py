@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def load_results(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
+def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
     """Return the runs of an experiment, or of all experiments in a folder.
 
     Parameters
@@ -78,7 +78,7 @@ _FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "scores"}
 def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
 
-    `runs` is a data frame of `load_results`. Runs without revised boxes keep the scores of their
+    `runs` is a data frame of `load_runs`. Runs without revised boxes keep the scores of their
     online boxes.
     """
     revised_names = [name for name in runs if str(name).startswith(REVISED)]
@@ -90,7 +90,7 @@ def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
 
 
 def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
-    """Return the rows of stored runs with scores, in the order of `load_results`.
+    """Return the rows of stored runs with scores, in the order of `load_runs`.
 
     `only` selects rows by values of fields, for example `status="finished"`.
     """

@@ -93,7 +93,7 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
     """Return, for each sequence of `runs`, the names of the attributes that occur in it.
 
-    `runs` is a data frame of `load_results`. Raises `ResultsError`, which names the file, if a
+    `runs` is a data frame of `load_runs`. Raises `ResultsError`, which names the file, if a
     ground truth is missing or damaged.
     """
     occurring: dict[str, set[str]] = {}

@@ -172,7 +172,7 @@ def run_trial(without_processes):
     def run(folder, trackers, sequences, **options):
         sources = tuple(map(SequenceSource, sequences))
         with without_processes():
-            return bench.run(
+            return bench.run_experiment(
                 Experiment("trial", tuple(trackers), sources, **options), folder, jobs=1
             )
 

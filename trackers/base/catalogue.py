@@ -15,7 +15,7 @@ from importlib import metadata
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, Protocol, get_args, get_origin
 
 import numpy as np
 
@@ -28,11 +28,19 @@ from trackmark.trackers.base.parameters import (
     unknown_name_error,
 )
 from trackmark.trackers.base.plain import is_plain, to_plugin
+from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
 DEFAULT_PRESET = "recommended"
 """Default preset of trackers without a class attribute `default_preset`."""
+
+
+class NamedSequence(Protocol):
+    """Sequence with a name, on which seeds depend."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102  # canonical
 
 
 @dataclass(frozen=True)
@@ -88,7 +96,14 @@ def names() -> list[str]:
     )
 
 
-def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any) -> Tracker:
+def create(
+    name: str,
+    seed: int | np.random.SeedSequence | None = None,
+    *,
+    sequence: NamedSequence | None = None,
+    repetition: int = 0,
+    **parameters: Any,
+) -> Tracker:
     """Create a tracker.
 
     Parameters
@@ -96,8 +111,14 @@ def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any)
     name : str
         One of `names()`, or `path/to/file.py:ClassName`. The class may be omitted if the file
         defines only one tracker.
-    seed : int or numpy.random.SeedSequence
-        Seed of the tracker's random numbers; equal seeds give equal boxes.
+    seed : int or numpy.random.SeedSequence, optional
+        Seed of the tracker's random numbers; equal seeds give equal boxes. The default is 0.
+    sequence : Sequence, optional
+        Sequence on which the tracker will run. The tracker then gets the seed of a run of
+        `trackmark run` and `trackmark.evaluate`, and gives equal boxes. An integer `seed` is that
+        of `evaluate`.
+    repetition : int
+        Repetition of this run, from 0.
     **parameters
         `preset`, and values that override those of the preset. For a tracker in a file, `as` sets
         the name.
@@ -113,7 +134,13 @@ def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any)
         For an unknown name, preset or parameter, a value out of bounds, an optional dependency that
         is not installed, or a file that can't be imported.
     """
-    return resolve(name, **parameters).create(seed)
+    specification = resolve(name, **parameters)
+    if sequence is None:
+        return specification.create(0 if seed is None else seed)
+    if isinstance(seed, np.random.SeedSequence):
+        raise TrackerError("seed is a SeedSequence. Expected with sequence: an integer or None.")
+    run = specification.name, sequence.name, repetition
+    return specification.create(run_seed(*run, base=seed))
 
 
 def resolve(name: str, **parameters: Any) -> Specification:
@@ -270,10 +297,10 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
         if in_package:
             module = importlib.import_module(f"trackmark.trackers.{file.stem}")
             (exported,) = module.__all__
-            return _validate_plugin(getattr(module, exported), name), file
+            return validate_plugin(getattr(module, exported), name), file
         if entries:
             allow_former_imports()
-            plugin = _validate_plugin(entries[0].load(), name)
+            plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             warn_of_former_imports(file)
             return plugin, file
@@ -324,9 +351,7 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
         raise unknown_name_error(f"class in {file}", class_name, classes)
     warn_of_former_imports(file.resolve())
-    return _validate_plugin(
-        getattr(module, class_name), f"{file.name}:{class_name}"
-    ), file.resolve()
+    return validate_plugin(getattr(module, class_name), f"{file.name}:{class_name}"), file.resolve()
 
 
 def _error_text(error: BaseException, file: str) -> str:
@@ -368,7 +393,11 @@ def _only_tracker(module: ModuleType, file: Path) -> str:
     )
 
 
-def _validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
+def validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
+    """Return the plugin class of a tracker class; raise `TrackerError` if the class is invalid.
+
+    `name`: name of the tracker in messages.
+    """
     if not isinstance(plugin, type):
         raise TrackerError(f"tracker {name!r}: {plugin!r} is not a class.")
     if not issubclass(plugin, TrackerPlugin):

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.experiments.tracker_spec import parse_tracker, run_seed
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import region_similarity
 from trackmark.bench.papers.moreno2005.colour_plots import (
     ColourModel,
@@ -24,6 +24,7 @@ from trackmark.bench.papers.moreno2005.colour_plots import (
 from trackmark.datasets.interface import Image, Mask
 from trackmark.reports.figures import Panel, map_plot
 from trackmark.trackers.base.interface import Estimate
+from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.contours.chain import Chain, Hypotheses
 from trackmark.trackers.contours.mixture import from_components
 from trackmark.trackers.contours.observation import Observation, colour_cells, to_rgb

@@ -82,7 +82,7 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     means = {row["tracker"]: row["mean"] for row in data["trackers"]}
     for tracker in ("static", "camshift"):
         scores = [
-            bench.score(bench.evaluate(tracker, text), text)["mean_overlap"]
+            bench.score(bench.evaluate_run(tracker, text), text)["mean_overlap"]
             for text in SCENES.split(",")
         ]
         assert means[tracker] == pytest.approx(sum(scores) / 2)
@@ -109,7 +109,7 @@ def test_experiment_file_sets_its_protocol(trackmark, workspace):
     assert "protocol sre:shift=0.2" in trackmark("run", "mine.toml").stdout
     assert "protocol tre" in trackmark("run", "mine.toml", "--protocol", "tre").stdout
     assert "protocol" not in trackmark("run", "mine.toml", "--protocol", "one-pass").stdout
-    (run,) = bench.load_results(workspace / "results/mine").query("protocol == 'tre'").itertuples()
+    (run,) = bench.load_runs(workspace / "results/mine").query("protocol == 'tre'").itertuples()
     assert run.mean_overlap == 1
 
 

@@ -25,7 +25,7 @@ def test_results_are_listed_merged_and_removed(trackmark, workspace):
     merged = trackmark("results", "merge", "results/a", "results/b", "results/c").stdout
     assert "Copied 2 runs" in merged
     assert "Copied 0 runs" in trackmark("results", "merge", "results/a", "results/c").stdout
-    assert len(bench.load_results(workspace / "results" / "c")) == 2
+    assert len(bench.load_runs(workspace / "results" / "c")) == 2
     removed = trackmark("results", "remove", "results/c", "--tracker", "cam*", "--yes")
     assert "Removed 1 runs" in removed.stdout
     left = json_lines(trackmark("results", "list", "results/c", "--json"))
@@ -41,7 +41,7 @@ def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspac
     trackmark(*KNOB, "--name", "new")
     done = trackmark("results", "merge", "results/new", "results/old", status=1)
     assert "conflict: knob.py" in done.stderr
-    assert bench.load_results(workspace / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
+    assert bench.load_runs(workspace / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
     for number, name in enumerate("ab"):
         otb(workspace / name / "clip", 4 + number)
         trackmark(*STATIC, f"{name}/clip", "--name", name)

@@ -47,7 +47,7 @@ def test_run_prints_answer_table_and_results_folder(trackmark, workspace):
     speed = re.compile("is [a-z]+ (?:of )?times slower")
     assert speed.sub("is several times slower", masked(done.stdout)) == RUN_OUTPUT
     assert masked(done.stderr) == RUN_PROGRESS
-    assert len(bench.load_results(workspace / "results")) == 2
+    assert len(bench.load_runs(workspace / "results")) == 2
     quiet = trackmark(*run, "--quiet")
     assert (quiet.stdout, quiet.stderr) == (RUN_OUTPUT.partition("\n")[0] + "\n", "")
     verbose = unwrapped(trackmark(*run, "--verbose").stdout)
@@ -118,14 +118,14 @@ def test_experiment_file_sets_trackers_and_repetitions(trackmark, workspace):
         encoding="utf-8-sig",  # as editors on Windows write it
     )
     assert "Mine" in trackmark("run", "trial.toml", "--verbose").stdout
-    assert len(bench.load_results(workspace / "results" / "trial")) == 4
+    assert len(bench.load_runs(workspace / "results" / "trial")) == 4
     (plan,) = json_lines(trackmark("run", "trial.toml", "--seeds", 4, "--dry-run", "--json"))
     assert (plan["runs"], plan["to_run"]) == (6, 2)
 
 
 def test_timing_runs_store_times(trackmark, workspace):
     trackmark("run", "--trackers", "static,camshift", *SMALL, "--timing")
-    table = bench.load_results(workspace / "results")
+    table = bench.load_runs(workspace / "results")
     assert (table["protocol"] == "timing").all()
     steady = table[table["disturbed"] == 0]
     assert len(table) == 2
@@ -204,7 +204,7 @@ def test_damaged_image_costs_only_its_sequence(trackmark, workspace, otb):
     done = trackmark(*both, status=2)
     (message,) = [line for line in done.stderr.splitlines() if line.startswith("trackmark: ")]
     assert "0004.png" in message
-    stored = bench.load_results(workspace / "results").query("status == 'finished'")
+    stored = bench.load_runs(workspace / "results").query("status == 'finished'")
     assert set(stored["sequence"]) == {"Small"}
     file.write_bytes(content)
     trackmark(*both)
@@ -255,7 +255,7 @@ def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, workspa
         for text, stage in ((announced, "before"), (change, "before"), (change, "after"))
     )
     assert first.split() == before.replace("*", "").split()
-    scores = bench.load_results(workspace / "results").query("status == 'finished'")
+    scores = bench.load_runs(workspace / "results").query("status == 'finished'")
     assert f"{scores['mean_overlap'].mean():.3f}" in after
     assert f"{scores['mean_overlap'].mean():.3f}" not in before
     assert "2 of 2 runs" in done.stdout
@@ -284,7 +284,7 @@ def test_keep_stores_runs_of_each_version(trackmark, workspace):
         done = trackmark(*knob)
         assert "will be repeated" not in done.stderr
     assert "results/mine-2" in done.stdout
-    runs = bench.load_results(workspace / "results")
+    runs = bench.load_runs(workspace / "results")
     assert runs["experiment"].tolist() == ["mine", "mine-2"]
     assert runs["mean_overlap"].is_monotonic_decreasing
 
@@ -297,7 +297,7 @@ def test_other_data_of_the_same_name_replace_no_run(trackmark, one_line, workspa
     message = one_line(trackmark(*RUN, "b/clip", status=2))
     assert str(workspace / "a" / "clip") in message
     assert "--name" in message
-    assert bench.load_results(workspace / "results")["frames"].tolist() == [4]
+    assert bench.load_runs(workspace / "results")["frames"].tolist() == [4]
     assert "will be repeated" not in trackmark(*RUN, "copy of a/clip").stderr
     (workspace / "a" / "clip" / "groundtruth_rect.txt").write_text("5,6,10,11\n" * 4)
     assert "1 stored run was" in trackmark(*RUN, "a/clip").stderr  # the same data, changed
@@ -341,7 +341,7 @@ def test_recorded_sequences_and_a_video_run(trackmark_process, workspace):
     names = ",".join(str(SHARED / "otb" / name) for name in ("Crossing", "Couple"))
     trackers = "static,camshift,opencv-mil"
     trackmark_process("run", "--trackers", trackers, "--sequences", names, "--seeds", 5)
-    table = bench.load_results(workspace / "results")
+    table = bench.load_runs(workspace / "results")
     assert len(table) == 2 * (1 + 1 + 5)
     frames = table[table["tracker"] == "static"].set_index("sequence")["evaluated_frames"]
     assert frames.to_dict() == {"Crossing": 119, "Couple": 139}
@@ -356,5 +356,5 @@ def test_recorded_sequences_and_a_video_run(trackmark_process, workspace):
     video = SHARED / "video" / "bag.avi"
     arguments = ("--sequences", video, "--truth", "bag.csv", "--name", "bag")
     trackmark_process("run", "--trackers", "static,camshift", *arguments)
-    table = bench.load_results(workspace / "results" / "bag")
+    table = bench.load_runs(workspace / "results" / "bag")
     assert (table["evaluated_frames"] == 195).all()

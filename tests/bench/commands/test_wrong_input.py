@@ -73,7 +73,7 @@ compare --sequences {SCENES} | at least two trackers
 compare static static --sequences {SCENES} | twice
 compare --results nowhere | contains no results
 compare --results nowhere --margin nan | not a finite number
-{COMPARE} --metric nonsense | is not one of mean_overlap
+{COMPARE} --metric nonsense | native has no score
 {COMPARE} --metrics otb --metric centre_error | otb has no score 'centre_error'
 {COMPARE} --metrics vot --metric failures | --margin
 {COMPARE} --results-of MINE=theirs | the name MINE is given twice

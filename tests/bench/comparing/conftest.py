@@ -1,4 +1,4 @@
-"""Data frames of runs, as `load_results` returns them."""
+"""Data frames of runs, as `load_runs` returns them."""
 
 import numpy as np
 import pandas as pd

@@ -84,7 +84,8 @@ def undisturbed(data_folder):
     """Return the content of the calm trackers' runs without hostile trackers."""
     texts = {"static": "static", "Calm": f"{data_folder}/hostile.py:Calm"}
     return {
-        name: content(bench.evaluate(text, str(data_folder / "A"))) for name, text in texts.items()
+        name: content(bench.evaluate_run(text, str(data_folder / "A")))
+        for name, text in texts.items()
     }
 
 

@@ -98,7 +98,7 @@ def run_here(data_folder, without_processes):
     def run(name):
         chosen = Experiment(name, ("static", f"{data_folder}/walk.py:Draws"), sources, SEEDS)
         with without_processes():
-            return bench.run(chosen, data_folder / "results", jobs=1)
+            return bench.run_experiment(chosen, data_folder / "results", jobs=1)
 
     return run
 

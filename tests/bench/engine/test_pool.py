@@ -122,7 +122,7 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     for row in list_scored_runs(results):
         stored = results.read(run_key(row))
         tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
-        alone = bench.evaluate(tracker, str(data / "data" / row["sequence"]), row["repetition"])
+        alone = bench.evaluate_run(tracker, str(data / "data" / row["sequence"]), row["repetition"])
         assert alone.identity == stored.identity
         np.testing.assert_array_equal(alone.boxes, stored.boxes)
     assert Execution(replace(requested, name="one"), data / "results").units.runs == 0

@@ -28,23 +28,23 @@ def times(wall, cpu):
 
 def test_boxes_of_any_origin_are_scored():
     face = datasets.load("samples/face")
-    scores = bench.score_boxes(face.boxes, "samples/face")
+    scores = bench.score(face.boxes, "samples/face")
     assert scores["success_frames"] == scores["evaluated_frames"] == 119
     shifted = face.boxes + [3, 4, 0, 0]
-    assert bench.score_boxes(shifted.tolist(), face)["centre_error"] == pytest.approx(5)
+    assert bench.score(shifted.tolist(), face)["centre_error"] == pytest.approx(5)
 
 
 def test_unknown_preset_or_trace_is_refused(make_sequence):
     sequence = make_sequence()
     with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\? Expected: .*native"):
-        bench.score_boxes(sequence.boxes, sequence, "otbx")
+        bench.score(sequence.boxes, sequence, "otbx")
     with pytest.raises(ValueError, match="unknown trace"):
-        bench.score(bench.evaluate("static", sequence), sequence, trace="later")
+        bench.score(bench.evaluate_run("static", sequence), sequence, trace="later")
 
 
 def test_run_with_restarts_is_scored_by_supervised_presets_alone(make_sequence):
     sequence = make_sequence(n=4)
-    run = bench.evaluate("static", sequence)
+    run = bench.evaluate_run("static", sequence)
     restarted = replace(run, states=np.array([1, 0, 2, 1]))
     with pytest.raises(ValueError, match="it has restarts"):
         bench.score(restarted, sequence)
@@ -94,7 +94,7 @@ def test_timing_run_warms_up_and_gives_the_same_boxes(make_sequence):
     run = time_run(Counting, sequence)
     assert [tracker.updates for tracker in Counting.instances] == [WARM_UP_FRAMES - 1, 29, 29]
     assert run.identity.protocol == "timing"
-    np.testing.assert_array_equal(run.boxes, bench.evaluate(Counting, sequence).boxes)
+    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Counting, sequence).boxes)
     assert np.isnan(run.times.cpu[0])
     assert (run.times.cpu[1:] > 0).all()
     assert (run.times.wall[1:] > 0).all()
@@ -171,6 +171,6 @@ def test_timing_run_has_one_thread_and_shares_nothing(make_sequence):
 
 
 def test_run_is_not_scored_on_another_sequence(make_sequence):
-    run = bench.evaluate("static", make_sequence(n=9))
+    run = bench.evaluate_run("static", make_sequence(n=9))
     with pytest.raises(ValueError, match="another sequence"):
         bench.score(run, make_sequence(n=9, absent=(3,)))

@@ -12,7 +12,7 @@ from tests.bench.exchange.import_builder import import_runs
 from tests.bench.exchange.test_formats import binary
 from trackmark import datasets
 from trackmark.bench import exchange, metrics
-from trackmark.bench.evaluation.loop import evaluate
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import (
@@ -75,7 +75,7 @@ def scores(run, sequence):
     ],
 )
 def test_exported_segments_are_imported_with_equal_scores(kind, protocol, sequence, tmp_path):
-    run = evaluate("static", sequence, protocol=protocol)
+    run = evaluate_run("static", sequence, protocol=protocol)
     assert len(run.segments) > 1
     store_run(run, sequence, tmp_path / "first")
     export_results(tmp_path / "first", kind, tmp_path / "there", [].append, protocol=protocol)
@@ -102,7 +102,7 @@ def test_segments_of_a_late_target_are_imported_unchanged(tmp_path):
     sequence.boxes[:3] = np.nan
     for kind, protocol in (("vot", "anchors"), ("otb-json", "tre"), ("otb-json", "sre")):
         folder = tmp_path / protocol
-        run = evaluate("static", sequence, protocol=protocol)
+        run = evaluate_run("static", sequence, protocol=protocol)
         store_run(run, sequence, folder / "first")
         export_results(folder / "first", kind, folder / "there", [].append, protocol=protocol)
         again = import_run(kind, folder / "there" / "static", sequence, folder / "second")
@@ -117,7 +117,7 @@ def test_segments_of_a_late_target_are_imported_unchanged(tmp_path):
 @pytest.mark.parametrize("kind", exchange.format_names())
 def test_export_refuses_folder_with_another_format(kind, tmp_path):
     sequence = datasets.load(SEQUENCE)
-    store_run(evaluate("static", sequence), sequence, tmp_path / "first")
+    store_run(evaluate_run("static", sequence), sequence, tmp_path / "first")
     export_results(tmp_path / "first", kind, tmp_path / "there", [].append)
     before = sorted(tmp_path.glob("there/**/*"))
     for other in set(exchange.format_names()) - {kind, "pysot"}:
@@ -133,10 +133,10 @@ def test_export_refuses_folder_with_another_format(kind, tmp_path):
 
 def test_export_names_runs_without_a_file(tmp_path):
     first, second = datasets.load(SEQUENCE), datasets.load("plain/target:length=30")
-    failed = evaluate("static", first)
+    failed = evaluate_run("static", first)
     store_run(replace(failed, failure="frame 3: no idea"), first, tmp_path)
-    store_run(evaluate("static", first, 1), first, tmp_path)
-    store_run(evaluate("static", second), second, tmp_path)
+    store_run(evaluate_run("static", first, 1), first, tmp_path)
+    store_run(evaluate_run("static", second), second, tmp_path)
     messages = []
     (file,) = export_results(tmp_path, "otb", tmp_path / "there", messages.append)
     assert file.stem == "plain_target_length=30"
@@ -152,7 +152,7 @@ def test_export_names_runs_without_a_file(tmp_path):
     ("kind", "protocol"), [("otb", "tre"), ("vot", "sre"), ("otb-json", "sre:shift=0.2")]
 )
 def test_format_without_segments_names_formats_with_them(kind, protocol, sequence, tmp_path):
-    store_run(evaluate("static", sequence, protocol=protocol), sequence, tmp_path / "first")
+    store_run(evaluate_run("static", sequence, protocol=protocol), sequence, tmp_path / "first")
     with pytest.raises(
         ExchangeError,
         match=r"cannot represent runs by .*Expected: otb-json \(tre, sre.*; vot \(anchors\)",
@@ -292,7 +292,7 @@ def test_otb_tre_with_few_segments_is_reported(tmp_path):
 
 def test_otb_sre_is_sorted_by_its_shifts(tmp_path):
     sequence = datasets.load(SEQUENCE)
-    run = evaluate("static", sequence, protocol="sre")
+    run = evaluate_run("static", sequence, protocol="sre")
     segments = np.round(run.boxes.reshape(12, -1, 4))  # the toolkit rounds first boxes
     content = records(sequence, segments, "SRE", SHIFTS)
     theirs = write_json(tmp_path, content[::-1])

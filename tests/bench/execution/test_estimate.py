@@ -6,7 +6,7 @@ import pytest
 
 from trackmark.bench.engine.work_unit import Limits
 from trackmark.bench.execution.estimate import Basis, Estimate, estimate, read_measured_times, words
-from trackmark.bench.execution.executor import run
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
@@ -60,7 +60,7 @@ def estimated(data_folder, chosen, **limits):
 
 
 def test_estimate_uses_the_nearest_measurement(data_folder, in_this_process):
-    run(make_experiment(data_folder, [100]), data_folder / "results", jobs=1)
+    run_experiment(make_experiment(data_folder, [100]), data_folder / "results", jobs=1)
     chosen = make_experiment(data_folder, [100, 50], ("Small", "Other"), name="next")
     estimate = estimated(data_folder, chosen)
     assert estimate.bases == {Basis.NAME: 2, Basis.TRACKER: 1, Basis.SEQUENCE: 1}
@@ -82,7 +82,7 @@ def test_tracker_that_hangs_in_probe_is_reported(data_folder):
 
 
 def test_plan_without_missing_runs_takes_no_time(data_folder, in_this_process):
-    run(make_experiment(data_folder, [1]), data_folder / "results", jobs=1)
+    run_experiment(make_experiment(data_folder, [1]), data_folder / "results", jobs=1)
     assert estimated(data_folder, make_experiment(data_folder, [1])) == Estimate(0.0, 0.0, {})
 
 

@@ -9,7 +9,7 @@ import cv2
 import pytest
 
 from trackmark import trackers
-from trackmark.bench.execution.executor import run
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import State, make_plan
 from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
@@ -45,7 +45,7 @@ def states(workspace, **changes):
 
 @pytest.fixture
 def finished(workspace):
-    run(experiment(workspace), workspace / "results", jobs=1)
+    run_experiment(experiment(workspace), workspace / "results", jobs=1)
     assert set(states(workspace).values()) == {"done"}
     return workspace
 
@@ -121,7 +121,7 @@ def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, 
 def test_timing_runs_are_runs_of_their_own(finished):
     timing = {"timing": True, "repetitions": 1}
     assert set(states(finished, **timing).values()) == {"left"}
-    run(experiment(finished, **timing), finished / "results")
+    run_experiment(experiment(finished, **timing), finished / "results")
     assert set(states(finished, **timing).values()) == {"done"}
     assert set(states(finished).values()) == {"done"}
 
@@ -179,7 +179,7 @@ def test_two_trackers_of_one_name_are_refused(workspace):
 def test_failed_runs_are_repeated_only_on_request(workspace):
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
-    run(experiment(workspace), workspace / "results")
+    run_experiment(experiment(workspace), workspace / "results")
     run_states = states(workspace)
     assert run_states["static", 0] == "done"
     assert run_states["knob.py:Knob", 1] == "failed"

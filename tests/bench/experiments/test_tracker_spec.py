@@ -16,11 +16,11 @@ from trackmark.bench.experiments.tracker_spec import (
     parse_tracker,
     parse_trackers,
     run_identity,
-    run_seed,
 )
 from trackmark.datasets.source_digest import source_digest
 from trackmark.datasets.versioning import VersionEntry
 from trackmark.trackers import TrackerError
+from trackmark.trackers.base.seeds import run_seed
 
 TREE = "0123456789abcdef"
 PLUGIN = '''

@@ -66,27 +66,29 @@ def living_workers():
 @pytest.mark.parametrize("mode", ["calm", "rich", "flood"])
 def test_boxes_equal_those_in_process(environment, noise, mode):
     texts = [f"{FILE}:mode={mode}", f"{FILE}:python={environment}:mode={mode}"]
-    in_process, external = (bench.evaluate(text, noise, repetition=3) for text in texts)
+    in_process, external = (bench.evaluate_run(text, noise, repetition=3) for text in texts)
     assert not in_process.failure
     assert content(external) == content(in_process)
     assert external.identity.tracker == in_process.identity.tracker
 
 
 def test_other_version_gives_equal_boxes(other_python, noise):
-    external = bench.evaluate(f"{FILE}:python={other_python}", noise)
-    assert content(external) == content(bench.evaluate(str(FILE), noise))
+    external = bench.evaluate_run(f"{FILE}:python={other_python}", noise)
+    assert content(external) == content(bench.evaluate_run(str(FILE), noise))
 
 
 def test_each_segment_has_a_new_tracker(environment, noise):
     texts = [str(FILE), f"{FILE}:python={environment}"]
-    in_process, external = (bench.evaluate(text, noise, protocol="tre:starts=3") for text in texts)
+    in_process, external = (
+        bench.evaluate_run(text, noise, protocol="tre:starts=3") for text in texts
+    )
     assert content(external) == content(in_process)
     assert len(living_workers()) == 1  # reused
 
 
 @pytest.mark.parametrize("mode", FAILURES)
 def test_failure_names_command_and_last_output(environment, noise, mode):
-    run = bench.evaluate(f"{FILE}:python={environment}:mode={mode}", noise)
+    run = bench.evaluate_run(f"{FILE}:python={environment}:mode={mode}", noise)
     reason, _, trace = run.failure.partition("\n")
     text = " ".join(trace.split())
     assert np.isfinite(run.boxes[:, 0]).sum() == (1 if mode == "slow start" else 3), reason
@@ -113,7 +115,7 @@ def test_worker_process_contains_failures(environment, noise, tmp_path):
     failed = [(run.identity.parameters["mode"], bool(run.failure)) for run in runs]
     harmful = {"raise", "exit", "signal"}
     assert failed == [(mode, mode in harmful) for mode in modes]
-    assert content(runs[0]) == content(bench.evaluate(texts[0], noise))
+    assert content(runs[0]) == content(bench.evaluate_run(texts[0], noise))
 
 
 def test_times_are_those_of_the_worker(environment, tmp_path, noise):
@@ -127,7 +129,7 @@ def test_times_are_those_of_the_worker(environment, tmp_path, noise):
         "        while time.process_time() < until: pass\n"
         "        return self.box\n"
     )
-    run = bench.evaluate(f"{file}:python={environment}", noise)
+    run = bench.evaluate_run(f"{file}:python={environment}", noise)
     assert run.circumstances["update_seconds"] >= 0.02  # CPU time of another process
     assert run.circumstances["seconds"] >= 7 * 0.02
     assert "clock" not in run.circumstances
@@ -145,7 +147,7 @@ def test_seed_reaches_arguments_and_global_generators(environment, tmp_path, noi
     )
     text = f"{file}:python={environment}"
     assert parse_tracker(text).randomness is Randomness.GENERATOR
-    first, again, other = (bench.evaluate(text, noise, repetition=n) for n in (0, 0, 1))
+    first, again, other = (bench.evaluate_run(text, noise, repetition=n) for n in (0, 0, 1))
     assert content(first) == content(again)
     assert (first.boxes[1:, :3] != other.boxes[1:, :3]).all()
 
@@ -173,8 +175,8 @@ def test_description_lists_parameters(environment):
 
 
 def test_plugin_runs_where_trackmark_is_installed(noise):
-    external = bench.evaluate(f"{static.__file__}:python={sys.executable}:as=still", noise)
-    assert content(external) == content(bench.evaluate("static", noise))
+    external = bench.evaluate_run(f"{static.__file__}:python={sys.executable}:as=still", noise)
+    assert content(external) == content(bench.evaluate_run("static", noise))
 
 
 ERRORS = {
@@ -220,7 +222,7 @@ def test_table_of_a_file_defines_a_tracker(environment, tmp_path, noise, monkeyp
     assert spec.version["source"] == "1.2"
     assert parse_tracker(f"{file}:mine:step=3").label == "mine:step=3"
     monkeypatch.chdir(tmp_path)
-    assert not bench.evaluate("trackers.toml:mine", noise).failure
+    assert not bench.evaluate_run("trackers.toml:mine", noise).failure
     unit = Unit(SequenceSource("Noise"), (Entry("trackers.toml:mine:step=3", 0, ""),), "", 8)
     (entry,) = with_absolute_paths(unit).entries
     assert entry.tracker == f"{file}:mine:step=3"
@@ -251,7 +253,7 @@ def test_examples_of_the_page_work(environment, tmp_path, noise):
     (tmp_path / "trackers.toml").write_text(table)
     (tmp_path / "envs").mkdir()
     (tmp_path / "envs" / "torch").symlink_to(environment)
-    assert not bench.evaluate(f"{tmp_path}/trackers.toml:mine:size=3", noise).failure
+    assert not bench.evaluate_run(f"{tmp_path}/trackers.toml:mine:size=3", noise).failure
 
 
 def test_worker_has_syntax_of_python_3_6():

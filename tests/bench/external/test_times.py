@@ -37,7 +37,7 @@ def test_reported_times_replace_measured_times(tmp_path, otb, run_trial):
         run_trial(tmp_path / f"results-{timing}", ["static", str(file)], [sequence], timing=timing)
         for timing in (False, True)
     ]
-    runs, timing_runs = map(bench.load_results, folders)
+    runs, timing_runs = map(bench.load_runs, folders)
     clocked = runs[runs["tracker"] == "clocked"].iloc[0]
     assert clocked["update_seconds"] == 2.0
     assert clocked["seconds"] >= 8.0

@@ -14,7 +14,8 @@ from trackmark.bench.engine.pool import Pool
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import describe_tracker, resolve_trackers
-from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
+from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity, split_text
+from trackmark.bench.external.plugin import TRANSFER_CLOCK
 from trackmark.bench.external.process import delete_frame_files
 from trackmark.trackers import Randomness, TrackerError
 
@@ -55,19 +56,14 @@ def living_trackers():
 
 def test_run_equals_that_of_static_in_process(folder):
     sequence = datasets.load("Noise")
-    run, expected = (bench.evaluate(text, sequence) for text in (specification(), "static"))
+    run, expected = (bench.evaluate_run(text, sequence) for text in (specification(), "static"))
     assert not run.failure
     assert run.boxes.tobytes() == expected.boxes.tobytes()
     assert run.identity.tracker == "mine"
-    assert run.circumstances["times_include_transfer"]
-    segments = bench.evaluate(specification(), sequence, protocol="tre:starts=3")
+    assert run.circumstances["clock"] == TRANSFER_CLOCK
+    segments = bench.evaluate_run(specification(), sequence, protocol="tre:starts=3")
     assert not segments.failure
     assert not living_trackers()
-
-
-def test_timing_run_has_wall_times(folder):
-    run = bench.evaluate(specification(), "samples/face", protocol="one-pass")
-    assert run.circumstances["update_seconds"] > 0
 
 
 def test_identity_depends_on_command_and_files(folder):
@@ -124,10 +120,10 @@ def test_table_of_a_file_defines_a_tracker(folder, tmp_path_factory, monkeypatch
     assert (spec.label, spec.parameters) == ("good", {"size": 2.5})
     assert spec.randomness is Randomness.GENERATOR
     assert parse_tracker(f"{file}:good:size=3").label == "good:size=3"
-    assert not bench.evaluate(f"{file}:good", sequence).failure
-    assert "Add confidence=false" in bench.evaluate(f"{file}:bad", sequence).failure
+    assert not bench.evaluate_run(f"{file}:good", sequence).failure
+    assert "Add confidence=false" in bench.evaluate_run(f"{file}:bad", sequence).failure
     for text in (f"{file}:ignoring", f"{file}:bad:confidence=false"):
-        assert not bench.evaluate(text, sequence).failure
+        assert not bench.evaluate_run(text, sequence).failure
     assert "plain.py 1" in describe_tracker(f"{file}:good")["summary"]
 
 
@@ -168,7 +164,7 @@ def test_file_of_vot_toolkit_defines_trackers(folder):
     code = "import os, sys\nassert os.environ['MODE'] == os.environ['HANGS']\n"
     module.write_text(f"{code}sys.argv[1:] = ['4']\n{PLAIN.read_text()}")
     for name in ("module", "statements", "whole", "module:as=other"):
-        run = bench.evaluate(f"trackers.ini:{name}", "Noise")
+        run = bench.evaluate_run(f"trackers.ini:{name}", "Noise")
         assert not run.failure
         assert run.identity.tracker == name.rpartition("=")[2]
     spec = parse_tracker("trackers.ini:module")
@@ -257,6 +253,11 @@ def test_failed_start_in_a_worker_is_an_error_of_the_sequence(folder):
         ((_, error),) = pool.perform([unit])
     assert "Noise: " in str(error)
     assert "ended with status 1. The end of its output:\nno licence left" in str(error)
+
+
+def test_command_can_end_with_a_file(folder):
+    name, options = split_text("trax:command=./server cfg.toml my.py:as=mine")
+    assert (name, options) == ("trax", {"command": "./server cfg.toml my.py", "as": "mine"})
 
 
 def test_specification_for_another_folder_names_its_own(folder):

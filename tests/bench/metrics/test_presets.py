@@ -24,7 +24,7 @@ MALFORMED = [
 ]
 ROOMS = Path(metrics.__file__).parent
 
-every_preset = pytest.mark.parametrize("name", metrics.preset_names())
+every_preset = pytest.mark.parametrize("name", metrics.names())
 
 
 def score_run(name, truth, boxes, **further):
@@ -39,7 +39,7 @@ def shares_of(name, judged):
 
 def test_preset_is_found_by_file_and_alias():
     files = {path.stem for path in (ROOMS / "presets").glob("*.py")} - {"__init__"}
-    assert {name.replace("-", "_") for name in metrics.preset_names()} == files
+    assert {name.replace("-", "_") for name in metrics.names()} == files
     assert metrics.preset("vot-eao") is metrics.preset("vot-supervised")
     assert metrics.preset("otb100-auc") is metrics.preset("otb")
     assert (metrics.is_preset("vot"), metrics.is_preset("votes")) == (True, False)
@@ -58,7 +58,7 @@ def test_index_depends_on_all_modules_that_define_its_scores():
 @every_preset
 def test_preset_has_definition_and_meanings(name):
     preset = metrics.preset(name)
-    summary, _, paragraph = metrics.read_definition(name).partition("\n\n")
+    summary, _, paragraph = metrics.describe(name).partition("\n\n")
     assert summary.endswith(".")
     assert len(paragraph) > 200
     assert preset.protocol in ("one pass", "supervised", "anchors")

@@ -45,7 +45,7 @@ def results(tmp_path_factory, without_processes, drifting):
     trackers = ("static", "camshift", drifting)
     experiment = Experiment("trial", trackers, tuple(map(SequenceSource, sources)), repetitions=3)
     with without_processes():
-        return bench.run(experiment, tmp_path_factory.mktemp("paged"), jobs=1)
+        return bench.run_experiment(experiment, tmp_path_factory.mktemp("paged"), jobs=1)
 
 
 @pytest.fixture(scope="session")

@@ -239,5 +239,5 @@ def test_map_of_another_size_fails_the_run(make_sequence):
         def maps(self, image):
             return {"small": np.zeros((2, 2))}
 
-    assert not bench.evaluate(Wrong, make_sequence()).failure
-    assert "map 'small'" in bench.evaluate(Wrong, make_sequence(), keep_arrays=True).failure
+    assert not bench.evaluate_run(Wrong, make_sequence()).failure
+    assert "map 'small'" in bench.evaluate_run(Wrong, make_sequence(), keep_arrays=True).failure

@@ -4,9 +4,9 @@ import json
 import re
 from html.parser import HTMLParser
 
-import pandas as pd
 import pytest
 
+import trackmark as tm
 from trackmark import bench
 
 NAME = "\"><script>alert('x')⁄<!-- ключ 跟踪"
@@ -40,23 +40,22 @@ def results(trackmark, workspace, otb):
     return workspace / "results"
 
 
-def test_notebook_shows_results_as_tables(results):
-    runs = bench.load_results(results)
-    assert len(runs) == 4
-    assert type(runs[runs["tracker"] == "static"]) is pd.DataFrame
-    tags = Tags(runs._repr_html_())
+def test_notebook_shows_results_as_table(results):
+    loaded = tm.load_results(results)
+    assert len(loaded.runs) == 4
+    tags = Tags(loaded._repr_html_())
     assert tags.open == []
     assert {tag for tag, _ in tags.seen} <= {
         *["table", "caption", "thead", "tbody", "tr", "th", "td", "p", "b"]
     }
     assert not any(attributes for _, attributes in tags.seen)
     assert NAME in tags.text
-    mean = runs["mean_overlap"][runs["tracker"] == "knob.py:Knob"].mean()
+    mean = loaded.means()["mean_overlap"]["knob.py:Knob"]
     assert f"{mean:.3f}" in tags.text
 
 
 def test_player_is_page_of_one_sequence_in_sandbox(results, tmp_path):
-    player = bench.player(bench.load_results(results), NAME, "knob.py:Knob", frame=2)
+    player = bench.player(tm.load_results(results), NAME, "knob.py:Knob", frame=2)
     tags = Tags(player._repr_html_())
     ((tag, attributes),) = tags.seen
     assert tag == "iframe"

@@ -56,7 +56,7 @@ def write_extreme(tmp_path_factory, without_processes):
         scenes = (f"plain/target:length=12:scene={n}" for n in range(n_scenes))
         experiment = Experiment(name, named, tuple(map(SequenceSource, scenes)))
         with without_processes():
-            stored = bench.run(experiment, folder / name, jobs=1)
+            stored = bench.run_experiment(experiment, folder / name, jobs=1)
         return write_experiment_page(stored, folder / "pages" / name)
 
     return write

@@ -462,7 +462,7 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
     trackers = ("static", f"{tmp_path / 'failing.py'}:Failing")
     experiment = Experiment("mine", trackers, (SequenceSource("plain/target:length=20"),))
     with without_processes():
-        page = write_experiment_page(bench.run(experiment, tmp_path, jobs=1), tmp_path)
+        page = write_experiment_page(bench.run_experiment(experiment, tmp_path, jobs=1), tmp_path)
     chromium.console.clear()
     chromium.size(1280, 900)
     chromium.open(page.as_uri())

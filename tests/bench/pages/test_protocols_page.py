@@ -45,7 +45,7 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
         sources = (SequenceSource(SOURCE),)
         experiment = Experiment("trial", (drifting,), sources, repetitions=2, protocol=protocol)
         with without_processes():
-            stored = bench.run(experiment, folder, jobs=1)
+            stored = bench.run_experiment(experiment, folder, jobs=1)
         if protocol == "real-time:seconds=0.1":
             text = write_experiment_page(stored, folder / "first").read_text()
             assert "There is no comparison: no run is by one pass." in text

@@ -133,7 +133,7 @@ def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
     _, in_company, _ = runs_by(name, sequence, lambda seed: Confident(seed), Confident, Walker)
     (other,) = runs_by(name, sequence, Walker)
-    evaluated = bench.evaluate(Confident, sequence, protocol=text_of(name))
+    evaluated = bench.evaluate_run(Confident, sequence, protocol=text_of(name))
     for again in (in_company, evaluated):
         np.testing.assert_array_equal(run.boxes, again.boxes)
         assert run.identity == again.identity != other.identity
@@ -157,7 +157,7 @@ def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
 @every_protocol
 def test_presets_judge_their_protocols_and_refuse_others(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
-    for preset in metrics.preset_names():
+    for preset in metrics.names():
         if can_score(preset, run.identity.protocol):
             if (name, preset) != ("one-pass", "vot-supervised"):  # which may have failed
                 judged = score_run(run, sequence, preset)
@@ -204,7 +204,7 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
 def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
     assert run.identity.protocol == "accuracy"
-    assert run.identity == bench.evaluate(Walker, sequence).identity
+    assert run.identity == bench.evaluate_run(Walker, sequence).identity
     assert run_key(run.identity) == ("Walker", "line", 0, "accuracy")
     others = {runs_by(name, sequence, Confident)[0].identity.version for name in protocols.names()}
     assert len(others) == len(protocols.names())

@@ -65,7 +65,7 @@ def test_rows_hold_boxes_of_their_source_frames(make_sequence):
             frame = numbers[image.tobytes()]
             return Estimate(np.array([frame, 2.0, 8.0, 6.0]), confidence=frame / 16)
 
-    run = bench.evaluate(FrameNumbers, sequence, protocol="real-time:fps=10:seconds=0.15/0.31")
+    run = bench.evaluate_run(FrameNumbers, sequence, protocol="real-time:fps=10:seconds=0.15/0.31")
     assert run.source_frames[1] == 1
     late = run.source_frames[2:]
     assert (late <= np.arange(2, 16)).all()
@@ -82,8 +82,8 @@ def test_rows_hold_boxes_of_their_source_frames(make_sequence):
 
 def test_fast_tracker_has_its_one_pass_run(make_sequence):
     sequence = make_sequence(n=12)
-    run = bench.evaluate(Walker, sequence, protocol="real-time:seconds=0.04")
-    np.testing.assert_array_equal(run.boxes, bench.evaluate(Walker, sequence).boxes)
+    run = bench.evaluate_run(Walker, sequence, protocol="real-time:seconds=0.04")
+    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Walker, sequence).boxes)
     assert run.source_frames.tolist() == list(range(12))
 
 
@@ -92,8 +92,8 @@ def test_measured_times_make_runs_time_dependent(make_sequence):
     assert protocol.time_dependent
     assert not parse_protocol("real-time:seconds=0.1").time_dependent
     sequence = make_sequence(n=8)
-    run = bench.evaluate(Walker, sequence, protocol=protocol.text)  # 1000 s per frame
-    np.testing.assert_array_equal(run.boxes, bench.evaluate(Walker, sequence).boxes)
+    run = bench.evaluate_run(Walker, sequence, protocol=protocol.text)  # 1000 s per frame
+    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Walker, sequence).boxes)
 
 
 def test_long_term_needs_confidence_of_reported_target(make_sequence):
@@ -105,8 +105,8 @@ def test_long_term_needs_confidence_of_reported_target(make_sequence):
             visible = len(self.shown) < 4
             return Estimate(estimate.box, visible=visible, confidence=0.5 if visible else nan)
 
-    run = bench.evaluate(Leaves, sequence, protocol="long-term")
+    run = bench.evaluate_run(Leaves, sequence, protocol="long-term")
     assert run.status == "finished"
-    np.testing.assert_array_equal(run.boxes, bench.evaluate(Leaves, sequence).boxes)
-    failed = bench.evaluate(Walker, sequence, protocol="long-term")
+    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Leaves, sequence).boxes)
+    failed = bench.evaluate_run(Walker, sequence, protocol="long-term")
     assert failed.failure.startswith("frame 1: the estimate has no confidence, which the protocol")

@@ -51,8 +51,8 @@ def test_tre_starts_are_distinct_frames_with_target(present, n, least):
 
 def test_first_segment_of_tre_is_the_one_pass_run(make_sequence):
     sequence = make_sequence(n=60, absent=(0, 1))
-    whole = bench.evaluate(Walker, sequence)
-    run = bench.evaluate(Walker, sequence, protocol="tre:starts=3")
+    whole = bench.evaluate_run(Walker, sequence)
+    run = bench.evaluate_run(Walker, sequence, protocol="tre:starts=3")
     np.testing.assert_array_equal(run.boxes[:60], whole.boxes)
     np.testing.assert_array_equal(run.details["brightness"][:60], whole.details["brightness"])
     assert [frames[0] for frames in run.segments] == [0, 21, 40]
@@ -61,7 +61,7 @@ def test_first_segment_of_tre_is_the_one_pass_run(make_sequence):
 
 
 def test_segments_have_independent_random_numbers(make_sequence):
-    run = bench.evaluate(Walker, make_sequence(), protocol="sre")
+    run = bench.evaluate_run(Walker, make_sequence(), protocol="sre")
     steps = [np.diff(rows, axis=0)[:, :2] for rows in run.boxes.reshape(12, 20, 4)]
     assert len({step.tobytes() for step in steps}) == 12
 
@@ -91,7 +91,7 @@ def test_sre_perturbs_init_box_in_twelve_ways():
 def test_sre_perturbs_the_selected_region(make_sequence):
     boxes = make_sequence(n=6).boxes
     sequence = make_sequence(n=6, regions={"wide": boxes + [0, 0, 12, 0]})
-    run = bench.evaluate("static:init=wide", sequence, protocol="sre")
+    run = bench.evaluate_run("static:init=wide", sequence, protocol="sre")
     np.testing.assert_allclose(run.boxes[0], boxes[0] + [-2, 0, 12, 0])
     np.testing.assert_array_equal(run.boxes[:6], np.tile(run.boxes[0], (6, 1)))
 
@@ -119,7 +119,7 @@ def test_anchors_of_the_data_are_used_unchanged():
 
 def test_backward_segment_shows_frames_in_reverse(make_sequence):
     sequence = make_sequence(n=30)
-    run = bench.evaluate(Walker, sequence, protocol="anchors:spacing=15")
+    run = bench.evaluate_run(Walker, sequence, protocol="anchors:spacing=15")
     assert [frames.tolist() for frames in run.segments] == [
         list(range(30)),
         list(range(14, 30)),
@@ -133,7 +133,7 @@ def test_backward_segment_shows_frames_in_reverse(make_sequence):
 @pytest.mark.parametrize("preset", ["native", "otb", "got10k"])
 def test_score_of_run_is_mean_over_segments(make_sequence, preset):
     sequence = make_sequence(n=40)
-    run = bench.evaluate(Walker, sequence, protocol="tre:starts=4:least=10")
+    run = bench.evaluate_run(Walker, sequence, protocol="tre:starts=4:least=10")
     key = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}[preset]
     values, end = [], 0
     for frames in run.segments:
@@ -158,7 +158,7 @@ def pixels_of(box):
 
 def test_anchor_scores_equal_slow_definition(make_sequence):
     sequence = make_sequence(n=30, image_size=(32, 24))
-    run = bench.evaluate("static", sequence, protocol="anchors:spacing=29")
+    run = bench.evaluate_run("static", sequence, protocol="anchors:spacing=29")
     masks = [pixels_of(box) for box in sequence.boxes]
     progress, summed = [], 0.0
     for frames in run.segments:
@@ -186,7 +186,7 @@ def test_anchor_scores_equal_slow_definition(make_sequence):
 )
 def test_malformed_segments_are_not_scored(make_sequence, forge):
     sequence = make_sequence(n=30)
-    run = bench.evaluate("static", sequence, protocol="tre:starts=2:least=5")
+    run = bench.evaluate_run("static", sequence, protocol="tre:starts=2:least=5")
     forged = replace(run, segments=(run.segments[0], forge(run.segments[1])))
     with pytest.raises(ValueError, match="has an invalid segment"):
         score_run(forged, sequence)
@@ -195,7 +195,7 @@ def test_malformed_segments_are_not_scored(make_sequence, forge):
 def test_stored_run_with_malformed_segments_is_damaged(make_sequence, tmp_path):
     """The digest of a stored run does not reveal this, because the writer computes it."""
     sequence, results = make_sequence(n=30), Results(tmp_path / "trial")
-    run = bench.evaluate("static", sequence, protocol="tre:starts=2:least=5")
+    run = bench.evaluate_run("static", sequence, protocol="tre:starts=2:least=5")
     first, second = run.segments
     results.prepare(Manifest("", {}))
     write_truth(results.folder, sequence)
@@ -208,7 +208,7 @@ def test_stored_run_with_malformed_segments_is_damaged(make_sequence, tmp_path):
 @pytest.mark.parametrize("selected", [slice(0), slice(1), slice(None, None, -1), [0, 0, 0]])
 def test_segments_that_differ_from_protocol_are_not_scored(make_sequence, text, count, selected):
     sequence = make_sequence(n=30)
-    run = bench.evaluate("static", sequence, protocol=text)
+    run = bench.evaluate_run("static", sequence, protocol=text)
     places = np.arange(count)[selected].tolist()
     rows = np.split(np.arange(len(run.boxes)), np.cumsum(list(map(len, run.segments)))[:-1])
     row_numbers = np.concatenate([rows[place] for place in places or [0]])
@@ -225,7 +225,7 @@ def test_segments_that_differ_from_protocol_are_not_scored(make_sequence, text, 
 
 def test_segment_may_have_a_single_frame(make_sequence):
     sequence = make_sequence(n=5)
-    run = bench.evaluate("static", sequence, protocol="anchors:spacing=4")
+    run = bench.evaluate_run("static", sequence, protocol="anchors:spacing=4")
     for frame in (0, 4):
         frames = (np.array([frame], np.int32),)
         single = replace(run, segments=frames, boxes=sequence.boxes[[frame]])

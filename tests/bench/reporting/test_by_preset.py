@@ -11,7 +11,7 @@ from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.pages.report_figures import preset_curves
 from trackmark.bench.reporting.by_preset import LATE, MEANS, TOGETHER, preset_report, score_runs
 from trackmark.bench.reporting.tables import SUMMARY
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
 
 SEQUENCES = [f"plain/target:length={15 + n}:scene={n}" for n in (0, 1)]
@@ -27,10 +27,10 @@ def texts(table):
     return {(row[0].text, row[1].text): [cell.text for cell in row[2:]] for row in table.rows}
 
 
-@pytest.mark.parametrize("name", metrics.preset_names())
+@pytest.mark.parametrize("name", metrics.names())
 def test_stored_runs_have_scores_of_their_boxes(stored, name):
     preset = metrics.preset(name)
-    (scored,) = score_runs(stored, [name], load_results(stored), "T")
+    (scored,) = score_runs(stored, [name], load_runs(stored), "T")
     means = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
     measures = set(scored.table.data["measure"])
     assert measures == (
@@ -39,7 +39,7 @@ def test_stored_runs_have_scores_of_their_boxes(stored, name):
     judged = []
     for text in SEQUENCES:
         sequence = datasets.load(text)
-        run = bench.evaluate("camshift", sequence)
+        run = bench.evaluate_run("camshift", sequence)
         result = preset.score(sequence, RunEstimates(run.boxes, run.visible, run.confidence))
         judged.append([result])
         key = next(key for key in result.scores if key in measures)
@@ -53,7 +53,7 @@ def test_stored_runs_have_scores_of_their_boxes(stored, name):
 
 
 def test_missing_run_makes_its_means_missing(stored):
-    rows = load_results(stored).itertuples()
+    rows = load_runs(stored).itertuples()
     names = [(row.tracker, row.sequence, row.repetition, row.protocol) for row in rows]
     (scored,) = preset_report(stored, ["otb"], names[1:]).scored
     assert texts(scored.table)[TOGETHER, names[0][0]][0] == "— (1 of 2 not run)"

@@ -12,7 +12,7 @@ from trackmark import datasets
 from trackmark.bench import metrics
 from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
-from trackmark.bench.store.data_frames import load_results
+from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 
@@ -40,7 +40,7 @@ def failed_run(folder, runs):
 
 
 def test_failed_runs_have_the_worst_native_scores(stored):
-    runs = load_results(stored)
+    runs = load_runs(stored)
     filled = with_worst_scores(stored, runs)
     failed = filled[filled["status"] == "failed"].iloc[0]
     assert failed[["mean_overlap", "success_share", "inside_share"]].tolist() == [0, 0, 0]
@@ -55,18 +55,18 @@ def test_failed_runs_have_the_worst_native_scores(stored):
 
 
 def test_failed_centre_error_is_bounded_without_an_image_size(stored):
-    run, truth = failed_run(stored, load_results(stored))
+    run, truth = failed_run(stored, load_runs(stored))
     scores = judge_failed(run, replace(truth, image_size=None), "native").scores
     corners = truth.boxes[:, :2] + truth.boxes[:, 2:]
     assert scores["centre_error"] == hypot(*corners.max(axis=0))
 
 
-WITHOUT_SEGMENTS = [n for n in metrics.preset_names() if metrics.preset(n).protocol != "anchors"]
+WITHOUT_SEGMENTS = [n for n in metrics.names() if metrics.preset(n).protocol != "anchors"]
 
 
 @pytest.mark.parametrize("name", WITHOUT_SEGMENTS)
 def test_failed_runs_have_the_worst_scores_of_presets(stored, name):
-    run, truth = failed_run(stored, load_results(stored))
+    run, truth = failed_run(stored, load_runs(stored))
     preset = metrics.preset(name)
     if preset.protocol == "supervised":
         states = np.zeros(len(run.boxes), np.int32)
@@ -84,7 +84,7 @@ def test_failed_runs_have_the_worst_scores_of_presets(stored, name):
 
 
 def test_failed_runs_note_has_number_and_first_reason(stored):
-    failures = failed_runs(load_results(stored), "0")
+    failures = failed_runs(load_runs(stored), "0")
     where = f"sequence plain/target:length={N_FRAMES}, ValueError: empty"
     assert failures.left_out == ["broken.py:Knob"]
     assert failures.notes == {
@@ -94,7 +94,7 @@ def test_failed_runs_note_has_number_and_first_reason(stored):
 
 
 def test_runs_without_worst_score_are_unchanged(stored):
-    runs = load_results(stored)
+    runs = load_runs(stored)
     filled = with_worst_scores(stored, runs)
     assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()
     pd.testing.assert_frame_equal(with_worst_scores(stored, runs, ["vot-supervised"]), runs)

@@ -9,9 +9,8 @@ from trackmark import bench, datasets
 from trackmark.bench.evaluation.scoring import REVISED, score_both
 from trackmark.bench.reporting.film_strips import write_strips
 from trackmark.bench.reporting.tables import tables
-from trackmark.bench.store.data_frames import load_results, with_revised_scores
-from trackmark.reports.film_strip import film_strip
-from trackmark.reports.overlay import TRUTH
+from trackmark.bench.store.data_frames import load_runs, with_revised_scores
+from trackmark.reports.overlay import TRUTH, film_strip
 from trackmark.reports.palette import colour
 
 SECOND_THOUGHTS = '''
@@ -52,7 +51,7 @@ def overlaps(table):
 
 def test_revised_scores_are_computed_from_revised_boxes(stored, make_sequence):
     sequence = make_sequence(n=6)
-    run = bench.evaluate("static", sequence)
+    run = bench.evaluate_run("static", sequence)
     assert not any(name.startswith(REVISED) for name in score_both(run, sequence))
     shifted = np.array(sequence.boxes)
     revised = bench.Run(**{**vars(run), "revised": shifted})
@@ -63,7 +62,7 @@ def test_revised_scores_are_computed_from_revised_boxes(stored, make_sequence):
 
 
 def test_runs_without_revision_keep_their_scores(stored):
-    runs = load_results(stored)
+    runs = load_runs(stored)
     revised = with_revised_scores(runs)
     still = runs["tracker_name"] == "static"
     pd.testing.assert_frame_equal(revised[still], runs[still])

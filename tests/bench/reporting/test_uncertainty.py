@@ -77,7 +77,7 @@ def test_tables_of_some_runs_have_times_of_any_timing_runs(monkeypatch, tmp_path
     scored = pd.DataFrame(frame("a", 0.5))
     stored = pd.concat([scored, pd.DataFrame(frame("a", 0.5, "timing", **DECODED))])
     load = lambda folder, cells=None: scored if cells else stored  # noqa: E731
-    monkeypatch.setattr(reporting, "load_results", load)
+    monkeypatch.setattr(reporting, "load_runs", load)
     summary, _ = reporting.tables(tmp_path, [("a", "s0", 0, "accuracy")], "T")
     assert summary.heads[-1] == "time a frame [ms]"
 

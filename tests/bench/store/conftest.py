@@ -70,7 +70,7 @@ def store():
     """Return a function that evaluates a tracker, stores the run and returns it."""
 
     def stored(results, sequence, tracker="static", repetition=0):
-        run = bench.evaluate(tracker, sequence, repetition)
+        run = bench.evaluate_run(tracker, sequence, repetition)
         write_truth(results.folder, sequence)
         assert results.write(run)
         return run
@@ -86,5 +86,5 @@ def several(results, sequence, store):
     assert results.write(runs[-1])
     request(results, *runs)
     RunLog(results.folder).write("start", runs=4)
-    bench.load_results(results.folder)  # stores the scores
+    bench.load_runs(results.folder)  # stores the scores
     return results

@@ -199,13 +199,13 @@ def test_damaged_run_costs_only_itself(several, sequence, change, caplog):
     edit(several, "UPDATE score SET scores = '{}' WHERE run = 1")
     edit(several, change)
     run_rows._warn.cache_clear()
-    frame = bench.load_results(several.folder)
+    frame = bench.load_runs(several.folder)
     assert frame["status"].value_counts().to_dict() == {"finished": 2, "failed": 1, "missing": 1}
     assert "runs.db is damaged: a row of its table" in caplog.text
     if "UPDATE run" in change:
-        assert several.write(bench.evaluate("static", sequence, 0))
+        assert several.write(bench.evaluate_run("static", sequence, 0))
         assert find_damage(several.folder) == []
-        assert len(bench.load_results(several.folder)) == 4
+        assert len(bench.load_runs(several.folder)) == 4
 
 
 @pytest.mark.parametrize("table", ["tracker", "truth"])
@@ -353,7 +353,7 @@ def test_read_only_folder_is_read(several, monkeypatch):
         opened.recount()
     before = database.read_bytes()
     monkeypatch.setattr(module, "_open", read_only)
-    assert len(bench.load_results(several.folder)) == 4
+    assert len(bench.load_runs(several.folder)) == 4
     with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
         several.write(make_run(0))
     assert database.read_bytes() == before
@@ -363,6 +363,6 @@ def test_parquet_results_are_refused_with_convert_command(tmp_path):
     folder = tmp_path / "trial"
     folder.mkdir()
     (folder / "plan.json").write_text("{}")
-    for read in (Results(folder).manifest, lambda: bench.load_results(tmp_path)):
+    for read in (Results(folder).manifest, lambda: bench.load_runs(tmp_path)):
         with pytest.raises(ResultsError, match=f"trackmark results convert {folder}"):
             read()

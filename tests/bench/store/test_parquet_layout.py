@@ -56,7 +56,7 @@ def test_converted_results_are_equal_to_the_bit(old, written, trackmark):
     results = Results(old)
     assert find_damage(old) == []
     runs = [results.read(cell) for cell in results.list_keys()]
-    expected = [bench.evaluate("static", written), full_run(written)]
+    expected = [bench.evaluate_run("static", written), full_run(written)]
     for run, other in zip(runs, expected, strict=True):
         for field in fields(run):
             if field.name not in ("circumstances", "output", "identity"):
@@ -68,7 +68,7 @@ def test_converted_results_are_equal_to_the_bit(old, written, trackmark):
     assert runs[1].output == "several\nlines"
     manifest = results.manifest()
     assert (manifest.title, len(manifest.versions)) == ("Older", 3)
-    frame = bench.load_results(old)
+    frame = bench.load_runs(old)
     assert frame["status"].tolist() == ["failed", "finished", "missing"]
     truth = read_truth(old, written.name, written.fingerprint)
     for name in ("boxes", "visibility", "regions", "attributes", "fps"):

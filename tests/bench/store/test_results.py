@@ -160,8 +160,8 @@ def test_failed_run_is_replaced_by_planned_or_finished_run(results, sequence):
 
 
 def test_write_all_is_atomic(results, sequence):
-    run = bench.evaluate("static", sequence)
-    broken = replace(bench.evaluate("static", sequence, 1), circumstances={"host": object()})
+    run = bench.evaluate_run("static", sequence)
+    broken = replace(bench.evaluate_run("static", sequence, 1), circumstances={"host": object()})
     with pytest.raises(TypeError):
         results.write_all([(run, ""), (broken, "")])
     assert results.list_keys() == []
@@ -200,28 +200,28 @@ def test_run_is_scored_once_per_version_of_the_scores(results, sequence, store, 
 def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
     run, other = store(results, sequence), store(results, sequence, "camshift")
     later = of_version(other, "later")
-    gone = bench.evaluate("static", sequence, 1)
+    gone = bench.evaluate_run("static", sequence, 1)
     request(results, later, gone, run)
-    frame = bench.load_results(results.folder)
+    frame = bench.load_runs(results.folder)
     assert frame["tracker"].tolist() == ["camshift", "static", "static"]
     assert frame["status"].tolist() == ["stale", "finished", "missing"]
     assert frame["experiment"].unique().tolist() == ["trial"]
-    assert bench.load_results(results.folder.parent).equals(frame)
+    assert bench.load_runs(results.folder.parent).equals(frame)
     for column in ("tracker", "sequence", "status", "failure", "parameters"):
         assert frame[column].dtype == "category", column
     assert frame["mean_overlap"].notna().tolist() == [True, True, False]
-    chosen = bench.load_results(results.folder, [run_key(run.identity)])
+    chosen = bench.load_runs(results.folder, [run_key(run.identity)])
     assert chosen["repetition"].tolist() == [0]
 
 
 def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
     several.remove([cell for cell in several.list_keys() if cell[2] != 1])
-    assert bench.load_results(several.folder)["repetition"].tolist() == [1]
+    assert bench.load_runs(several.folder)["repetition"].tolist() == [1]
     assert find_damage(several.folder) == []
     several.remove(several.list_keys())
     with pytest.raises(ResultsError, match="no ground truth of line"):
         read_truth(several.folder, sequence.name, sequence.fingerprint)
-    assert len(bench.load_results(several.folder)) == 0
+    assert len(bench.load_runs(several.folder)) == 0
 
 
 def test_run_cache_reads_each_run_once(several, monkeypatch):
@@ -273,7 +273,7 @@ def test_columns_are_readable_without_trackmark(several):
 
 def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     with pytest.raises(ResultsError, match="this folder contains no results"):
-        bench.load_results(tmp_path / "nothing")
+        bench.load_runs(tmp_path / "nothing")
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
         several.read(("static", "line", 9, "accuracy"))
     (tmp_path / "file").write_text("")
@@ -299,5 +299,5 @@ def test_other_files_are_refused(several, change, message):
     database.commit()
     database.close()
     with pytest.raises(ResultsError, match=message) as error:
-        bench.load_results(several.folder)
+        bench.load_runs(several.folder)
     assert str(several.folder / "runs.db") in str(error.value)

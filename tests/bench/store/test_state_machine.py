@@ -182,7 +182,7 @@ class Experimenter(RuleBasedStateMachine):
     def each_run_has_the_expected_status(self):
         if not self.requested:
             return
-        table = bench.load_results(self.results.folder)
+        table = bench.load_runs(self.results.folder)
         columns = ("tracker", "sequence", "repetition", "protocol")
         cells = zip(*(table[column] for column in columns), strict=True)
         statuses = dict(zip(cells, table["status"], strict=True))
@@ -217,7 +217,7 @@ class Experimenter(RuleBasedStateMachine):
 
     def _oracle(self, tracker, sequence, repetition):
         """Return version, status and digest of an undisturbed run."""
-        run = bench.evaluate(self._text(tracker), str(self.data_folder / sequence), repetition)
+        run = bench.evaluate_run(self._text(tracker), str(self.data_folder / sequence), repetition)
         return run.identity.version, run.status, content_digest(run)
 
     def _goal(self, chosen, retry_failed):
@@ -232,7 +232,7 @@ class Experimenter(RuleBasedStateMachine):
                     requested[key.tracker, key.sequence, repetition, "accuracy"] = key.version
                     version, status, _ = self.runs.get(run_key(key), ("", "", ""))
                     if version != key.version or (retry_failed and status == "failed"):
-                        run = bench.evaluate(text, sequence, repetition)
+                        run = bench.evaluate_run(text, sequence, repetition)
                         goal[run_key(key)] = run.identity.version, run.status, content_digest(run)
                 for cell in requested:  # one version counts for all repetitions
                     if cell[:2] == (key.tracker, key.sequence):

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from skimage import measure
 
 from trackmark import datasets
-from trackmark.bench.evaluation.loop import evaluate
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.papers.moreno2005 import figures, stages
 from trackmark.bench.papers.moreno2005.colour_plots import (
     Gaussians,
@@ -32,7 +32,7 @@ def step():
 
 
 def test_step_is_that_of_a_run(step):
-    run = evaluate("moreno2005", datasets.load(SCENE), keep_arrays=True)
+    run = evaluate_run("moreno2005", datasets.load(SCENE), keep_arrays=True)
     for name, values in step.estimate.arrays.items():
         np.testing.assert_array_equal(values, run.arrays[STEPS][name])
 

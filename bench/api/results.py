@@ -1,0 +1,329 @@
+"""Results: runs of trackers on sequences, in memory or in a folder, as tables and as HTML."""
+
+import shutil
+import tempfile
+import weakref
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+from functools import cached_property
+from pathlib import Path
+from typing import TypeAlias
+
+import pandas as pd
+
+from trackmark.bench.comparing.comparable_runs import compared_measure, same_boxes, scored_runs
+from trackmark.bench.comparing.comparison import Comparison
+from trackmark.bench.comparing.comparison import compare as compare_runs
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.metrics import canonical_name
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
+from trackmark.bench.reporting.by_preset import measures_of, presets_for, runs_by
+from trackmark.bench.reporting.failed_runs import with_worst_scores
+from trackmark.bench.reporting.tables import PRESET, mean_table, not_repeatable
+from trackmark.bench.store.data_frames import load_runs
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.layout import DATABASE, experiment_folders, run_key
+from trackmark.bench.store.manifest import Manifest
+from trackmark.bench.store.results import Results as Store
+from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
+from trackmark.bench.store.truth import find_attributes, write_truth
+from trackmark.datasets import Sequence
+from trackmark.reports.renderers import to_html
+from trackmark.reports.tables import Table, sequence_table
+
+RunName: TypeAlias = tuple[str, str, int]
+"""Tracker, sequence and repetition of a run."""
+
+_LABELS = ["tracker", "sequence", "repetition", "status"]
+
+
+class Results:
+    """Runs of trackers on sequences by one protocol, in memory or in a folder.
+
+    `results["camshift", "samples/face"]` is the run of repetition 0; a third value selects another
+    repetition. The last part of a sequence's name suffices if it is unique.
+
+    Parameters
+    ----------
+    runs : mapping of (str, str, int) to Run
+        Runs by tracker, sequence and repetition.
+    protocol : str
+        Stored name of the protocol.
+    metrics : str
+        Metrics of `table` and `means` by default.
+    sequences : iterable of Sequence
+        Sequences of runs in memory.
+    in_memory : mapping of str to str, optional
+        Reason why a tracker's runs cannot be saved, by tracker.
+    folder : Path, optional
+        Folder that contains the runs; None for runs in memory.
+    """
+
+    def __init__(
+        self,
+        runs: Mapping[RunName, Run],
+        protocol: str,
+        metrics: str = PRESET,
+        sequences: Iterable[Sequence] = (),
+        in_memory: Mapping[str, str] | None = None,
+        folder: Path | None = None,
+    ) -> None:
+        self.runs, self.protocol, self.folder = runs, protocol, folder
+        self.metrics = presets_for([canonical_name(metrics)], protocol)[0]
+        self._sequences, self._in_memory = list(sequences), in_memory or {}
+
+    def __getitem__(self, key: tuple[str, str] | RunName) -> Run:
+        tracker, name, repetition = (*key, 0)[:3]
+        sequences = list(dict.fromkeys(sequence for _, sequence, _ in self.runs))
+        ends = [sequence for sequence in sequences if sequence.rpartition("/")[2] == name]
+        sequence = ends[0] if name not in sequences and len(ends) == 1 else name
+        if (tracker, sequence, repetition) not in self.runs:
+            names = [str(other) for other in self.runs]
+            wanted = str((tracker, sequence, repetition))
+            close = get_close_matches(wanted, names, n=3, cutoff=0) or ["none"]
+            raise KeyError(f"no run {wanted}. The nearest ones are {', '.join(close)}.")
+        return self.runs[tracker, sequence, repetition]
+
+    def table(self, metrics: str | None = None) -> pd.DataFrame:
+        """Return one row per run: tracker, sequence, repetition, status, scores and failure.
+
+        Requested runs that are not stored have the status `missing`. Scores of failed and missing
+        runs are NaN. Scores are those of `trackmark.score`; `metrics` selects other metrics.
+        """
+        preset, runs = self._scored(metrics)
+        names = [name for name in runs if name not in {*TEXT_FIELDS, *NUMBER_FIELDS, "experiment"}]
+        if preset != PRESET:
+            names = [measure.name for measure in measures_of(preset)]
+        texts = {name: runs[name].astype(str) for name in ("tracker", "sequence", "status")}
+        failure = runs["failure"].astype(str).str.split("\n").str[0]
+        return runs.assign(**texts, failure=failure)[[*_LABELS, *names, "failure"]]
+
+    def means(self, by: str = "tracker", metrics: str | None = None) -> pd.DataFrame:
+        """Return mean scores.
+
+        Parameters
+        ----------
+        by : {'tracker', 'sequence'}
+            `tracker`: mean over repetitions, then over sequences; families of scenes count as one
+            sequence. `sequence`: mean over repetitions for each sequence and tracker.
+        metrics : str, optional
+            Metrics preset; that of the results by default.
+
+        Returns
+        -------
+        DataFrame
+            One column per score. By tracker, `<score>_low` and `<score>_high` are the ends of the
+            95 % interval, which are NaN for fewer than 6 sequences. Failed runs have the worst
+            scores. A mean is NaN if a run is missing, or if all runs of a tracker failed.
+        """
+        if by not in ("tracker", "sequence"):
+            raise ValueError(f"by is {by!r}. Expected: 'tracker' or 'sequence'.")
+        preset, runs = self._with_worst_scores(metrics)
+        if by == "sequence":
+            data = sequence_table(runs, measures_of(preset), "", preset).data
+            index, columns = ["sequence", "tracker"], {"": "mean"}
+        else:
+            data = self._mean_table(preset, runs).data
+            index, columns = ["tracker"], {"": "mean", "_low": "low", "_high": "high"}
+        wide = data.set_index([*index, "measure"])[list(columns.values())].unstack("measure")  # noqa: PD010
+        rows = data[index].drop_duplicates()
+        order = rows[index[0]] if len(index) == 1 else pd.MultiIndex.from_frame(rows)
+        return pd.DataFrame(
+            {
+                f"{measure.name}{end}": wide[column, measure.name]
+                for measure in measures_of(preset)
+                for end, column in columns.items()
+            }
+        ).loc[order.to_list() if len(index) == 1 else order]
+
+    @property
+    def failures(self) -> pd.DataFrame:
+        """Failed runs: tracker, sequence, repetition, name of the frame, and error."""
+        rows = []
+        for (tracker, sequence, repetition), run in self.runs.items():
+            if run.failure:
+                frame, _, error = run.failure.splitlines()[0].partition(": ")
+                rows.append([tracker, sequence, repetition, frame, error])
+        return pd.DataFrame(rows, columns=["tracker", "sequence", "repetition", "frame", "error"])
+
+    def save(self, folder: str | Path) -> Path:
+        """Store runs in memory in a new folder, as `trackmark run` does; return the folder.
+
+        Raises `ResultsError` for runs that are already stored, a folder with results, and runs
+        whose identity is unknown: of objects, functions and classes without source file, and runs
+        with another seed.
+        """
+        folder = Path(folder).expanduser()
+        if self.folder is not None:
+            raise ResultsError(f"these results are already stored in {self.folder}.")
+        for tracker, reason in self._in_memory.items():
+            raise ResultsError(
+                f"tracker {tracker!r} {reason}: its runs are in memory only. Write the class to a "
+                "file, give the file to evaluate, and use the default seed."
+            )
+        if (folder / DATABASE).exists():
+            raise ResultsError(f"{folder} already contains results. Choose another folder.")
+        self._write(folder)
+        return folder
+
+    @cached_property
+    def stored_folder(self) -> Path:
+        """Folder of the runs; runs in memory are copied to a temporary folder."""
+        if self.folder is not None:
+            return self.folder
+        temporary = tempfile.mkdtemp(prefix="trackmark-")
+        weakref.finalize(self, shutil.rmtree, temporary, ignore_errors=True)
+        self._write(Path(temporary) / "results")
+        return Path(temporary) / "results"
+
+    def _write(self, folder: Path) -> None:
+        store, runs = Store(folder), list(self.runs.values())
+        versions = {run_key(run.identity): run.identity.version for run in runs}
+        store.prepare(Manifest(folder.name, versions))
+        for sequence in self._sequences:
+            write_truth(folder, sequence)
+        store.write_all((run, "") for run in runs)
+
+    def _scored(self, metrics: str | None) -> tuple[str, pd.DataFrame]:
+        """Return the metrics preset, and the runs with its scores."""
+        preset = self.metrics
+        if metrics is not None:
+            preset = presets_for([canonical_name(metrics)], self.protocol)[0]
+        runs = load_runs(self.stored_folder)
+        runs = runs[runs["protocol"] == self.protocol].reset_index(drop=True)
+        if preset != PRESET:
+            runs = runs_by(self.stored_folder, preset, runs, self.protocol)
+        return preset, runs
+
+    def _with_worst_scores(self, metrics: str | None = None) -> tuple[str, pd.DataFrame]:
+        preset, runs = self._scored(metrics)
+        return preset, with_worst_scores(self.stored_folder, runs, [preset])
+
+    def _mean_table(self, preset: str, runs: pd.DataFrame) -> Table:
+        undefined = preset != PRESET  # scores that are undefined in some runs, as in `report`
+        measures = measures_of(preset)
+        return mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
+
+    def __repr__(self) -> str:
+        trackers = len({tracker for tracker, _, _ in self.runs})
+        sequences = len({sequence for _, sequence, _ in self.runs})
+        place = "in memory" if self.folder is None else f"in {self.folder}"
+        counts = f"{trackers} trackers, {sequences} sequences, {len(self.runs)} runs"
+        return f"<Results of {counts} {place}>"
+
+    def _repr_html_(self) -> str:
+        """Return the means with the best ones in bold, and the numbers of runs."""
+        preset, runs = self._with_worst_scores()
+        table = self._mean_table(preset, runs)
+        failed = int((runs["status"] == "failed").sum())
+        rows = [list(row) for row in table.rows]
+        for column, measure in enumerate(measures_of(preset), 1):
+            means = table.data[table.data["measure"] == measure.name]["mean"].to_numpy()
+            best = pd.Series(means).agg("max" if measure.direction == "higher" else "min")
+            for row, mean in zip(rows, means, strict=True):
+                row[column] = replace(row[column], best=bool(mean == best))
+        return f"{to_html(replace(table, rows=rows))}<p>{len(runs)} runs, {failed} failed.</p>"
+
+
+class _StoredRuns(Mapping[RunName, Run]):
+    """Runs in a folder, which are read when they are used."""
+
+    def __init__(self, store: Store, protocol: str) -> None:
+        self._store, self._protocol = store, protocol
+        self._names = {key[:3]: key for key in store.list_keys() if key[3] == protocol}
+
+    def __getitem__(self, name: RunName) -> Run:
+        return self._store.read(self._names[name])
+
+    def __iter__(self) -> Iterator[RunName]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+def load_results(
+    folder: str | Path, *, metrics: str = PRESET, protocol: str | None = None
+) -> Results:
+    """Return the results that `trackmark run`, `trackmark.run` or `Results.save` stored.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of an experiment, for example `results/otb`, or a folder with a single experiment.
+    metrics : str
+        Metrics of the tables by default: one of `trackmark.metrics.names()`.
+    protocol : str, optional
+        Protocol of the runs; by default one-pass, or the only protocol of the stored runs.
+
+    Returns
+    -------
+    Results
+        Runs are read when they are used.
+
+    Raises
+    ------
+    ResultsError
+        If there are no results, several experiments, or no runs by the protocol.
+    """
+    experiments = experiment_folders(Path(folder).expanduser())
+    if len(experiments) > 1:
+        names = ", ".join(map(str, experiments))
+        raise ResultsError(f"{folder} contains several experiments. Choose one of {names}.")
+    store = Store(experiments[0])
+    stored = list(dict.fromkeys(key[3] for key in store.list_keys()))
+    untimed = [name for name in stored if name != TIMING]
+    selected = STORED_ONE_PASS if protocol is None else parse_protocol(protocol).text
+    if protocol is None and len(untimed) == 1:
+        selected = untimed[0]
+    if selected not in stored:
+        others = ", ".join(map(title, untimed)) or "none"
+        raise ResultsError(
+            f"{experiments[0]}: no run is by the protocol {title(selected)}. Stored are: {others}."
+        )
+    return Results(_StoredRuns(store, selected), selected, metrics, folder=experiments[0])
+
+
+def compare(
+    results: Results,
+    baseline: str | None = None,
+    metric: str | None = None,
+    *,
+    margin: float | None = None,
+) -> Comparison:
+    """Compare trackers pairwise on the same sequences, as `trackmark compare` does.
+
+    Parameters
+    ----------
+    results : Results
+        Runs of two trackers or more on the same sequences.
+    baseline : str, optional
+        Tracker that is compared with each other tracker; all pairs by default.
+    metric : str, optional
+        Score of the metrics of `results`; the first one by default.
+    margin : float, optional
+        Largest irrelevant difference, in the unit of the score.
+
+    Returns
+    -------
+    Comparison
+        Differences with intervals and decisions; a notebook displays them as a table.
+
+    Raises
+    ------
+    ResultsError
+        If the runs cannot be compared, or if a name is unknown.
+    """
+    folder, preset, stored = results.stored_folder, results.metrics, results.protocol
+    runs = load_runs(folder)
+    measure = compared_measure(preset, metric, margin)
+    table, measure = scored_runs(folder, runs, stored, preset, measure)
+    return compare_runs(
+        table,
+        measure,
+        against=baseline,
+        attributes=find_attributes(folder, runs[runs["status"] == "finished"]),
+        same_boxes=same_boxes(folder, runs, stored),
+        not_repeatable=not_repeatable(runs),
+    )

@@ -1,0 +1,50 @@
+"""Small film strips of images with boxes, for notebooks."""
+
+import base64
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+MAX_BYTES = 60_000
+"""Maximum size of a film strip as a PNG image."""
+
+_WIDTH = 320  # maximum width of an image [px]
+_COLOURS = ((0, 200, 0), (0, 0, 255))  # BGR of the first and the second box
+
+
+def film_strip(
+    images: Sequence[NDArray[np.uint8]], boxes: Sequence[Sequence[NDArray[np.float64]]]
+) -> str:
+    """Return an HTML element with images side by side, as PNG of at most `MAX_BYTES`.
+
+    `images`: BGR images of equal size, at least one. `boxes`: up to two boxes per image, shape
+    (4,); the first one is drawn green, the second one red. Boxes that are not finite are not drawn.
+    """
+    scale = min(1.0, _WIDTH / images[0].shape[1])
+    while True:
+        png = _encode(
+            [_draw(image, drawn, scale) for image, drawn in zip(images, boxes, strict=True)]
+        )
+        if len(png) <= MAX_BYTES:
+            text = base64.b64encode(png).decode()
+            return f'<img alt="frames with boxes" src="data:image/png;base64,{text}">'
+        scale *= 0.8
+
+
+def _draw(
+    image: NDArray[np.uint8], boxes: Sequence[NDArray[np.float64]], scale: float
+) -> NDArray[np.uint8]:
+    resized = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    small: NDArray[np.uint8] = np.array(resized, np.uint8)
+    for box, colour in zip(boxes, _COLOURS, strict=False):
+        if np.isfinite(box).all():
+            x, y, width, height = np.clip(np.asarray(box) * scale, -1e4, 1e4).round().astype(int)
+            corner = int(x + width), int(y + height)
+            cv2.rectangle(small, (int(x), int(y)), corner, colour, 1)
+    return small
+
+
+def _encode(images: list[NDArray[np.uint8]]) -> bytes:
+    return cv2.imencode(".png", np.hstack(images))[1].tobytes()

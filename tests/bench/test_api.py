@@ -1,0 +1,281 @@
+"""Functions of `import trackmark`: arguments, errors, seeds, results and their notebook forms."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trackmark as tm
+from trackmark.bench.cli import main
+from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
+from trackmark.bench.store.files import ResultsError
+from trackmark.trackers import TrackerError
+
+
+class Plain:
+    """Stays at the init box."""
+
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        return self.box
+
+
+class Noisy(Plain):
+    def __init__(self, seed, rng, width=1.0):
+        self.seed, self.rng, self.width = seed, rng, width
+
+    def update(self, image):
+        return self.box + self.rng.normal(0, self.width, 4) * [1, 1, 0, 0], 0.5
+
+
+class Broken(Plain):
+    def update(self, image):
+        raise ZeroDivisionError("no model")
+
+
+@pytest.fixture
+def line(make_sequence):
+    return make_sequence(n=6)
+
+
+@pytest.fixture
+def face():
+    return tm.load_sequence("samples/face")
+
+
+def boxes_of(tracker, sequence):
+    return tm.evaluate(tracker, sequence).runs[Plain.__name__, sequence.name, 0].boxes
+
+
+def test_class_without_seed_gives_a_finished_run(line):
+    results = tm.evaluate(Plain, line)
+    assert results["Plain", "line"].status == "finished"
+    np.testing.assert_array_equal(results["Plain", "line"].boxes, np.tile(line.boxes[0], (6, 1)))
+
+
+def test_object_is_used_for_one_repetition(line, make_sequence):
+    results = tm.evaluate(Plain(), [line, make_sequence(n=4, name="short")])
+    assert [key[1] for key in results.runs] == ["line", "short"]
+    with pytest.raises(TrackerError, match="Give the class, not an instance"):
+        tm.evaluate(Plain(), line, repetitions=2)
+
+
+def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
+    trackers = ["static", {"two": Plain, "three": lambda: Plain()}]
+    results = tm.evaluate(trackers, [line, "samples/f*"])
+    names = [key[:2] for key in results.runs]
+    assert names[:3] == [("static", "line"), ("two", "line"), ("three", "line")]
+    assert {name for _, name in names} == {"line", "samples/face"}
+    with pytest.raises(TrackerError, match="two different trackers are called 'Plain'"):
+        tm.evaluate([Plain, Plain()], line)
+
+
+def test_score_takes_metrics_and_warns_of_preset(face):
+    run = tm.evaluate("static", face)["static", "face"]
+    expected = tm.score(run, "samples/face", metrics="otb")
+    assert expected == tm.score(run.boxes, face, metrics="otb")
+    with pytest.warns(FutureWarning, match="now called metrics"):
+        assert tm.score(run, face, preset="otb") == expected
+    assert set(tm.metrics.names()) >= {"native", "otb"}
+    assert "Wu" in tm.metrics.describe("otb")
+
+
+@pytest.mark.parametrize("kind", [list, tuple, np.asarray])
+def test_update_returns_four_numbers_of_any_kind(kind, line):
+    class Returns(Plain):
+        def update(self, image):
+            return kind(self.box.tolist())
+
+    run = tm.evaluate({"Plain": Returns}, line)["Plain", "line"]
+    assert run.status == "finished"
+    np.testing.assert_array_equal(run.boxes, boxes_of(Plain, line))
+
+
+def test_init_gets_the_mask_only_if_it_takes_one(face):
+    class Masked(Plain):
+        def init(self, image, box, mask):
+            super().init(image, box)
+            self.size = 0 if mask is None else int(mask.sum())
+
+    tracker = Masked()
+    assert tm.evaluate(tracker, face)["Masked", "face"].status == "finished"
+    mask = face.mask(face.first_frame)
+    assert tracker.size == (0 if mask is None else mask.sum())
+
+
+@pytest.mark.parametrize("name", ["opencv-mil", "nummiaro2003"])
+def test_created_tracker_gives_the_boxes_of_evaluate(name, face):
+    short = face[:12]
+    tracker = tm.trackers.create(name, sequence=short, repetition=1)
+    tracker.init(short[short.first_frame], short.boxes[short.first_frame])
+    boxes = [tracker.update(image).box for image in short.frames_after_init()]
+    run = tm.evaluate(name, short, repetitions=2)[name, short.name, 1]
+    np.testing.assert_array_equal(boxes, run.boxes[1:])
+
+
+def test_sequence_is_opened_once_until_its_file_changes(otb, tmp_path, monkeypatch):
+    folder = otb(tmp_path / "data" / "Small", 5)
+    sequence = tm.load_sequence(folder)
+    assert tm.load_sequence(folder) is sequence
+    truth = folder / "groundtruth_rect.txt"
+    truth.write_text("7,6,10,12\n" * 5)
+    os.utime(truth, ns=(1, 1))
+    assert tm.load_sequence(folder).boxes[0, 0] == sequence.boxes[0, 0] + 2
+    for number in range(MAX_OPEN + 1):
+        tm.load_sequence(f"plain/target:scene={number}")
+    assert len(_opened) == MAX_OPEN
+
+
+def test_forms_are_one_line_of_text_and_html(face):
+    results = tm.evaluate(["static", "camshift"], [face, "samples/bow-tie"])
+    run = results["camshift", "face"]
+    compared = tm.compare(results, "camshift")
+    assert repr(results) == "<Results of 2 trackers, 2 sequences, 4 runs in memory>"
+    assert all("\n" not in repr(value) for value in (run, face, compared))
+    score = f"{tm.score(run, face)['mean_overlap']:.3f}"
+    html = [value._repr_html_() for value in (results, run, face, compared)]
+    assert "<b>0.671</b>" in html[0]
+    assert "4 runs, 0 failed" in html[0]
+    assert f"mean overlap {score}" in html[1]
+    for text in html[1:3]:
+        assert 1_000 < len(text) < 60_000 * 4 / 3 + 500
+    assert "samples/face: 120 frames of" in html[2]
+    assert "camshift - static" in html[3]
+
+
+def test_failed_run_warns_and_can_raise(line):
+    with pytest.warns(RuntimeWarning, match=r"1 of 2 runs failed.*no model \(.*test_api\.py, line"):
+        results = tm.evaluate([Plain, Broken], line)
+    (row,) = results.failures.itertuples()
+    assert (row.tracker, row.frame, row.error) == (
+        "Broken",
+        "frame 1",
+        "ZeroDivisionError: no model",
+    )
+    assert results.table()["status"].tolist() == ["finished", "failed"]
+    with pytest.raises(ZeroDivisionError, match="no model") as raised:
+        tm.evaluate(Broken, line, raise_errors=True)
+    assert raised.traceback[-1].name == "update"
+
+
+@pytest.mark.parametrize(
+    ("trackers", "options", "error", "message"),
+    [
+        (42, {}, TypeError, "42 is not a tracker"),
+        (type("Half", (), {"init": Plain.init}), {}, TrackerError, "'Half': it lacks update"),
+        ([], {}, TrackerError, "no tracker is given"),
+        ("statik", {}, TrackerError, "Did you mean 'static'"),
+        (Plain, {"jobs": 2}, ValueError, r"Use trackmark\.run"),
+        (Plain, {"repetitions": 0}, ValueError, "repetitions is 0"),
+        (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
+    ],
+)
+def test_mistakes_of_the_caller_raise_before_the_first_frame(
+    trackers, options, error, message, line
+):
+    with pytest.raises(error, match=message):
+        tm.evaluate(trackers, line, **options)
+    assert line.frames.requested == []
+
+
+def test_repetitions_and_base_seed_select_random_numbers(line):
+    results = tm.evaluate([Noisy, Plain], line, repetitions=2)
+    assert [key[0] for key in results.runs] == ["Noisy", "Noisy", "Plain"]
+    first, again = (tm.evaluate(Noisy, line, seed=s)["Noisy", "line"] for s in (7, 7))
+    np.testing.assert_array_equal(first.boxes, again.boxes)
+    assert not np.array_equal(first.boxes, results["Noisy", "line"].boxes)
+    assert not np.array_equal(results["Noisy", "line", 1].boxes, results["Noisy", "line"].boxes)
+    assert first.confidence[1:].tolist() == [0.5] * 5
+
+
+def test_key_error_lists_the_nearest_runs(line):
+    results = tm.evaluate("static", line)
+    with pytest.raises(KeyError, match=r"nearest ones are \('static', 'line', 0\)"):
+        results["statik", "line"]
+
+
+def test_means_follow_the_rules_of_the_report(make_sequence):
+    sequences = [make_sequence(n=5 + i, name=f"s{i}") for i in range(6)]
+    results = tm.evaluate([Plain, "static"], sequences)
+    means = results.means()
+    by_sequence = results.means(by="sequence")["mean_overlap"]
+    mean = means.loc["Plain", "mean_overlap"]
+    assert mean == pytest.approx(by_sequence.xs("Plain", level="tracker").mean())
+    assert means.loc["Plain", "mean_overlap_low"] < mean < means.loc["Plain", "mean_overlap_high"]
+    few = tm.evaluate(Plain, sequences[:5]).means()
+    assert few.filter(regex="low|high").isna().all(axis=None)
+    assert "success_auc" in results.means(metrics="otb")
+
+
+def test_overlaps_and_errors_are_those_of_the_score(face):
+    run = tm.evaluate("camshift", face)["camshift", "face"]
+    later = np.arange(len(face)) != face.first_frame
+    scores = tm.score(run, face)
+    assert run.overlaps(face)[later].mean() == pytest.approx(scores["mean_overlap"])
+    assert run.centre_errors(face)[later].mean() == pytest.approx(scores["centre_error"])
+    with pytest.raises(ValueError, match="another sequence"):
+        run.overlaps("samples/bow-tie")
+
+
+def test_saved_results_equal_results_in_memory(tmp_path, capsys):
+    results = tm.evaluate(["static", "camshift"], "samples/*")
+    folder = results.save(tmp_path / "mine")
+    loaded = tm.load_results(folder)
+    assert loaded.table().equals(results.table())
+    assert loaded.means().equals(results.means())
+    np.testing.assert_array_equal(loaded["static", "face"].boxes, results["static", "face"].boxes)
+    with pytest.raises(SystemExit, match="0"):
+        main(["compare", "--results", str(folder)])
+    assert "camshift" in capsys.readouterr().out
+    page = tm.player(results, "samples/face").page.replace(str(results.stored_folder), str(folder))
+    assert page == tm.player(folder, "samples/face").page
+    with pytest.raises(ResultsError, match="already contains results"):
+        results.save(folder)
+
+
+def test_runs_of_unknown_identity_are_not_saved(line, tmp_path):
+    class Local(Plain):
+        pass
+
+    for results in (
+        tm.evaluate(Local, line),
+        tm.evaluate(Plain(), line),
+        tm.evaluate("static", line, seed=3),
+    ):
+        with pytest.raises(ResultsError, match="its runs are in memory only"):
+            results.save(tmp_path / "mine")
+    assert tm.evaluate(Plain, line).save(tmp_path / "mine") == tmp_path / "mine"
+
+
+def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
+    monkeypatch.chdir(workspace)
+    arguments = ["static", "knob.py"], "data/Small"
+    results = tm.run(*arguments, output="results/mine", repetitions=2, jobs=1)
+    assert len(results.runs) == 3
+    assert repr(results) == "<Results of 2 trackers, 1 sequences, 3 runs in results/mine>"
+    again = tm.run(*arguments, output="results/mine", repetitions=3, jobs=1)
+    assert len(again.runs) == 4
+    run = results["knob.py:Knob", "Small"]
+    assert again["knob.py:Knob", "Small"].circumstances == run.circumstances
+    with pytest.raises(TrackerError, match=r"test_api\.py:Plain"):
+        tm.run(Plain, "data/Small")
+
+
+def test_names_are_those_of_the_documentation():
+    expected = "Estimate Results Run Sequence Tracker compare datasets evaluate load_results"
+    expected += " load_sequence metrics player run score trackers"
+    assert tm.__all__ == expected.split()
+    assert all(getattr(tm, name) is not None for name in tm.__all__)
+    code = "import trackmark, sys; print('numpy' in sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        cwd=Path(tm.__file__).parents[1],
+    )
+    assert done.stdout.strip() == "False"
