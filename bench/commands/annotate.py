@@ -80,7 +80,7 @@ def command(options: AnnotateOptions) -> None:
     from trackmark.datasets import truth_file
     from trackmark.datasets.annotation import check_marks
     from trackmark.reports.files import write_file
-    from trackmark.reports.film_strip import write_film_strip
+    from trackmark.reports.overlay import write_film_strip
 
     video = options.video
     boxes = _marked(options.boxes, options.keys)
@@ -215,7 +215,7 @@ def _check_strip(sequence: "Sequence", truth: "GroundTruth", title: str) -> "NDA
     """Draw evenly spaced frames with their boxes."""
     import numpy as np
 
-    from trackmark.reports.film_strip import evenly_spaced, film_strip
+    from trackmark.reports.overlay import evenly_spaced, film_strip
 
     sources = np.array(truth.sources)
     boxes = {
