@@ -1,10 +1,9 @@
 """Common parts of all figures: title, legend outside of the axes, reproducible files."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +21,8 @@ from trackmark.reports.files import write_file
 from trackmark.reports.palette import LINE_STYLES, MARKERS, colour
 from trackmark.reports.printable import printable
 
-CROWDED = 7
-"""Maximum number of lines in one plot; more lines get a panel each."""
-
-_COLUMNS = 3  # of panels
 _MAX_ALL_MARKED = 10  # number of points of a line up to which each has a marker
 _MARKER_DISTANCE = 0.2  # distance of the markers of longer lines, as a share of the diagonal
-_STYLE = ("color", "linestyle", "linewidth", "drawstyle", "marker", "markersize", "markevery")
-
-OTHERS: Mapping[str, Any] = {"color": "0.85", "linewidth": 0.7}
-"""Style of other lines behind the line of a panel."""
 
 _MAX_NAMED_ROWS = 100
 """Maximum number of rows of a heat map with names and numbers."""
@@ -46,22 +37,14 @@ def bare_figure(title: str, height: float) -> Figure:
 
 
 def new_figure(
-    title: str,
-    height: float,
-    rows: int = 1,
-    columns: int = 1,
-    heights: Sequence[float] | None = None,
+    title: str, height: float, rows: int = 1, heights: Sequence[float] | None = None
 ) -> tuple[Figure, list[Axes]]:
-    """Return a `bare_figure` with a grid of axes that share their abscissa.
+    """Return a `bare_figure` with axes below each other that share their abscissa.
 
-    With several columns, axes also share their ordinate. `heights`: relative heights of the rows;
-    equal by default.
+    `heights`: relative heights of the axes; equal by default.
     """
     figure = bare_figure(title, height)
-    grid = figure.subplots(
-        rows, columns, sharex=True, sharey=columns > 1, squeeze=False, height_ratios=heights
-    )
-    all_axes = list(grid.ravel())
+    all_axes = [*figure.subplots(rows, sharex=True, squeeze=False, height_ratios=heights).ravel()]
     for axes in all_axes:
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
@@ -78,63 +61,16 @@ def add_legend(figure: Figure, heading: str = "") -> None:
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             named.setdefault(label, handle)
+    style: dict[str, Any] = {"loc": "outside lower center", "alignment": "left", "frameon": False}
+    style |= {"title": heading, "fontsize": 9, "title_fontsize": 9}
+    labels = [fold(label, 100) for label in named]
     for columns in (4, 3, 2, 1):
-        legend = figure.legend(
-            list(named.values()),
-            [fold(label, 100) for label in named],
-            title=heading,
-            loc="outside lower center",
-            ncols=columns,
-            fontsize=9,
-            title_fontsize=9,
-            alignment="left",
-            frameon=False,
-        )
+        legend = figure.legend([*named.values()], labels, ncols=columns, **style)
         extent = legend.get_window_extent()
         if columns == 1 or extent.width <= figure.bbox.width:
             break
         legend.remove()
     figure.set_figheight(figure.get_figheight() + extent.height / figure.dpi)
-
-
-def add_names(figure: Figure, axes: Axes, heading: str = "") -> None:
-    """Name the lines of the single axes of a figure: in a legend, or in a panel each if crowded.
-
-    A panel shows the other lines in grey. Panels contain lines only, no bands.
-    """
-    lines = axes.get_lines()
-    if len(lines) <= CROWDED:
-        add_legend(figure, heading)
-        return
-    limits = {name: getattr(axes, f"get_{name}")() for name in ("xlim", "ylim", "xscale")}
-    panels = split_into_panels(figure, axes, [str(line.get_label()) for line in lines])
-    for panel, line in zip(panels, lines, strict=True):
-        for other in lines:
-            style = {"drawstyle": other.get_drawstyle(), **OTHERS}
-            panel.plot(*other.get_data(), **style)
-        style = {name: getattr(line, f"get_{name}")() for name in _STYLE}
-        panel.plot(*line.get_data(), **style)
-        panel.set(**limits)
-    if heading:
-        figure.text(0.99, 0.99, heading, ha="right", va="top", fontsize=8)
-
-
-def split_into_panels(figure: Figure, axes: Axes, labels: Sequence[str]) -> list[Axes]:
-    """Replace the single axes of a figure by one panel per label with equal axis labels."""
-    rows = ceil(len(labels) / _COLUMNS)
-    axes.remove()
-    figure.set_figheight(1.0 + 1.8 * rows)
-    grid = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
-    for panel in grid[len(labels) :]:
-        panel.set_visible(False)
-    panels = list(grid[: len(labels)])
-    for panel, label in zip(panels, labels, strict=True):
-        panel.set_title(fold(label, 32), fontsize=7)
-        panel.tick_params(labelsize=7)
-        panel.grid(alpha=0.3)
-    figure.supxlabel(axes.get_xlabel(), fontsize=9)
-    figure.supylabel(axes.get_ylabel(), fontsize=9)
-    return panels
 
 
 def draw_image(axes: Axes, image: NDArray[Any]) -> None:
@@ -155,13 +91,9 @@ def outline_effect(width: float, shade: str = "black") -> list[Any]:
 
 def line_style(position: int) -> dict[str, Any]:
     """Return colour, dashes, width and marker of the tracker with an index."""
-    return {
-        "color": colour(position),
-        "linestyle": LINE_STYLES[position % len(LINE_STYLES)],
-        "linewidth": 1.8,
-        "marker": MARKERS[position % len(MARKERS)],
-        "markersize": 5.0,
-    }
+    marker, dashes = MARKERS[position % len(MARKERS)], LINE_STYLES[position % len(LINE_STYLES)]
+    style = {"color": colour(position), "linestyle": dashes, "linewidth": 1.8}
+    return {**style, "marker": marker, "markersize": 5.0}
 
 
 def named_line(label: str, position: int) -> dict[str, Any]:
@@ -181,7 +113,7 @@ def draw_line(
     """
     n_finite = np.isfinite(np.asarray(y, float)).sum()
     if n_finite > _MAX_ALL_MARKED:  # `markevery` fails without finite points
-        start = _MARKER_DISTANCE * (position % CROWDED) / CROWDED  # markers of lines differ
+        start = _MARKER_DISTANCE * (position % 7) / 7  # markers of lines have different places
         options = {"markevery": (start, _MARKER_DISTANCE)} | options
     axes.plot(np.asarray(x), np.asarray(y), **named_line(label, position), **options)
 
@@ -223,10 +155,7 @@ def write_figure(path: Path, figure: Figure) -> Path:
 
 
 def write_for_papers(path: Path, figure: Figure) -> list[Path]:
-    """Write a figure, for an SVG also a PDF, as LaTeX includes no SVG; return the files.
-
-    For errors see `write_file`.
-    """
+    """Write a figure, for an SVG also a PDF, as LaTeX includes no SVG; return the files."""
     paths = [path, path.with_suffix(".pdf")] if path.suffix == ".svg" else [path]
     return [write_figure(file, figure) for file in paths]
 
@@ -252,12 +181,13 @@ def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
     for axes, panel in zip(grid, panels, strict=False):
         draw_image(axes, panel.image)
         axes.set_title(panel.title, fontsize=9)
+        line: dict[str, Any] = {"fill": False, "edgecolor": colour(1)}
         if panel.box is not None:
             x, y, *size = panel.box.tolist()
-            axes.add_patch(Rectangle((x, y), *size, fill=False, edgecolor=colour(1)))
+            axes.add_patch(Rectangle((x, y), *size, **line))
         if panel.contour is not None:
-            line: dict[str, Any] = {"fill": False, "edgecolor": colour(1), "linewidth": 1.8}
-            axes.add_patch(Polygon(panel.contour, path_effects=outline_effect(3.2), **line))
+            line |= {"linewidth": 1.8, "path_effects": outline_effect(3.2)}
+            axes.add_patch(Polygon(panel.contour, **line))
     return figure
 
 
@@ -268,13 +198,8 @@ def heat_plot(values: ArrayLike, rows: Sequence[str], columns: Sequence[str], ti
     axes = figure.subplots()
     axes.imshow(scores, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto", interpolation="nearest")
     axes.xaxis.tick_top()
-    options: dict[str, Any] = {
-        "rotation": 30,
-        "ha": "left",
-        "rotation_mode": "anchor",
-        "fontsize": 8,
-    }
-    axes.set_xticks(range(len(columns)), [fold(name, 24) for name in columns], **options)
+    names = [fold(name, 24) for name in columns]
+    axes.set_xticks(range(len(columns)), names, rotation=30, ha="left", fontsize=8)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
     if len(rows) > _MAX_NAMED_ROWS:

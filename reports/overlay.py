@@ -1,7 +1,8 @@
-"""Boxes, ellipses and contours on images, with sub-pixel accuracy, and their legend."""
+"""Boxes, ellipses and contours on images, with sub-pixel accuracy, and film strips of them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
@@ -9,7 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.reports.palette import TRUTH_COLOUR, to_bgr
+from trackmark.reports.files import write_file
+from trackmark.reports.palette import TRUTH_COLOUR, colours, to_bgr
 
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 """Drawn shape: the edges of a box, the ellipse inscribed in a box, or a polygon."""
@@ -17,15 +19,15 @@ Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 TRUTH = "truth"
 """Label of the ground truth, which is drawn as white dashes on a thin black line."""
 
-BACKGROUND = 28  # grey level around images
+BACKGROUND = 16  # grey level around images
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # coordinates in cv2 are multiples of 2**-4 px
 _DASH = 4.0
 _DARK, _LIGHT = (0, 0, 0), (255, 255, 255)
 _MIN_RULER_STEP = 60  # distance between numbers of a ruler, so that they do not overlap [px]
-_MAX_COORDINATE = 1e8
-"""Largest coordinate that is drawn [px]: products of larger ones could overflow."""
+_MAX_COORDINATE = 1e5
+"""Largest coordinate that is drawn [px]: OpenCV cannot draw much larger ones."""
 
 
 def overlay(
@@ -49,28 +51,21 @@ def overlay(
     drawn = np.asarray(cv2.resize(image, size, interpolation=interpolation), np.uint8)
     # Sizes are whole pixels: the actual factors differ slightly from `scale`.
     factors = np.divide(drawn.shape[1::-1], image.shape[1::-1])
-    scales = factors if shape == "contour" else np.tile(factors, 2)
-    placed = {
-        label: np.clip(np.asarray(box, np.float64), -_MAX_COORDINATE, _MAX_COORDINATE) * scales
-        for label, box in boxes.items()
-        if shape == "contour" or np.isfinite(box).all()
-    }
-    truth = placed.pop(TRUTH, None)
+    placed = {label: _polygons(box, shape, factors) for label, box in boxes.items()}
+    truth = placed.pop(TRUTH, [])
     # The dark line of the ground truth is below all boxes, its light dashes are above: it is
     # visible on any background, and both are visible if a box has the same position.
-    if truth is not None:
-        _draw(drawn, truth, shape, _DARK, 1)
-    for label, box in placed.items():
+    _draw(drawn, truth, _DARK, 1)
+    for label, polygons in placed.items():
         # A dark line below keeps every colour visible on any background.
-        _draw(drawn, box, shape, _DARK, 3)
-        _draw(drawn, box, shape, to_bgr(colours[label]), 2)
+        _draw(drawn, polygons, _DARK, 3)
+        _draw(drawn, polygons, to_bgr(colours[label]), 2)
     for label, line in lines.items():
-        outline = np.clip(np.asarray(line, np.float64), -_MAX_COORDINATE, _MAX_COORDINATE) * factors
+        outline = _polygons(line, "contour", factors)
+        _draw(drawn, outline, _DARK, 2)
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
-        _draw(drawn, outline, "contour", _DARK, 2)
-        _draw(drawn, outline, "contour", shade, 1, dashed=label == TRUTH)
-    if truth is not None:
-        _draw(drawn, truth, shape, to_bgr(TRUTH_COLOUR), 1, dashed=True)
+        _draw(drawn, outline, shade, 1, dashed=label == TRUTH)
+    _draw(drawn, truth, to_bgr(TRUTH_COLOUR), 1, dashed=True)
     if words:
         write_words(drawn, words, (5, 17))
     return drawn
@@ -94,7 +89,7 @@ def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDA
         for x, label in row:
             shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
             ends = np.array([[x, y], [x + key, y]], np.float64)
-            _draw_line(band, ends, shade, 2, dashed=label == TRUTH)
+            _draw(band, [ends], shade, 2, dashed=label == TRUTH)
             write_words(band, label, (x + key + 8, y + 5))
     return band
 
@@ -132,54 +127,117 @@ def draw_ruler(image: NDArray[np.uint8], scale: float) -> None:
             write_words(image, f"{pixel:g}", (12, offset + 5))
 
 
+def _polygons(
+    box: NDArray[np.float64], shape: Shape, factors: NDArray[np.float64]
+) -> list[NDArray[np.float64]]:
+    """Return the closed outlines of a shape, (points, 2), in an enlarged image; none for NaN."""
+    box = np.asarray(box, np.float64).clip(-_MAX_COORDINATE, _MAX_COORDINATE)
+    if shape == "contour":
+        parts = np.split(box, np.flatnonzero(np.isnan(box[:, 0])))
+        outlines = [part[np.isfinite(part[:, 0])] for part in parts]
+    elif shape == "box":
+        outlines = [box[:2] + box[2:] * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])]
+    else:  # the sides are as long as two dashes
+        n_sides = np.clip(np.pi * (box[2:] * factors).mean() / (2 * _DASH), 24, 400)
+        angles = np.linspace(0, 2 * np.pi, int(np.nan_to_num(n_sides)), endpoint=False)
+        unit = np.column_stack([np.cos(angles), np.sin(angles)])
+        outlines = [box[:2] + box[2:] * (1 + unit) / 2]
+    return [np.vstack([ring, ring[:1]]) * factors for ring in outlines if np.isfinite(ring).all()]
+
+
 def _draw(
     image: NDArray[np.uint8],
-    box: NDArray[np.float64],
-    shape: Shape,
+    lines: Sequence[NDArray[np.float64]],
     shade: tuple[int, int, int],
     thickness: int,
     *,
     dashed: bool = False,
 ) -> None:
-    if shape == "contour":
-        for polygon in np.split(box, np.flatnonzero(np.isnan(box[:, 0]))):
-            ring = polygon[np.isfinite(polygon[:, 0])]
-            _draw_line(image, np.vstack([ring, ring[:1]]), shade, thickness, dashed=dashed)
-        return
-    x, y, width, height = box
-    if shape == "box":
-        corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]]
-        _draw_line(image, np.array(corners), shade, thickness, dashed=dashed)
-        return
-    # An even number of sides, each about as long as a dash: every other side is a gap.
-    sides = 2 * int(np.clip(np.pi * (width + height) / 4 / _DASH, 12, 400))
-    angles = np.linspace(0, 2 * np.pi, sides + 1)
-    unit = np.column_stack([np.cos(angles), np.sin(angles)])
-    rim = np.array([x, y]) + np.array([width, height]) * (1 + unit) / 2
-    for side in list(pairwise(rim))[:: 2 if dashed else 1]:
-        _draw_line(image, np.array(side), shade, thickness, dashed=False)
-
-
-def _draw_line(
-    image: NDArray[np.uint8],
-    points: NDArray[np.float64],
-    shade: tuple[int, int, int],
-    thickness: int,
-    *,
-    dashed: bool,
-) -> None:
-    """Draw a line through points in continuous coordinates (pixel i spans [i, i + 1))."""
-    for start, stop in pairwise(points):
+    """Draw lines through points in continuous coordinates (pixel i spans [i, i + 1))."""
+    for start, stop in (ends for line in lines for ends in pairwise(line)):
         length = float(np.hypot(*(stop - start)))
         pieces = max(1, int(length / (2 * _DASH))) if dashed else 1
         for piece in range(pieces):
-            first = start + (stop - start) * piece / pieces
-            last = start + (stop - start) * (piece + (0.5 if dashed else 1.0)) / pieces
-            ends = [_fixed_point(end) for end in (first, last)]
-            cv2.line(image, ends[0], ends[1], shade, thickness, cv2.LINE_AA, _SHIFT)
+            shares = np.array([[piece], [piece + (0.5 if dashed else 1.0)]]) / pieces
+            # Coordinates of OpenCV count from pixel centres.
+            ends = (start + (stop - start) * shares - 0.5) * (1 << _SHIFT)
+            first, last = np.round(ends).astype(int).tolist()
+            cv2.line(image, first, last, shade, thickness, cv2.LINE_AA, _SHIFT)
 
 
-def _fixed_point(point: NDArray[np.float64]) -> tuple[int, int]:
-    """Convert to coordinates of cv2, which count from pixel centres and have a limited range."""
-    x, y = np.clip(np.round((point - 0.5) * (1 << _SHIFT)), -(1 << 24), 1 << 24).astype(int)
-    return int(x), int(y)
+FrameShapes: TypeAlias = NDArray[np.float64] | Mapping[int, NDArray[np.float64]]
+
+DEFAULT_WIDTH = 1680
+MAX_COLUMNS = 5
+_GAP = 4
+
+
+def evenly_spaced(first: int, last: int, count: int) -> list[int]:
+    """Return at most `count` frame numbers from `first` to `last`, including both."""
+    count = min(count, last - first + 1)
+    return sorted({int(number) for number in np.linspace(first, last, count).round()})
+
+
+def film_strip(
+    image_of: Callable[[int], NDArray[np.uint8]],
+    numbers: Sequence[int],
+    boxes: Mapping[str, FrameShapes],
+    title: str = "",
+    columns: int = MAX_COLUMNS,
+    width: int = DEFAULT_WIDTH,
+    *,
+    shape: Shape = "box",
+    shades: Mapping[str, str] | None = None,
+    words: Mapping[int, str] | None = None,
+    count_from: int = 0,
+    ruler: bool = False,
+    lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
+) -> NDArray[np.uint8]:
+    """Return a film strip: a BGR image, uint8 (height, width, 3).
+
+    `image_of`: function that returns the BGR image of a frame. `numbers`: frames, at least one.
+    `boxes`: boxes (n, 4) by label, one row per frame, or contours by frame; see `overlay`.
+    `title`: text above the strip. `columns`: maximum number of frames in a row. `width`:
+    approximate width [px]. `shades`: colours `#rrggbb` by label; by order of the labels by default.
+    `words`: text after the frame number. `count_from`: printed number of the first frame of
+    the sequence. `ruler`: mark pixels along the upper and the left edge of each frame. `lines_of`:
+    function of the frame number that returns further outlines by label; see `overlay`.
+    """
+    columns = min(columns, len(numbers))
+    words = words or {}
+    shades = shades or colours([label for label in boxes if label != TRUTH])
+    tiles = []
+    for number in numbers:
+        image = image_of(number)
+        scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
+        frame_boxes = {label: rows[number] for label, rows in boxes.items()}
+        text = f"{number + count_from} {words.get(number, '')}".strip()
+        lines = lines_of(number)
+        tile = overlay(image, frame_boxes, shades, scale, "" if ruler else text, shape, lines)
+        tiles.append(tile)
+        if ruler:
+            draw_ruler(tile, scale)
+            write_words(tile, text, (14, 36))  # below the numbers along the edge
+    height, wide = tiles[0].shape[:2]
+    head, n_rows = 28 if title else 0, -(-len(tiles) // columns)
+    size = head + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP
+    strip = np.full((*size, 3), BACKGROUND, np.uint8)
+    if title:
+        write_words(strip[:head], title, (10, 19))
+    for place, tile in enumerate(tiles):
+        row, column = divmod(place, columns)
+        top, left = head + row * (height + _GAP), column * (wide + _GAP)
+        strip[top : top + height, left : left + wide] = tile
+    return np.vstack([strip, legend(boxes, shades, size[1])]) if boxes else strip
+
+
+def write_film_strip(path: Path, strip: NDArray[np.uint8]) -> Path:
+    """Write a strip as PNG; for errors see `write_file`."""
+
+    def write(file: Path) -> None:
+        encoded, data = cv2.imencode(".png", strip)
+        if not encoded:
+            raise OSError("OpenCV cannot encode the film strip as PNG")
+        file.write_bytes(data.tobytes())
+
+    return write_file(path, write)

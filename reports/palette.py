@@ -2,12 +2,9 @@
 
 from collections.abc import Sequence
 
-COLOURS = ("#2B59FF", "#EA6301", "#469A6A", "#B975B3", "#AD5129", "#7D5DD8", "#7F6574")
-"""Colours of medium lightness: visible on paper, on dark background and on frames."""
-
 LIGHT = ("#2b59ff", "#d95700", "#2e8257", "#a04c9c", "#0f7c8a", "#b0305c", "#636b75")
 DARK = ("#8fa9ff", "#ff9c52", "#72cf9f", "#e3a0de", "#5cc8d6", "#f08aae", "#9aa3ae")
-"""Colours of six trackers on light and on dark pages, then grey for all others."""
+"""Colours of six trackers, then grey for all others: on paper and light pages; on dark pages."""
 
 LINE_STYLES = ("-", "--", "-.", ":")
 DASHES: Sequence[Sequence[int]] = ((), (7, 4), (9, 3, 2, 3), (2, 3))
@@ -26,8 +23,8 @@ TRUTH_COLOUR = "#FFFFFF"
 
 
 def colour(position: int) -> str:
-    """Return the colour of the tracker with an index, as `#rrggbb`."""
-    return COLOURS[position % len(COLOURS)]
+    """Return the colour of the tracker with an index on paper, as `#rrggbb`."""
+    return LIGHT[colour_index(position)]
 
 
 def colour_index(position: int) -> int:

@@ -1,25 +1,20 @@
-"""Renderers of tables: plain text, Markdown, CSV, JSON, HTML and LaTeX."""
+"""Renderers of tables: terminal, plain text, Markdown, CSV, JSON, HTML and LaTeX."""
 
 import html
 import json
 import re
 import textwrap
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping
-from math import isfinite
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import accumulate, groupby
+from math import ceil, isfinite
 
-from trackmark.reports.printable import one_line
-from trackmark.reports.tables import Cell, Table, number_in, number_rests, text_columns
+from trackmark.reports.printable import one_line, width, wrap
+from trackmark.reports.tables import MISSING, Cell, Table, text_columns
 
-_LATEX = {
+_LATEX = {sign: f"\\{sign}" for sign in "&%$#_{}"} | {
     "\\": r"\textbackslash{}",
-    "&": r"\&",
-    "%": r"\%",
-    "$": r"\$",
-    "#": r"\#",
-    "_": r"\_",
-    "{": r"\{",
-    "}": r"\}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
     # LaTeX prints other characters for the next three in its default encoding.
@@ -121,27 +116,40 @@ def to_latex(table: Table) -> str:
     if not table.rows:
         texts = [breakable(in_latex(text)) for text in (table.caption, *table.notes)]
         return "\n\n".join(texts) + "\n"
-    room = _column_widths(table)
-    split = list(map(bool, number_rests(table)))
+    are_texts = text_columns(table)
+    widths = [max(len(cell.text) for cell in column) for column in zip(*table.rows, strict=True)]
+    wrapped = [
+        text and width > _MAX_UNWRAPPED for text, width in zip(are_texts, widths, strict=True)
+    ]
+    others = [
+        max(width, len(head)) + _COLUMN_GAP
+        for width, head, is_wide in zip(widths, table.heads, wrapped, strict=True)
+        if not is_wide
+    ]
+    left = (_LINE_WIDTH - sum(others)) // max(1, sum(wrapped)) - _COLUMN_GAP
+    room = max(_MIN_WRAPPED, left)  # characters of a line in each wrapped column
+    kinds = ["l" if text else "r" for text in are_texts]
+    size = rf"p{{{room / _LINE_WIDTH:.3f}\linewidth}}"
     columns = "".join(
-        f"p{{{letters / _LINE_WIDTH:.3f}\\linewidth}}"
-        if letters
-        else "l"
-        if text
-        else "r@{}l"
-        if two
-        else "r"
-        for letters, text, two in zip(room, text_columns(table), split, strict=True)
+        size if is_wide else kind for is_wide, kind in zip(wrapped, kinds, strict=True)
     )
-    heads = _latex_row(_wrap_cells(_latex_cells(map(Cell, table.heads), split), room))
-    rows = [_wrap_cells(_latex_cells(row, split), room) for row in table.rows]
+    heads, *rows = (
+        _latex_row(row, wrapped) for row in ([Cell(head) for head in table.heads], *table.rows)
+    )
+    lengths = [
+        max(len(cell.text) if is_wide else 1 for cell, is_wide in zip(row, wrapped, strict=True))
+        for row in table.rows
+    ]
+    pages: dict[int, list[str]] = {}
+    for row, end in zip(rows, accumulate(ceil(n / room) for n in lengths), strict=True):
+        pages.setdefault((end - 1) // _MAX_LINES, []).append(row)
     notes = [rf"\par\footnotesize {breakable(in_latex(note))}" for note in table.notes]
     follow = sum(map(len, table.notes)) > _MAX_NOTES
-    pieces = _split_rows(table, room)
-    small = r"\footnotesize" if any(room) else ""
+    small = r"\footnotesize" if any(wrapped) else ""
     lines = [TO_FIT]
-    for number, piece in enumerate(pieces):
+    for number, page in enumerate(pages.values()):
         more = " (continued)" if number else ""
+        is_last = number == len(pages) - 1
         lines += [
             r"\begin{table}[htbp]",
             r"\centering",
@@ -150,10 +158,10 @@ def to_latex(table: Table) -> str:
             r"\toprule",
             heads,
             r"\midrule",
-            *(_latex_row(rows[row]) for row in piece),
+            *page,
             r"\bottomrule",
             r"\end{tabular}}",
-            *(notes if piece is pieces[-1] and not follow else []),
+            *(notes if is_last and not follow else []),
             r"\end{table}",
         ]
     lines += ["{", *notes, r"\par}"] if follow else []
@@ -162,73 +170,15 @@ def to_latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _latex_cells(row: Iterable[Cell], split: list[bool]) -> list[str]:
-    """Convert cells to LaTeX; numbers of `split` columns get two columns to align the units."""
-    cells = []
-    for cell, two in zip(row, split, strict=True):
-        number = number_in(cell.text) if two else None
-        parts = [in_latex(part) for part in number or [cell.text]]
-        parts[1:] = [re.sub("^ ", "~", part) for part in parts[1:]]  # TeX would drop the space
-        texts = [rf"\textbf{{{part}}}" if cell.best and part else part for part in parts]
-        alone = two and number is None
-        cells.append(rf"\multicolumn{{2}}{{r}}{{{texts[0]}}}" if alone else " & ".join(texts))
-    return cells
-
-
-def _column_widths(table: Table) -> list[int]:
-    """Return the width of each wrapped column [characters]; 0 for other columns."""
-    texts = text_columns(table)
-    widest = [
-        max((_latex_width(row[column].text) for row in table.rows), default=0)
-        for column in range(len(table.heads))
-    ]
-    wide = [text and width > _MAX_UNWRAPPED for text, width in zip(texts, widest, strict=True)]
-    others = [
-        max(width, _latex_width(head)) + _COLUMN_GAP
-        for width, head, wrapped in zip(widest, table.heads, wide, strict=True)
-        if not wrapped
-    ]
-    left = max(_LINE_WIDTH - sum(others) - _COLUMN_GAP * sum(wide), _MIN_WRAPPED * sum(wide))
-    weights = [
-        min(width, 400) ** 0.5 if wrapped else 0.0
-        for width, wrapped in zip(widest, wide, strict=True)
-    ]
-    total = sum(weights)
-    return [max(_MIN_WRAPPED, int(left * weight / total)) if weight else 0 for weight in weights]
-
-
-def _latex_width(text: str) -> int:
-    """Return the width of a text [characters], in which pdfLaTeX replaces some by numbers."""
-    return len(_UNPRINTABLE.sub(lambda match: "-" * 6 * len(match[0]), text))
-
-
-def _split_rows(table: Table, room: list[int]) -> list[list[int]]:
-    """Return the row indices of each page; one empty page if there are no rows."""
-    pieces: list[list[int]] = [[]]
-    lines = 0
-    for number, row in enumerate(table.rows):
-        high = max(
-            (
-                -(-_latex_width(cell.text) // letters)
-                for cell, letters in zip(row, room, strict=True)
-                if letters
-            ),
-            default=1,
-        )
-        if pieces[-1] and lines + high > _MAX_LINES:
-            pieces.append([])
-            lines = 0
-        pieces[-1].append(number)
-        lines += high
-    return pieces
-
-
-def _wrap_cells(cells: list[str], room: list[int]) -> list[str]:
-    r"""Set wrapped cells ragged right; `\raggedright` would redefine `\\`."""
-    return [
-        rf"\rightskip0pt plus1fil\hspace{{0pt}}{breakable(cell)}" if letters else cell
-        for cell, letters in zip(cells, room, strict=True)
-    ]
+def _latex_row(cells: Sequence[Cell], wrapped: Sequence[bool]) -> str:
+    r"""Return a row; LaTeX would parse a bracket or asterisk after `\\` as an option."""
+    texts = []
+    for cell, is_wide in zip(cells, wrapped, strict=True):
+        text = rf"\textbf{{{in_latex(cell.text)}}}" if cell.best else in_latex(cell.text)
+        # Wrapped cells are set ragged right; `\raggedright` would redefine `\\`.
+        texts.append(rf"\rightskip0pt plus1fil\hspace{{0pt}}{breakable(text)}" if is_wide else text)
+    shield = "{}" if texts[0].startswith(("[", "*")) else ""
+    return shield + " & ".join(texts) + r" \\"
 
 
 def breakable(latex: str) -> str:
@@ -278,24 +228,12 @@ def to_text(table: Table) -> str:
 
 
 def _column(head: str, cells: list[Cell], alone: list[bool], *, text: bool) -> list[str]:
-    """Return the lines of a column: heading, rule, cells; units of numbers are aligned.
+    """Return the lines of a column: heading, rule, cells.
 
     `alone`: True for cells that extend over the following columns.
     """
     no_mark = " " if any(cell.best for cell in cells) else ""
     lines = [one_line(cell.text) + ("*" if cell.best else no_mark) for cell in cells]
-    if not text:
-        numbers = list(map(number_in, lines))
-        whole, rest = (
-            max((_width(number[part]) for number in numbers if number), default=0)
-            for part in (0, 1)
-        )
-        lines = [
-            _pad(number.whole, whole, left=False) + _pad(number.rest, rest, left=True)
-            if number
-            else line
-            for number, line in zip(numbers, lines, strict=True)
-        ]
     widths = [_width(line) for line, over in zip(lines, alone, strict=True) if not over]
     folded = textwrap.wrap(one_line(head), max(_HEAD_WIDTH, *widths), break_long_words=False)
     heads = [line if text else line + no_mark for line in folded or [""]]
@@ -354,12 +292,6 @@ def _or_numbers(match: re.Match[str]) -> str:
     return rf"\ornumbers{{{match[0]}}}{{{numbers}}}"
 
 
-def _latex_row(cells: list[str]) -> str:
-    r"""Join cells to a row; LaTeX would parse a bracket or asterisk after `\\` as an option."""
-    shield = "{}" if cells[0].startswith(("[", "*")) else ""
-    return shield + " & ".join(cells) + r" \\"
-
-
 FORMATS: Mapping[str, tuple[str, Callable[[Table], str]]] = {
     "text": (".txt", to_text),
     "markdown": (".md", to_markdown),
@@ -367,3 +299,83 @@ FORMATS: Mapping[str, tuple[str, Callable[[Table], str]]] = {
     "latex": (".tex", to_latex),
 }
 """Suffix and renderer of each format of tables."""
+
+
+_MIN_COLUMNS = 2  # columns of scores that are never omitted
+
+
+def on_terminal(table: Table, more: str = "") -> str:
+    """Render a table in the width of a terminal if possible.
+
+    `more`: advice on how to print the omitted columns.
+    """
+    narrow, left_out = _fit_to_terminal(table)
+    notes = [one_line(note) for note in narrow.notes]
+    notes += [f"Left out: {'; '.join(left_out)}{more}."] if left_out else []
+    caption, _, body = to_text(replace(narrow, notes=[])).partition("\n")
+    return f"{wrap(caption)}\n{body}" + "".join(f"{wrap(note)}\n" for note in notes)
+
+
+def terminal_lines(table: Table) -> list[str]:
+    """Return caption, rows and notes in lines of the terminal's width if possible.
+
+    Columns that do not fit are omitted. There is no rule between heads and rows.
+    """
+    narrow, _ = _fit_to_terminal(table)
+    rows = [line for line in _lines(narrow) if line.strip("- ")]
+    texts = [table.caption, *map(one_line, table.notes)]
+    caption, *notes = [wrap(text).splitlines() for text in texts]
+    return [*caption, *rows, *(line for note in notes for line in note)]
+
+
+def _lines(table: Table) -> list[str]:
+    """Return the lines of a table as text without its caption and notes."""
+    return to_text(replace(table, notes=[])).splitlines()[1:]
+
+
+def _fit_to_terminal(table: Table) -> tuple[Table, list[str]]:
+    """Return the table in the `width` of a terminal, and the heads of omitted columns.
+
+    The reason of missing means is printed once per row. If the table is still too wide, the first
+    of two labels gets separate lines if rows share it. Then columns are omitted, starting with the
+    highest rank.
+    """
+    shortened = narrow = replace(table, rows=list(map(_shorten_reasons, table.rows)))
+    shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
+    may_group, grouped = table.n_labels == 2 and shared, False
+    left_out: list[int] = []
+    order = sorted(range(len(table.ranks)), key=lambda column: (table.ranks[column], column))
+    while max(map(len, _lines(narrow)), default=0) > width():
+        if may_group and not grouped:
+            grouped = True
+        elif len(order) > _MIN_COLUMNS:
+            left_out.append(order.pop() + table.n_labels)
+        else:
+            break
+        narrow = _without_columns(shortened, left_out, grouped=grouped)
+    return narrow, [table.heads[i] for i in sorted(left_out)]
+
+
+def _shorten_reasons(row: list[Cell]) -> list[Cell]:
+    """Keep only the first of equal reasons for missing means in a row."""
+    texts: set[str] = set()
+    cells = []
+    for cell in row:
+        is_repeated = cell.text.startswith(f"{MISSING} (") and cell.text in texts
+        cells.append(Cell(MISSING) if is_repeated else cell)
+        texts.add(cell.text)
+    return cells
+
+
+def _without_columns(table: Table, left_out: list[int], *, grouped: bool) -> Table:
+    """Return the table without some columns; `grouped`: first labels get separate lines."""
+    columns = [column for column in range(len(table.heads)) if column not in left_out]
+    heads = [table.heads[column] for column in columns]
+    rows = [[row[column] for column in columns] for row in table.rows]
+    if not grouped:
+        return replace(table, heads=heads, rows=rows)
+    lines = []
+    for label, block in groupby(rows, key=lambda row: row[0].text):
+        lines.append([Cell(label), *(Cell("") for _ in heads[2:])])
+        lines += [[Cell(f"  {row[1].text}"), *row[2:]] for row in block]
+    return replace(table, heads=heads[1:], n_labels=1, rows=lines)

@@ -7,11 +7,10 @@ runs. A failed run has the worst score.
 
 import math
 import re
-from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -30,9 +29,10 @@ _FRAME = re.compile(r"^(frame \d+|\S+\.(?:png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", 
 
 _NO_FRAME = "none"  # instead of a frame number
 _NUMBER = re.compile(
-    r"([\[(~<>≤≥]*\s*[+-]?\d*)(?:(?<=\d)\.?\d*|\.\d+)(?:e[+-]?\d+)?(?=$|[\s,;%\])±–*])",
+    r"[\[(~<>≤≥]*\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?(?=$|[\s,;%\])±–*])",
     re.IGNORECASE | re.ASCII,
 )
+"""Number at the start of a text, such as `~3.1`, `[-0.2, 0.1]` or `54 of 99`."""
 
 
 @dataclass(frozen=True)
@@ -133,54 +133,30 @@ def summary_table(
 ) -> Table:
     """Make a table of trackers by measures, averaged over units.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        One row per run with `tracker`, `sequence`, `repetition`, `status`, `failure` and one column
-        per measure. Optional is `unit`, the unit of the average; by default the sequence. A
-        `status` of `missing` or `stale` makes a mean missing. Failed runs count if they have a
-        score.
-    measures : sequence of ScoreMeasure
-        Score columns.
-    title, preset : str
-        Start of the caption, and name of the metrics preset in the caption.
-    uncertainties : callable, optional
-        Function that returns intervals and marks, which `meaning` explains. The ends of the
-        intervals are in the data as `low` and `high`.
-    skip_undefined : bool
-        Average over the runs that have a score. By default the mean is missing if one is missing.
+    `runs`: one row per run with `tracker`, `sequence`, `repetition`, `status`, `failure` and one
+    column per measure. Optional is `unit`, the unit of the average; by default the sequence. A
+    `status` of `missing` or `stale` makes a mean missing. Failed runs count if they have a score.
+    `title`: start of the caption. `uncertainties`: returns intervals and marks, which `meaning`
+    explains. `skip_undefined`: average over the runs that have a score; by default the mean is
+    missing if one is missing.
     """
     runs = complete(runs)
-    (tracker, trackers), (sequence, sequences) = _numbers(runs)
-    unit_of = runs.groupby(sequence)["unit"].first().tolist() if "unit" in runs else sequences
-    unit, units = pd.factorize(np.array(unit_of))
-    means = partial(_statistics, measures=measures, skip_undefined=skip_undefined)
-    by_cell, _, sizes = means(runs, tracker * len(sequences) + sequence)
-    cell_tracker = by_cell.index // len(sequences)
-    cell_sequence = by_cell.index % len(sequences)
-    by_unit, _, _ = means(by_cell, cell_tracker * len(units) + unit[cell_sequence])
-    mean, _, _ = means(by_unit, by_unit.index // len(units))
+    runs = runs.assign(unit=runs["unit" if "unit" in runs else "sequence"])
+    sequences, n_units = [*map(str, runs["sequence"].unique())], runs["unit"].nunique()
+    mean_by = partial(_statistic, "mean", measures, skip_undefined=skip_undefined)
+    by_sequence = mean_by(["tracker", "unit", "sequence"], runs)
+    by_unit = mean_by(["tracker", "unit"], by_sequence)
+    mean = mean_by(["tracker"], by_unit)
     # The spread over repetitions is defined if all sequences have equally many.
-    times = sizes.groupby(cell_tracker).agg(["min", "max"])
-    repetition, repetitions = pd.factorize(runs["repetition"])
-    by_pass, _, _ = means(runs, tracker * len(repetitions) + repetition)
-    _, spread, _ = means(by_pass, by_pass.index // len(repetitions))
-    spread = spread.where(times["min"] == times["max"])
-    entries = _entries(
-        _missing_reasons(runs, tracker, measures), mean, spread, mean * np.nan, measures
-    )
+    by_pass = mean_by(["tracker", "repetition"], runs)
+    spread = _statistic("std", measures, ["tracker"], by_pass, skip_undefined=skip_undefined)
+    sizes = runs.groupby(["tracker", "sequence"], **_GROUPS).size().groupby("tracker", **_GROUPS)
+    spread = spread.where(sizes.min() == sizes.max())
+    entries = _entries(runs, mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
-        entries = _with_uncertainty(entries, by_unit, len(units), measures, uncertainties)
-    return Table(
-        name="summary",
-        caption=f"{title}: {means_over(sequences, len(units))}; metrics preset {preset}. {meaning}",
-        heads=["tracker", *(measure.head for measure in measures)],
-        n_labels=1,
-        rows=_rows([[tracker] for tracker in trackers], entries, measures),
-        notes=notes_of(runs, measures[0].name),
-        data=_tidy([{"tracker": name} for name in trackers], entries, measures, preset),
-        ranks=[measure.rank for measure in measures],
-    )
+        _add_uncertainty(entries, by_unit, measures, uncertainties)
+    caption = f"{title}: {means_over(sequences, n_units)}; metrics preset {preset}. {meaning}"
+    return _table("summary", caption, ["tracker"], entries, runs, measures, preset)
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -197,151 +173,150 @@ def sequence_table(
 
     There are no marks: one sequence is one unit.
     """
-    (tracker, trackers), (sequence, sequences) = _numbers(runs)
-    cells = sequence * len(trackers) + tracker
-    mean, spread, _ = _statistics(runs, cells, measures)
-    reasons = _missing_reasons(runs, cells, measures)
-    entries = _entries(reasons, mean, spread, mean, measures)
-    labels = [
-        [sequences[cell // len(trackers)], trackers[cell % len(trackers)]] for cell in mean.index
-    ]
-    named = [dict(zip(("sequence", "tracker"), pair, strict=True)) for pair in labels]
-    return Table(
-        name="sequences",
-        caption=(
-            f"{title}: every sequence; metrics preset {preset}. Means and ± standard deviations "
-            "over repetitions."
-        ),
-        heads=["sequence", "tracker", *(measure.head for measure in measures)],
-        n_labels=2,
-        rows=_rows(labels, entries, measures),
-        notes=notes_of(runs, measures[0].name),
-        data=_tidy(named, entries, measures, preset),
-        ranks=[measure.rank for measure in measures],
+    names = ["sequence", "tracker"]
+    mean, spread = (_statistic(name, measures, names, runs) for name in ("mean", "std"))
+    index = pd.MultiIndex.from_product([runs[name].unique() for name in names], names=names)
+    mean = mean.reindex(index[index.isin(mean.index)])
+    entries = _entries(runs, mean, spread, mean, measures)
+    caption = (
+        f"{title}: every sequence; metrics preset {preset}. Means and ± standard deviations over "
+        "repetitions."
     )
+    return _table("sequences", caption, names, entries, runs, measures, preset)
 
 
-@dataclass(frozen=True)
-class _Entry:
-    """Mean with its spread over repetitions; NaN if a run is missing."""
+_GROUPS: Mapping[str, Any] = {"sort": False, "observed": True}
 
-    mean: float
-    spread: float = float("nan")
-    missing: str = ""  # reason of a missing mean
-    runs: int = 0
-    out_of: float = float("nan")
-    interval: tuple[float, float] | None = None
+
+class _Entry(NamedTuple):
+    """Mean of a measure; the fields are the columns of the data of a table."""
+
+    mean: float = math.nan
+    standard_deviation: float = math.nan  # over repetitions; NaN if a run is missing
+    low: float = math.nan
+    high: float = math.nan
     marked: bool = False
+    out_of: float = math.nan
+    runs: int = 0
+    missing: str = ""  # reason of a missing mean
 
 
-def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
-    """Return indices by row and names, in order of appearance, of trackers and sequences."""
-    factors = [pd.factorize(runs[column]) for column in ("tracker", "sequence")]
-    return [(index.astype(np.int64), [str(name) for name in names]) for index, names in factors]
-
-
-def _statistics(
+def _table(
+    name: str,
+    caption: str,
+    label_names: Sequence[str],
+    entries: Mapping[tuple[str, ...], Sequence[_Entry]],
     runs: pd.DataFrame,
-    groups: NDArray[np.int64] | pd.Index,
     measures: Sequence[ScoreMeasure],
+    preset: str,
+) -> Table:
+    """Return a table of entries by the labels of a row."""
+    rows = [
+        [*map(Cell, labels)]
+        + [Cell(_cell_text(*pair), pair[0].marked) for pair in zip(row, measures, strict=True)]
+        for labels, row in entries.items()
+    ]
+    data = [
+        {
+            **dict(zip(label_names, labels, strict=True)),
+            "preset": preset,
+            "measure": measure.name,
+            **entry._asdict(),
+        }
+        for labels, row in entries.items()
+        for measure, entry in zip(measures, row, strict=True)
+    ]
+    heads = [*label_names, *(measure.head for measure in measures)]
+    notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
+    frame = pd.DataFrame(data).rename(columns={"missing": "lacking"})
+    return Table(name, caption, heads, len(label_names), rows, notes, frame, ranks)
+
+
+def _statistic(
+    name: str,
+    measures: Sequence[ScoreMeasure],
+    levels: list[str],
+    runs: pd.DataFrame,
     *,
     skip_undefined: bool = False,
-) -> tuple[pd.DataFrame, pd.DataFrame, pd.Series]:
-    """Return means and standard deviations by group and column, and the groups' sizes.
+) -> pd.DataFrame:
+    """Return the mean or standard deviation of the scores by labels.
 
-    They are NaN if a value of the group is missing, unless `skip_undefined`.
+    A value is NaN if a score of the group is missing, unless `skip_undefined`.
     """
     columns = dict.fromkeys(name for m in measures for name in (m.name, m.out_of) if name in runs)
-    grouped = runs[list(columns)].groupby(np.asarray(groups))
-    sizes = grouped.size()
-    whole = grouped.count().eq(sizes, axis=0) | skip_undefined
-    return grouped.mean().where(whole), grouped.std().where(whole), sizes
-
-
-def _missing_reasons(
-    runs: pd.DataFrame, groups: NDArray[np.int64], measures: Sequence[ScoreMeasure]
-) -> list[tuple[int, str]]:
-    """Return number of runs and reason of a missing mean by group: `2 of 5 stale`, else empty.
-
-    Failed runs count if they have a score by the first measure.
-    """
-    group_indices, sizes = np.unique(groups, return_counts=True)
-    others = ~counted(runs, measures[0].name).to_numpy()
-    kinds: dict[int, Counter[str]] = {}
-    for group, status in zip(groups[others].tolist(), runs["status"][others], strict=True):
-        kinds.setdefault(group, Counter())[status] += 1
-    words = [
-        f"{kinds[group].total()} of {size} {' or '.join(kinds[group])}" if group in kinds else ""
-        for group, size in zip(group_indices.tolist(), sizes.tolist(), strict=True)
-    ]
-    return list(zip(sizes.tolist(), words, strict=True))
+    grouped = runs.groupby(levels, **_GROUPS)[[*columns]]
+    is_whole = grouped.count().eq(grouped.size(), axis=0) | skip_undefined
+    statistic: pd.DataFrame = grouped.agg(name)
+    return statistic.where(is_whole)
 
 
 def _entries(
-    reasons: list[tuple[int, str]],
+    runs: pd.DataFrame,
     mean: pd.DataFrame,
     spread: pd.DataFrame,
     out_of: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
-) -> list[list[_Entry]]:
-    """Return the entries of a table, one row per group."""
-    absent = pd.Series(math.nan, mean.index)
-    columns = [
-        [
-            values.get(name, absent).tolist()
-            for values, name in ((mean, m.name), (spread, m.name), (out_of, m.out_of))
+) -> dict[tuple[str, ...], list[_Entry]]:
+    """Return the entries of a table by the labels of a row.
+
+    A mean is missing if a run does not count: `2 of 5 stale`. Failed runs count if they have a
+    score by the first measure.
+    """
+    levels = list(mean.index.names)
+    counts = counted(runs, measures[0].name)
+    statuses = runs.assign(status=runs["status"].astype(object).mask(counts))
+    groups = statuses.groupby(levels, **_GROUPS)["status"]
+    sizes, reasons = groups.size(), groups.agg(_missing_reason)
+    means, spreads, totals = (values.to_dict("index") for values in (mean, spread, out_of))
+    entries = {}
+    for key in mean.index:
+        labels = tuple(map(str, key if isinstance(key, tuple) else [key]))
+        fixed = {"runs": int(sizes[key]), "missing": reasons[key]}
+        entries[labels] = [
+            _Entry(**fixed)
+            if fixed["missing"]
+            else _Entry(
+                means[key].get(measure.name, math.nan),
+                spreads[key].get(measure.name, math.nan),
+                out_of=totals[key].get(measure.out_of, math.nan),
+                **fixed,
+            )
+            for measure in measures
         ]
-        for m in measures
-    ]
-    return [
-        [
-            _Entry(math.nan, missing=why, runs=runs)
-            if why
-            else _Entry(means[row], spreads[row], runs=runs, out_of=totals[row])
-            for means, spreads, totals in columns
-        ]
-        for row, (runs, why) in enumerate(reasons)
-    ]
+    return entries
 
 
-def _rows(
-    labels: list[list[str]], entries: list[list[_Entry]], measures: Sequence[ScoreMeasure]
-) -> list[list[Cell]]:
-    return [
-        [Cell(text) for text in names]
-        + [
-            Cell(_cell_text(entry, measure), entry.marked)
-            for entry, measure in zip(row, measures, strict=True)
-        ]
-        for names, row in zip(labels, entries, strict=True)
-    ]
+def _missing_reason(statuses: "pd.Series[str]") -> str:
+    """Return the reason of a missing mean: `2 of 5 stale`; statuses of counted runs are NaN."""
+    others = statuses.dropna()
+    kinds = " or ".join(others.unique())
+    return f"{len(others)} of {len(statuses)} {kinds}" if len(others) else ""
 
 
-def _with_uncertainty(
-    entries: list[list[_Entry]],
+def _add_uncertainty(
+    entries: Mapping[tuple[str, ...], list[_Entry]],
     by_unit: pd.DataFrame,
-    n_units: int,
     measures: Sequence[ScoreMeasure],
     uncertainties: Uncertainties,
-) -> list[list[_Entry]]:
-    """Return entries with intervals and marks; missing means stay missing.
+) -> None:
+    """Add intervals and marks to entries; missing means stay missing.
 
-    `by_unit`: means of units, indexed by tracker * n_units + unit.
+    `by_unit`: means by tracker and unit.
     """
-    extended = [list(row) for row in entries]
+    rows = list(entries.values())
     for column, measure in enumerate(measures):
-        present = [i for i, row in enumerate(entries) if not np.isnan(row[column].mean)]
+        present = [i for i, row in enumerate(rows) if not np.isnan(row[column].mean)]
         if not present:
             continue
-        places = [row * n_units + unit for row in present for unit in range(n_units)]
-        values = by_unit[measure.name].reindex(places).to_numpy(np.float64)
-        table = values.reshape(len(present), n_units)
+        names = [by_unit.index.unique(level) for level in by_unit.index.names]
+        values = by_unit[measure.name].reindex(pd.MultiIndex.from_product(names))
+        table = values.to_numpy(np.float64).reshape(len(rows), -1)[present]
         defined = ~np.isnan(table).all(axis=0)
         intervals, marks = uncertainties(table[:, defined], measure)
-        for row, interval, marked in zip(present, intervals, marks, strict=True):
-            entry = extended[row][column]
-            extended[row][column] = replace(entry, interval=interval, marked=marked)
-    return extended
+        for i, interval, marked in zip(present, intervals, marks, strict=True):
+            low, high = interval or (math.nan, math.nan)
+            rows[i][column] = rows[i][column]._replace(low=low, high=high, marked=marked)
 
 
 def _cell_text(entry: _Entry, measure: ScoreMeasure) -> str:
@@ -351,42 +326,16 @@ def _cell_text(entry: _Entry, measure: ScoreMeasure) -> str:
         return MISSING
     if measure.never and entry.mean == entry.out_of:
         return measure.never
-    counted = bool(measure.out_of) and entry.mean.is_integer() and not entry.spread > 0
-    digits = 0 if counted else measure.decimals
-    text = f"{entry.mean * measure.scale:.{digits}f}"
-    if entry.interval is not None:
-        low, high = (f"{end * measure.scale:.{digits}f}" for end in entry.interval)
+    is_count = bool(measure.out_of) and entry.mean.is_integer()
+    digits = 0 if is_count and not entry.standard_deviation > 0 else measure.decimals
+    text, spread, low, high = (f"{value * measure.scale:.{digits}f}" for value in entry[:4])
+    if np.isfinite(entry.low):
         text += f" [{low}, {high}]"
-    elif np.isfinite(entry.spread):
-        text += f" ±{entry.spread * measure.scale:.{digits}f}"
+    elif np.isfinite(entry.standard_deviation):
+        text += f" ±{spread}"
     if np.isfinite(entry.out_of) and not measure.never:
         text += f" of {entry.out_of * measure.scale:.0f}"
     return text
-
-
-def _tidy(
-    labels: list[dict[str, str]],
-    entries: list[list[_Entry]],
-    measures: Sequence[ScoreMeasure],
-    preset: str,
-) -> pd.DataFrame:
-    return pd.DataFrame(
-        {
-            **label,
-            "preset": preset,
-            "measure": measure.name,
-            "mean": entry.mean,
-            "standard_deviation": entry.spread,
-            "low": entry.interval[0] if entry.interval else math.nan,
-            "high": entry.interval[1] if entry.interval else math.nan,
-            "marked": entry.marked,
-            "out_of": entry.out_of,
-            "runs": entry.runs,
-            "lacking": entry.missing,
-        }
-        for label, row in zip(labels, entries, strict=True)
-        for measure, entry in zip(measures, row, strict=True)
-    )
 
 
 def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":
@@ -455,23 +404,6 @@ def timed_by(runs: pd.DataFrame) -> str:
     return "warm_seconds" if warm.notna().sum() == decoded.notna().sum() else "cpu_seconds"
 
 
-class Number(NamedTuple):
-    """Text that starts with a number: the part up to the units digit, and the rest."""
-
-    whole: str
-    rest: str
-
-
-def number_in(text: str) -> Number | None:
-    """Split a text that starts with a number, such as `~3.1`, `[-0.2, 0.1]` or `54 of 99`.
-
-    >>> number_in("0.784 ±0.204")
-    Number(whole='0', rest='.784 ±0.204')
-    """
-    match = _NUMBER.match(text)
-    return Number(match[1], text[match.end(1) :]) if match else None
-
-
 def text_columns(table: Table) -> list[bool]:
     """Return for each column whether it has texts: labels, or mostly cells without a number.
 
@@ -481,21 +413,8 @@ def text_columns(table: Table) -> list[bool]:
     for column in range(len(table.heads)):
         cells = [row[column].text for row in table.rows]
         filled = [text for text in cells if text not in ("", _NO_FRAME) and text[0] != MISSING]
-        n_numbers = sum(number_in(text) is not None for text in filled)
+        n_numbers = sum(_NUMBER.match(text) is not None for text in filled)
         has_statements = any(";" in text for text in filled)
         is_text = column < table.n_labels or has_statements or 2 * n_numbers < len(filled)
         are_texts.append(is_text)
     return are_texts
-
-
-def number_rests(table: Table) -> list[set[str]]:
-    """Return the texts after the units digits by column, which are needed to align numbers.
-
-    The set is empty for a column of texts, and for a column whose rests have equal lengths.
-    """
-    rests_by_column = []
-    for column, text in enumerate(text_columns(table)):
-        cells = [] if text else [number_in(row[column].text) for row in table.rows]
-        rests = {number.rest for number in cells if number is not None}
-        rests_by_column.append(rests if len({*map(len, rests)}) > 1 else set())
-    return rests_by_column

@@ -24,20 +24,11 @@ def write_video(
     fps: float | None = None,
     lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
 ) -> Path:
-    """Write a video with one frame in memory at a time; for errors see `write_file`.
+    """Write an MP4 file with one frame in memory at a time; for errors see `write_file`.
 
-    Parameters
-    ----------
-    path : Path
-        MP4 file.
-    images : iterable of (int, ndarray)
-        Frame numbers with BGR images, all of one size.
-    boxes : mapping of str to ndarray of shape (n, 4)
-        Boxes by label, one row per frame; see `overlay`.
-    fps : float, optional
-        Frames per second; 25 by default.
-    lines_of : callable
-        Function of the frame number that returns outlines by label; see `overlay`.
+    `images`: frame numbers with BGR images, all of one size. `boxes`: boxes (n, 4) by label, one
+    row per frame. `lines_of`: function of the frame number that returns outlines by label; see
+    `overlay`.
     """
     shades = colours([label for label in boxes if label != TRUTH])
 
@@ -52,7 +43,9 @@ def write_video(
                 )
                 if boxes:
                     drawn = np.vstack([drawn, legend(boxes, shades, drawn.shape[1])])
-                drawn = _pad_to_even(drawn)
+                height, width = drawn.shape[:2]  # even, as the pixel format requires
+                pad = ((0, height % 2), (0, width % 2), (0, 0))
+                drawn = np.ascontiguousarray(np.pad(drawn, pad, "edge"))
                 if stream is None:
                     rate = Fraction(fps or DEFAULT_FPS).limit_denominator(100_000)
                     stream = container.add_stream("libx264", rate=rate)
@@ -65,9 +58,3 @@ def write_video(
             container.mux(stream.encode())
 
     return write_file(path, write)
-
-
-def _pad_to_even(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Pad an image to even height and width, as the pixel format requires."""
-    height, width = image.shape[:2]
-    return np.ascontiguousarray(np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), "edge"))

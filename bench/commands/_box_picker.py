@@ -101,11 +101,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page, the boxes or a frame."""
-        path = self.path.removeprefix(self.server.root)
+        path = self.path.removeprefix(self.server.root)  # begins with / if the root is another
         kind, _, number = path.partition("/")
-        if path == self.path:
-            self._answer(404, _TEXT, "Not found.")
-        elif not path:
+        if not path:
             self._answer(200, "text/html; charset=utf-8", PAGE.read_text("utf-8"))
         elif path == "state":
             state = {

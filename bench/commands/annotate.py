@@ -1,5 +1,6 @@
 """Write the ground truth of a video from boxes on key frames."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -79,7 +80,7 @@ def command(options: AnnotateOptions) -> None:
     from trackmark.datasets import truth_file
     from trackmark.datasets.annotation import check_marks
     from trackmark.reports.files import write_file
-    from trackmark.reports.film_strip import write_film_strip
+    from trackmark.reports.overlay import write_film_strip
 
     video = options.video
     boxes = _marked(options.boxes, options.keys)
@@ -108,11 +109,7 @@ def command(options: AnnotateOptions) -> None:
         saved, draft = Drawing(), target.with_name(f"{target.name}.draft")
         if target.exists() and not options.force:
             saved = _read_drawing(target)
-            comments = [
-                line[1:].strip()
-                for line in truth_file.read_text(target).splitlines()
-                if line[:1] == "#"
-            ]
+            comments = re.findall("(?m)^# ?(.*)", truth_file.read_text(target))
             notes = notes or [text for text in comments if not text.startswith(OPENINGS)]
         start = saved if options.force else read_draft(draft) or saved
         drawing = Drawing(boxes=start.boxes | boxes, absent=start.absent + drawing.absent)
@@ -218,7 +215,7 @@ def _check_strip(sequence: "Sequence", truth: "GroundTruth", title: str) -> "NDA
     """Draw evenly spaced frames with their boxes."""
     import numpy as np
 
-    from trackmark.reports.film_strip import evenly_spaced, film_strip
+    from trackmark.reports.overlay import evenly_spaced, film_strip
 
     sources = np.array(truth.sources)
     boxes = {

@@ -295,10 +295,9 @@ def _scores_by(result: "Check", folder: Path, metrics: list[str]) -> str:
 
 def _text(table: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
-    from trackmark.reports.renderers import to_text
-    from trackmark.reports.table_width import terminal_lines
+    from trackmark.reports.renderers import terminal_lines
 
-    lines = terminal_lines(table, to_text) if table.rows else map(wrap, table.notes)
+    lines = terminal_lines(table) if table.rows else map(wrap, table.notes)
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -202,15 +202,14 @@ def _print_summary(
 def _print(tables: "list[Table]", options: ReportOptions) -> None:
     """Print the tables of an experiment; as JSON one per line."""
     from trackmark.reports.renderers import FORMATS as RENDERERS
-    from trackmark.reports.renderers import to_json
-    from trackmark.reports.table_width import on_terminal
+    from trackmark.reports.renderers import on_terminal, to_json
 
     is_text = options.form in TEXTS
     _, render = RENDERERS[str(options.form) if is_text else "text"]
     if options.as_json:
         render = to_json
     elif not is_text and not options.wide:
-        render = functools.partial(on_terminal, render=render, more=" (--wide)")
+        render = functools.partial(on_terminal, more=" (--wide)")
     if tables:
         click.echo("\n".join(map(render, tables)))
 

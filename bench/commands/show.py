@@ -162,7 +162,7 @@ def _draw(
 ) -> None:
     """Write a film strip of `count` frames, or a video of all frames."""
     from trackmark.bench.reporting.outlines import outlines_on
-    from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
+    from trackmark.reports.overlay import evenly_spaced, film_strip, write_film_strip
     from trackmark.reports.video import write_video
 
     lines = outlines_on(sequence, outlines)

@@ -31,8 +31,8 @@ from trackmark.bench.statistics.psychometric import (
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
 from trackmark.datasets.spec_string import format_text, name_hint, parse_text
-from trackmark.reports.comparison import SurvivalCurve, breaking_plot
 from trackmark.reports.figures import write_figure
+from trackmark.reports.plots import SurvivalCurve, breaking_plot
 from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
 from trackmark.reports.write import file_names
 

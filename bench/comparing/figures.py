@@ -8,10 +8,9 @@ from scipy.stats import kstwo
 from trackmark.bench.comparing.comparison import Comparison
 from trackmark.bench.comparing.tables import shown_pairs
 from trackmark.bench.reporting.shared_charts import speed_chart, survival_chart, survival_line
-from trackmark.reports.comparison import difference_plot
 from trackmark.reports.figures import write_figure
 from trackmark.reports.page.content import Chart, Line
-from trackmark.reports.plots import chart_plot
+from trackmark.reports.plots import chart_plot, difference_plot
 
 SHOWN_PAIRS = 4
 """Number of pairs whose differences are drawn."""

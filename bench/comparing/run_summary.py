@@ -30,8 +30,7 @@ from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.printable import one_line, wrap
-from trackmark.reports.renderers import to_text
-from trackmark.reports.table_width import terminal_lines
+from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
 
 MAX_ROWS = 10
@@ -70,7 +69,7 @@ class RunSummary:
         sentences = [self.answer.heading, *([] if quiet else self.answer.details)]
         head = [*self.failures, *([""] if self.failures else [])]
         head += [line for sentence in sentences for line in wrap(sentence).splitlines()]
-        return head if quiet else [*head, "", *terminal_lines(self.table, to_text)]
+        return head if quiet else [*head, "", *terminal_lines(self.table)]
 
 
 def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSummary | None:
@@ -181,7 +180,7 @@ def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
         fastest = str(warm.idxmin())
         verb = "is the fastest" if len(warm) > 1 else "was timed"
         head = f"{fastest} {verb}: {milliseconds_text(1e3 * warm.min())} per frame."
-    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table, to_text)]
+    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table)]
 
 
 def _number(value: float, form: str, unit: str = "") -> str:

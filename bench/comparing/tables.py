@@ -19,8 +19,7 @@ from trackmark.bench.statistics.rules import (
     interval_or_none,
 )
 from trackmark.reports.printable import width, wrap
-from trackmark.reports.renderers import to_text
-from trackmark.reports.table_width import terminal_lines
+from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
 
 LONGEST_PAIR = 40
@@ -68,13 +67,13 @@ def screen_lines(
     )  # else the table of pairs suffices
     lines = [*failures, *([""] if failures else []), sentence.heading, *details]
     lines = [line for text in lines for line in wrap(text).splitlines()]
-    lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose), to_text)]
+    lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose))]
     if _too_few(comparison) and comparison.pairs:
-        lines += ["", *terminal_lines(_differences(comparison), to_text)]
+        lines += ["", *terminal_lines(_differences(comparison))]
     elif comparison.pairs:
         for reasons in ("all", "main", "none"):  # as many reasons as fit
             pairs = _screen_pairs(comparison, reasons, verbose=verbose)
-            pair_lines = ["", *terminal_lines(pairs, to_text)]
+            pair_lines = ["", *terminal_lines(pairs)]
             if verbose or len(lines) + len(pair_lines) <= _SCREEN_LINES:
                 break
         lines += pair_lines

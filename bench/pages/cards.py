@@ -110,7 +110,7 @@ def _still(
         frames[frame] if frame < len(frames) else b"",
         scene.size,
         truth.tolist() if np.isfinite(truth).all() else None,
-        [(tracker, box.tolist()) for tracker, box in boxes if np.isfinite(box).all()],
+        [(index, index, box.tolist()) for index, box in boxes if np.isfinite(box).all()],
         f"{one_line(scene.name)}, frame {frame}: true box and boxes of {named}",
     )
 

@@ -17,8 +17,7 @@ from trackmark.bench.reporting.by_preset import PresetScores
 from trackmark.bench.reporting.film_strips import TRACE_WORDS, write_strips
 from trackmark.reports.figures import heat_plot, write_for_papers
 from trackmark.reports.page.content import Chart, Line, Page
-from trackmark.reports.plots import chart_plot
-from trackmark.reports.radar import radar_plot
+from trackmark.reports.plots import chart_plot, radar_plot
 
 
 @dataclass(frozen=True)

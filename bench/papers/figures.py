@@ -21,10 +21,15 @@ from trackmark.bench.papers.measures import JudgedRun, find_measure, series
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.figures import write_figure
-from trackmark.reports.film_strip import DEFAULT_WIDTH, MAX_COLUMNS, film_strip, write_film_strip
-from trackmark.reports.overlay import TRUTH
+from trackmark.reports.overlay import (
+    DEFAULT_WIDTH,
+    MAX_COLUMNS,
+    TRUTH,
+    film_strip,
+    write_film_strip,
+)
 from trackmark.reports.palette import colours
-from trackmark.reports.series import series_plot
+from trackmark.reports.plots import series_plot
 
 Image = NDArray[np.uint8]
 Drawn = Figure | Image

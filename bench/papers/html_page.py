@@ -17,9 +17,9 @@ from trackmark.bench.papers.main_table import main_values
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.measures import JudgedRun
 from trackmark.bench.papers.reproduction import Report
-from trackmark.reports.page import paper_cards as cards
-from trackmark.reports.page.cards import Fold
-from trackmark.reports.page.content import Card, Page, PageSection, PageTable
+from trackmark.reports.page import cards
+from trackmark.reports.page.cards import Fold, Still
+from trackmark.reports.page.content import Page, PageSection, PageTable
 from trackmark.reports.page.film import compress_picture
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING, text_table
@@ -188,7 +188,7 @@ def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
         runs = [(setting, judged) for name, setting, judged in strip.rows if name == tracker]
         paper = figure.entry.paper.get(tracker, [""] * len(strip.frames))
         tiles = [
-            _tile(strip.sequence[frame], frame, runs, state, figure.entry.shape)
+            _tile(strip.sequence[frame], frame, runs, state, figure.entry.shape, number)
             for frame, state in zip(strip.frames, paper, strict=True)
         ]
         rows.append(cards.StripRow(tracker, number, tiles))
@@ -197,7 +197,12 @@ def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
 
 
 def _tile(
-    image: Image, frame: int, runs: Sequence[tuple[str, JudgedRun]], paper: str, shape: str
+    image: Image,
+    frame: int,
+    runs: Sequence[tuple[str, JudgedRun]],
+    paper: str,
+    shape: str,
+    tracker: int,
 ) -> cards.StripTile:
     """Return a frame with the boxes of both settings; `paper`: its `on` or `off`, or empty."""
     notes = [("paper", paper, "")] if paper else []
@@ -209,15 +214,15 @@ def _tile(
         rows[frame].tolist()
         for rows in (runs[0][1].truth.boxes, *(judged.boxes for _, judged in runs))
     )
-    return cards.StripTile(
+    still = Still(
         _webp(image),
         (image.shape[1], image.shape[0]),
         truth if np.isfinite(truth).all() else None,
-        [box for box in boxes if np.isfinite(box).all()],
-        notes,
+        [(tracker, dash, box) for dash, box in enumerate(boxes) if np.isfinite(box).all()],
         ", ".join(f"{name}: {text}" for name, text, _ in notes),
         shape == "ellipse",
     )
+    return cards.StripTile(still, notes)
 
 
 def _webp(image: Image) -> bytes:
@@ -285,8 +290,9 @@ def _item(row: VerdictRow, scenes: Scenes, footage: Footage) -> cards.VerdictIte
     ]
     quote = f"“{claim.quote}” ({claim.source})"
     title = f"{claim.short[:1].upper()}{claim.short[1:]}"
-    card = Card(f"claim-{claim.name}", title, quote, {"claim": claim.name, **facts}, sheets)
-    return cards.VerdictItem(card, claim.paper, cells)
+    facts = {"claim": claim.name, **facts}
+    key = f"claim-{claim.name}"
+    return cards.VerdictItem(key, title, claim.paper, cells, quote, facts, sheets)
 
 
 def _scenes(

@@ -12,9 +12,9 @@ from trackmark.bench.papers import Effort, paper_names
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.html_page import NAMES, TONES
 from trackmark.bench.store.files import ResultsError
+from trackmark.reports.page.cards import PaperList, PaperRow, VerdictCount
 from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
-from trackmark.reports.page.paper_cards import PaperList, PaperRow, VerdictCount
 
 
 def write_front_page(output: Path) -> Path:

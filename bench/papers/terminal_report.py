@@ -6,8 +6,7 @@ from pathlib import Path
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts
 from trackmark.bench.papers.reproduction import Report
 from trackmark.reports.printable import width
-from trackmark.reports.renderers import to_text
-from trackmark.reports.table_width import terminal_lines
+from trackmark.reports.renderers import terminal_lines
 
 _MAX_CLAIMS = 3
 """Maximum number of claims that are listed, unless all are requested."""
@@ -34,7 +33,7 @@ def screen_lines(
     finding = textwrap.wrap(report.description.finding, width())
     lines = [*heads, *finding] if report.verdicts else heads
     for table in report.main:
-        lines += ["", *terminal_lines(table, to_text)]
+        lines += ["", *terminal_lines(table)]
     failing = [row for row in report.verdicts if _fails(row)]
     listed = report.verdicts if verbose else failing[:_MAX_CLAIMS]
     if listed:

@@ -314,8 +314,8 @@ def write_plot(
     path: Path, curves: Sequence[Curve], measure: ScoreMeasure, title: str
 ) -> list[Path]:
     """Draw curves into a file, one panel per attribute; return the files, none without curves."""
-    from trackmark.reports.attributes import AttributeScores, attribute_plot
     from trackmark.reports.figures import write_for_papers
+    from trackmark.reports.plots import AttributeScores, attribute_plot
 
     if not curves:
         return []

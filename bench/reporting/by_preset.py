@@ -38,8 +38,7 @@ from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
-from trackmark.reports.renderers import to_text
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import on_terminal
 from trackmark.reports.tables import (
     MISSING,
     ScoreMeasure,
@@ -235,7 +234,7 @@ def summary_text(
     more = f" (`trackmark report {folder}{option} --wide`)"
     report = preset_report(folder, metrics, cells)
     tables = report.tables if whole else map(_means_only, report.tables)
-    return "\n".join(on_terminal(table, to_text, more) for table in tables)
+    return "\n".join(on_terminal(table, more) for table in tables)
 
 
 def _means_only(table: Table) -> Table:

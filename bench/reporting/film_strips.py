@@ -13,8 +13,7 @@ from trackmark.bench.reporting.stored_runs import StoredRun, one_pass_runs, open
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_scored_runs
-from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
-from trackmark.reports.overlay import TRUTH
+from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip, write_film_strip
 from trackmark.reports.palette import colours
 from trackmark.reports.write import file_names
 

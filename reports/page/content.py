@@ -39,8 +39,7 @@ class PageTable:
     table: Table
     values: Sequence[Sequence[float]] = ()  # sort keys of the columns after the labels
     places: Sequence[Sequence[PlayerPosition | None]] = ()  # links of the same columns
-    links: Sequence[str] = ()  # URL of the first cell of each row; empty for none
-    heat: bool = False  # True to shade cells by their value in [0, 1]
+    heat: bool = False  # True to write its values in [0, 1] also as a heat map
 
     def value(self, row: int, column: int) -> float | None:
         """Return the sort key of a cell; None if the cell is sorted by its text."""
@@ -94,34 +93,13 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Picture:
-    """Figure, PNG or WebP; `words` describe it if the caption does not."""
-
-    content: bytes
-    caption: str
-    words: str = ""
-
-
-@dataclass(frozen=True)
-class Card:
-    """Foldable description of one item, opened by `#key`: a quote, facts by name, tables."""
-
-    key: str
-    title: str
-    quote: str = ""
-    facts: Mapping[str, str] = field(default_factory=dict)
-    sheets: Sequence[PageTable] = ()
-
-
-@dataclass(frozen=True)
 class PageSection:
     """Section of a page.
 
-    `command`: command that prints its content. `scenes`: True to list the sequences. `folded`: line
-    that unfolds the content when it is clicked; empty if the content is visible. `blocks`: cards
-    (see `reports.page.cards`), charts and tables that the page shows instead of the other content,
-    which is then only exported. `span`: width in twelfths of the page. `nav`: name in the
-    navigation. `hidden`: True if the section is only exported.
+    `blocks`: cards (see `reports.page.cards`), charts and tables that the page shows. `words`,
+    `sheets`, `charts` and `command`: content of its export for papers. `scenes`: True to list the
+    sequences after the words. `span`: width in twelfths of the page. `nav`: name in the navigation.
+    `hidden`: True if the section is only exported.
     """
 
     key: str
@@ -129,11 +107,8 @@ class PageSection:
     words: Sequence[str] = ()
     sheets: Sequence[PageTable] = ()
     charts: Sequence[Chart] = ()
-    pictures: Sequence[Picture] = ()
-    cards: Sequence[Card] = ()
     command: str = ""
     scenes: bool = False
-    folded: str = ""
     blocks: Sequence[object] = ()
     caption: str = ""
     span: int = 12

@@ -67,8 +67,11 @@ def _webp(image: NDArray[np.uint8] | None, height: int | None, quality: int) -> 
     if height is not None and tall > height:
         size = max(1, round(wide * height / tall)), height
         image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+    return _encode(Image.fromarray(np.ascontiguousarray(image[..., ::-1])), quality)
+
+
+def _encode(picture: Image.Image, quality: int) -> bytes:
     stream = io.BytesIO()
-    picture = Image.fromarray(np.ascontiguousarray(image[..., ::-1]))
     picture.save(stream, "WEBP", quality=quality, method=_EFFORT)
     return stream.getvalue()
 
@@ -79,9 +82,7 @@ def compress_picture(content: bytes) -> bytes:
         return content
     picture = Image.open(io.BytesIO(content)).convert("RGB")
     picture.thumbnail(_MAX_PICTURE_SIZE)
-    stream = io.BytesIO()
-    picture.save(stream, "WEBP", quality=80, method=_EFFORT)
-    return stream.getvalue()
+    return _encode(picture, 80)
 
 
 def thumbnail(frame: bytes) -> bytes:
@@ -90,9 +91,7 @@ def thumbnail(frame: bytes) -> bytes:
         return b""
     picture = Image.open(io.BytesIO(frame))
     picture.thumbnail(_THUMBNAIL_SIZE)
-    stream = io.BytesIO()
-    picture.save(stream, "WEBP", quality=50, method=_EFFORT)
-    return stream.getvalue()
+    return _encode(picture, 50)
 
 
 def quantise(boxes: NDArray[Any]) -> NDArray[np.int32]:

@@ -60,22 +60,14 @@ addEventListener("click", (event) => {
   choose({ tracker: null, repetition: null, start: null, trace: null, show: null, ...Object.fromEntries(new URLSearchParams(link.getAttribute("href").slice(1))) }, true);
 });
 
-// A click on a table row follows the row's link to a section.
-addEventListener("click", (event) => {
-  const link = event.target.closest?.("tbody tr")?.querySelector("th a[href^='#']");
-  if (link && !event.target.closest("a") && getSelection().isCollapsed) link.click();
-});
-
-// ---- Tables.
-const shownTables = [...document.querySelectorAll("table:not(.matrix)")].map((table) => {
-  const rows = [...table.tBodies[0].rows];
+// ---- Tables: a head sorts by its column.
+const tables = [...document.querySelectorAll("table:has(thead button)")].map((table) => {
   const heads = [...table.tHead.rows[0].cells];
-  if (table.querySelector("thead button")) heads.forEach((head, column) => head.addEventListener("click", () => {
+  heads.forEach((head, column) => head.addEventListener("click", () => {
     const now = head.getAttribute("aria-sort");
-    const next = now === "descending" ? `${column}a` : now === "ascending" ? null : `${column}d`;
-    choose({ [`sort.${table.id}`]: next });
+    choose({ [`sort.${table.id}`]: now === "descending" ? `${column}a` : now === "ascending" ? null : `${column}d` });
   }));
-  return { table, rows, heads, sorted: "" };
+  return { id: table.id, body: table.tBodies[0], rows: [...table.tBodies[0].rows], heads, sorted: "" };
 });
 
 /** Number at the start of a text: `~3.1`, `< .001`, `[-0.2, 0.1]`, `54 of 99`; dates do not match. */
@@ -94,48 +86,37 @@ function compareCells(a, b) {
   return numbers[0] ? one - two : two.localeCompare(one);
 }
 
-let arrangedFor = null;
-function arrangeTables() {
-  const asked = [...state].filter(([key]) => key === "filter" || key.startsWith("sort.")).join();
-  if (asked === arrangedFor) return;
-  arrangedFor = asked;
-  const wanted = (state.get("filter") || "").toLowerCase();
-  let all = 0, left = 0;
-  for (const shown of shownTables) {
-    const sort = state.get(`sort.${shown.table.id}`) || "";
-    if (sort !== shown.sorted) {
-      const column = parseInt(sort, 10), sign = sort.endsWith("a") ? 1 : -1;
-      const order = [...shown.rows];
-      if (sort && column >= 0 && column < shown.heads.length) order.sort((a, b) => sign * compareCells(a.cells[column], b.cells[column]));
-      shown.table.tBodies[0].append(...order);
-      shown.heads.forEach((head, number) => {
-        if (sort && number === column) head.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
-        else head.removeAttribute("aria-sort");
-      });
-      shown.sorted = sort;
-    }
-    const has = (node) => node.textContent.toLowerCase().includes(wanted);
-    // Trackers can be columns: if no row contains the word, only columns that contain it are shown.
-    const columns = shown.heads.map((head) => head.classList.contains("label") || has(head));
-    const named = shown.heads.some((head) => !head.classList.contains("label") && has(head));
-    const across = wanted && named && !shown.rows.some(has);
-    for (const row of shown.rows) {
-      row.hidden = !across && !has(row);
-      all += 1;
-      left += !row.hidden;
-      const fold = wanted && !row.hidden && row.closest("details.fold:not([open])");
-      if (fold) fold.open = true;
-    }
-    shown.table.classList.toggle("all", Boolean(wanted));
-    for (const row of [shown.table.tHead.rows[0], ...shown.rows, ...(shown.table.tFoot?.rows || [])])
-      [...row.cells].forEach((cell, column) => { cell.hidden = Boolean(across) && !columns[column]; });
+function sortTables() {
+  for (const table of tables) {
+    const sort = state.get(`sort.${table.id}`) || "";
+    if (sort === table.sorted) continue;
+    table.sorted = sort;
+    const column = parseInt(sort, 10), sign = sort.endsWith("a") ? 1 : -1;
+    const known = column in table.heads;
+    const order = known ? table.rows.toSorted((a, b) => sign * compareCells(a.cells[column], b.cells[column])) : table.rows;
+    table.body.append(...order);
+    for (const head of table.heads) head.removeAttribute("aria-sort");
+    if (known) table.heads[column].setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
   }
-  if (!byId("filter")) return;
-  if (byId("filter") !== document.activeElement) byId("filter").value = state.get("filter") || "";
-  byId("filtered").textContent = wanted ? `${left} of ${all} rows` : "";
 }
-byId("filter")?.addEventListener("input", (event) => choose({ filter: event.target.value }));
-listeners.push(arrangeTables);
+listeners.push(sortTables);
+
+/** Keep the rows of the heat map that contain a word; if no row does, the columns of trackers that do. */
+function filterHeat() {
+  const wanted = (state.get("filter") || "").toLowerCase(), heat = byId("heat");
+  const has = (node) => node.textContent.toLowerCase().includes(wanted);
+  const rows = [...heat.tBodies[0].rows], heads = [...heat.tHead.rows[0].cells];
+  const across = !rows.some(has) && heads.slice(1).some(has);
+  for (const row of heat.rows) [...row.cells].forEach((cell, column) => { cell.hidden = across && column > 0 && !has(heads[column]); });
+  for (const row of rows) row.hidden = !across && !has(row);
+  heat.classList.toggle("all", Boolean(wanted));
+  if (byId("filter") !== document.activeElement) byId("filter").value = state.get("filter") || "";
+  byId("filtered").textContent = wanted ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} rows` : "";
+}
+if (byId("filter")) {
+  listeners.push(filterHeat);
+  byId("filter").addEventListener("input", (event) => choose({ filter: event.target.value }));
+}
 byId("all-rows")?.addEventListener("click", (event) => {
   event.target.setAttribute("aria-expanded", byId("heat").classList.toggle("all"));
 });
@@ -264,7 +245,7 @@ addEventListener("beforeprint", () => {
     fold.classList.add("unfolded");
   }
   document.body.classList.add("paper");
-  for (const { table } of shownTables) {
+  for (const table of document.querySelectorAll("table:not(.matrix)")) {
     const fit = () => table.parentElement.clientWidth / table.offsetWidth;
     table.classList.toggle("tight", fit() < 0.7);
     table.style.setProperty("--fit", Math.min(1, 0.99 * fit()));
@@ -272,20 +253,11 @@ addEventListener("beforeprint", () => {
 });
 addEventListener("afterprint", () => {
   document.body.classList.remove("paper");
-  for (const { table } of shownTables) table.style.removeProperty("--fit");
+  for (const table of document.querySelectorAll("table")) table.style.removeProperty("--fit");
   for (const fold of document.querySelectorAll("details.unfolded")) {
     fold.open = false;
     fold.classList.remove("unfolded");
   }
-});
-
-// ---- A click enlarges a picture.
-addEventListener("click", (event) => {
-  const button = event.target.closest?.(".picture button");
-  if (!button) return;
-  const large = button.getAttribute("aria-expanded") !== "true";
-  button.setAttribute("aria-expanded", large);
-  button.parentElement.classList.toggle("large", large);
 });
 
 // ---- Copy buttons of commands and links.

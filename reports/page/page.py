@@ -4,30 +4,27 @@ import json
 import os
 import re
 from base64 import b64encode
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
 from itertools import chain
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
 from trackmark.reports.files import write_file
-from trackmark.reports.page.cards import GLOSSARY
+from trackmark.reports.page.cards import GLOSSARY, SYMBOLS
 from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
-from trackmark.reports.page.paper_cards import SYMBOLS
 from trackmark.reports.page.svg import TOP, at_reference, chart_svg
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
-from trackmark.reports.tables import MISSING, number_in, number_rests, text_columns
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
-    from markupsafe import Markup
+from trackmark.reports.tables import MISSING, text_columns
 
 MAX_INLINE_FRAMES = 10_000_000
 """Size of the frames inside a page [bytes]; further frames are stored in separate files."""
@@ -44,8 +41,6 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     `room`: size of the frames inside the page [bytes], `MAX_INLINE_FRAMES` by default. Raises
     `OSError` if a file cannot be written.
     """
-    from markupsafe import Markup  # imported here: only pages need it
-
     room = MAX_INLINE_FRAMES if room is None else room
     inside: dict[str, str] = {}
     written: list[Path] = []
@@ -69,8 +64,8 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
             reels[kind] = [[len(frame) for frame in frames] for frames in film]
         for place, take in enumerate(scene.takes):
             if take.numbers:
-                numbers = compress(json.dumps(take.numbers).encode())
-                inside[f"numbers-{number}-{place}"] = numbers
+                name = f"numbers-{number}-{place}"
+                inside[name] = compress(json.dumps(take.numbers).encode())
         scenes.append(_scene_data(scene, reels, shapes=bool(shapes)))
     data = {
         "trackers": [one_line(name) for name in page.trackers],
@@ -83,24 +78,25 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
         "absent": ABSENT,
         "start": page.start.removeprefix("#"),
     }
-    blocks = {name: Markup(text) for name, text in inside.items()}  # noqa: S704  # base64
-    environment = _environment()
-    cards = environment.get_template("cards.html").make_module({"page": page})
-    template = environment.get_template("page.html")
-    text = template.render(page=page, data=data, blocks=blocks, cards=cards)
+    template = _environment().get_template("page.html")
+    text = template.render(page=page, data=data, blocks=inside, cards=_cards(page))
     text = re.sub(r"\n[ \n]+", "\n", text)  # without indentation a page is a tenth smaller
     write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
     return [path, *written]
 
 
-def card_html(card: object, page: Page) -> "Markup":
+def card_html(card: object, page: Page) -> Markup:
     """Return a card of `reports.page.cards`, a chart or a table as HTML.
 
     `page`: page whose player the card opens.
     """
-    cards = _environment().get_template("cards.html").make_module({"page": page})
-    html: Markup = getattr(cards, type(card).__name__)(card)
+    html: Markup = getattr(_cards(page), type(card).__name__)(card)
     return html
+
+
+def _cards(page: Page) -> object:
+    """Return the macros of the cards of a page."""
+    return _environment().get_template("cards.html").make_module({"page": page})
 
 
 def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
@@ -111,10 +107,7 @@ def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
             yield f"map{number}.{place}", film
 
 
-def _environment() -> "Environment":
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    from markupsafe import Markup
-
+def _environment() -> Environment:
     environment = Environment(
         loader=FileSystemLoader(_PARTS),
         autoescape=True,
@@ -124,30 +117,30 @@ def _environment() -> "Environment":
         lstrip_blocks=True,
     )
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
-    environment.globals["part"] = lambda name: Markup(  # noqa: S704  # our own file
-        (_PARTS / name).read_text("utf-8")
-    )
-    environment.globals["long"] = _MIN_WRAPPED
-    environment.globals["markers"] = MARKER_PATHS
     for name, shades in (("light", LIGHT), ("dark", DARK)):
         environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
-    environment.globals["version"] = version("trackmark")
-    environment.filters["poster"] = _poster
-    environment.globals["dashes"] = DASHES
-    environment.globals["glossary"] = GLOSSARY
-    environment.globals["symbols"] = SYMBOLS
-    environment.filters["kind"] = lambda block: type(block).__name__
-    environment.filters["score"] = lambda value: f"{value:.2f}" if isfinite(value) else MISSING
-    environment.filters["at_reference"] = at_reference
-    environment.filters["svg"] = chart_svg
-    environment.filters["digits"] = _digits
-    environment.filters["colour_index"] = colour_index
-    environment.filters["code"] = _with_code
-    environment.filters["divided"] = _divided
-    environment.filters["texts"] = text_columns
-    environment.filters["rests"] = lambda table: list(map(_em, number_rests(table)))
-    environment.filters["beneath"] = _beneath
-    environment.filters["address"] = _address_of
+    environment.globals |= {
+        "part": lambda name: Markup((_PARTS / name).read_text("utf-8")),  # noqa: S704  # our file
+        "long": _MIN_WRAPPED,
+        "markers": MARKER_PATHS,
+        "version": version("trackmark"),
+        "dashes": DASHES,
+        "glossary": GLOSSARY,
+        "symbols": SYMBOLS,
+    }
+    environment.filters |= {
+        "poster": _poster,
+        "kind": lambda block: type(block).__name__,
+        "score": lambda value: f"{value:.2f}" if isfinite(value) else MISSING,
+        "at_reference": at_reference,
+        "svg": chart_svg,
+        "digits": _digits,
+        "colour_index": colour_index,
+        "code": _with_code,
+        "divided": _divided,
+        "texts": text_columns,
+        "address": _address_of,
+    }
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
     return environment
 
@@ -157,39 +150,17 @@ def _digits(chart: Chart) -> int:
     return 0 if all(float(x).is_integer() for line in chart.lines for x in np.ravel(line.x)) else 2
 
 
-def _with_code(text: str) -> "Markup":
+def _with_code(text: str) -> Markup:
     """Convert parts of a text between backticks to code elements."""
-    from markupsafe import Markup, escape
-
     escaped = str(escape(one_line(text)))
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", escaped))  # noqa: S704  # escaped
 
 
-def _divided(text: str) -> "Markup":
+def _divided(text: str) -> Markup:
     """Allow line breaks after the separators in a long name."""
-    from markupsafe import Markup, escape
-
-    escaped = str(escape(one_line(text)))
-    if len(text) > _MIN_WRAPPED:
-        escaped = re.sub(r"(?<=[:=/,])(?=\w)", "<wbr>", escaped)
-    return Markup(escaped)  # noqa: S704  # escaped
-
-
-def _em(texts: Collection[str]) -> float:
-    """Return the width [em] that suffices for each of the texts in any usual font, also in bold."""
-    widths = (sum(0.45 if sign in " .,:;[]()" else 0.7 for sign in text) for text in texts)
-    return round(max(widths, default=0.0), 2)
-
-
-def _beneath(text: str, em: float) -> "Markup":
-    """Return a cell's text with `em` of room after the units digit, so that numbers align."""
-    from markupsafe import Markup, escape
-
-    number = number_in(text) if em else None
-    if number is None:
-        return _divided(text)
-    rest = escape(one_line(number.rest))
-    return Markup(f'{escape(number.whole)}<i style="min-width:{em}em">{rest}</i>')  # noqa: S704
+    escaped = escape(one_line(text))
+    pieces = re.split(r"(?<=[:=/,])(?=\w)", escaped) if len(text) > _MIN_WRAPPED else [escaped]
+    return Markup("<wbr>").join(map(Markup, pieces))
 
 
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
@@ -216,9 +187,7 @@ def _address_of(picture: bytes) -> str:
 def _poster(scene: PlayerScene) -> str:
     """Return a data URL of the middle frame of a sequence; empty without frames."""
     frames = [*chain(*scene.thumbnails)]
-    if not frames:
-        return ""
-    return _address_of(frames[len(frames) // 2])
+    return _address_of(frames[len(frames) // 2]) if frames else ""
 
 
 def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:

@@ -458,19 +458,11 @@ dialog.addEventListener("close", () => {
   stop();
   if (sceneNumber() >= 0) leave();
 });
-byId("play").addEventListener("click", play);
-byId("link").addEventListener("click", copyLink);
-byId("save").addEventListener("click", save);
-byId("helped").addEventListener("click", help);
 byId("close").addEventListener("click", () => dialog.close());
-byId("scene").addEventListener("change", (event) => choose({ sequence: event.target.value, frame: null }));
-byId("repetition").addEventListener("change", (event) => choose({ repetition: event.target.value }));
-byId("start").addEventListener("change", (event) => choose({ start: event.target.value === "0" ? null : event.target.value }));
-byId("trace").addEventListener("change", (event) => choose({ trace: event.target.value === "online" ? null : event.target.value }));
-byId("other").addEventListener("change", (event) => choose({ other: event.target.value }));
-byId("map").addEventListener("change", (event) => choose({ map: event.target.value }));
 byId("frame").addEventListener("change", (event) => move(event.target.value || frame));
 for (const select of dialog.querySelectorAll("select")) select.addEventListener("change", () => {
+  const { name, value } = select;
+  if (name) choose({ [name]: value === select.dataset.none ? null : value, ...(name === "sequence" && { frame: null }) });
   if (pointed) select.blur();  // after a selection by keys the menu keeps the focus
 });
 

@@ -5,6 +5,8 @@ paths are absolute; `page.js` reads the points of a line from them.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import compress
 from math import ceil, floor, isfinite, log10
 
 import numpy as np
@@ -24,16 +26,18 @@ _MAX_LABEL = 24  # characters of a direct label
 _LETTER = 7.0  # mean width of a letter of a label [px]
 _LEFT, _TOP, _BOTTOM = 42, 10, 38  # margins [px]
 
+_NAME = Markup('<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
+
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
 class _Scale:
     """Linear or logarithmic axis: limits in data and in pixels, and ticks."""
 
-    def __init__(
-        self, limits: tuple[float, float], pixels: tuple[float, float], *, log: bool
-    ) -> None:
-        self.limits, self.pixels, self.log = limits, pixels, log
+    limits: tuple[float, float]
+    pixels: tuple[float, float]
+    log: bool = False
 
     def __call__(self, values: Array | float) -> Array:
         low, high = np.log10(self.limits) if self.log else self.limits
@@ -68,14 +72,9 @@ def chart_svg(chart: Chart, page: Page, height: int = 300, width: int = 440) -> 
         labelled = lines[:TOP] if crowded else lines
         parts += _labels(labelled, x, y) if chart.named else []
     scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
-    head = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">').format(
-        width,
-        height,
-        "group" if chart.kind == "dots" else "img",
-        one_line(chart.aria or chart.words),
-        scales,
-    )
-    return head + Markup("").join(parts) + Markup("</svg>")
+    role, words = "group" if chart.kind == "dots" else "img", one_line(chart.aria or chart.words)
+    svg = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">{}</svg>')
+    return svg.format(width, height, role, words, scales, Markup("").join(parts))
 
 
 def at_reference(chart: Chart, line: Line) -> str:
@@ -102,10 +101,7 @@ def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tup
         limits = float(min(0.0, low)), float(high if high > low else low + 1)
     top = chart.top if chart.top is not None else float(ys.max(initial=1e-9)) * 1.05
     bottom = min(0.0, float(ys.min(initial=0.0)))
-    return (
-        _Scale(limits, across, log=chart.logarithmic),
-        _Scale((bottom, top), down, log=False),
-    )
+    return _Scale(limits, across, chart.logarithmic), _Scale((bottom, top), down)
 
 
 def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterator[Markup]:
@@ -148,29 +144,19 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
     index = "rest" if grey else f"c{colour_index(line.position)}"
     dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
     has_place = [True] if len(line.places) == 1 else np.isfinite(ys)
-    places = " ".join(
-        ".".join(map(str, place[:4])) if place else "-"
-        for place, is_finite in zip(line.places, has_place, strict=False)
-        if is_finite
-    )
+    opened = compress(line.places, has_place)
+    places = " ".join(".".join(map(str, place[:4])) if place else "-" for place in opened)
     band = Markup("")
     if np.size(line.low) and not crowded and kind == "step":
         low, high = np.asarray(line.low, float), np.asarray(line.high, float)
         finite = np.isfinite(low) & np.isfinite(high)
         upper, lower = (_points(xs[finite], end[finite], x, y, step=True) for end in (high, low))
-        if upper:
-            band = Markup('<path class="band {}" d="M{}Z"/>').format(
-                index, "L".join([*upper, *lower[::-1]])
-            )
-    return band + Markup(
-        '<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>'
-    ).format(
-        index,
-        line.position,
-        dash,
-        _path(xs, ys, x, y, step=kind == "step"),
-        Markup(' data-places="{}"').format(places) if places else "",
-    )
+        rim = "L".join([*upper, *lower[::-1]])
+        band = Markup('<path class="band {}" d="M{}Z"/>').format(index, rim) if rim else band
+    path = _path(xs, ys, x, y, step=kind == "step")
+    link = Markup(' data-places="{}"').format(places) if places else ""
+    curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')
+    return band + curve.format(index, line.position, dash, path, link)
 
 
 def _points(xs: Array, ys: Array, x: _Scale, y: _Scale, *, step: bool) -> list[str]:
@@ -192,36 +178,19 @@ def _path(xs: Array, ys: Array, x: _Scale, y: _Scale, *, step: bool) -> str:
     return "".join(pieces)
 
 
-def _mark(line: Line, across: float, down: float) -> Markup:
-    path = MARKER_PATHS[line.position % len(MARKER_PATHS)]
-    return Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>').format(
-        colour_index(line.position), across, down, path
-    )
-
-
 def _dot(line: Line, x: _Scale, y: _Scale, page: Page) -> Markup:
     """Return the mark, the interval and the name of a tracker; they open its worst frame."""
     across, down = float(x(np.asarray(line.x, float))[0]), float(y(np.asarray(line.y, float))[0])
     ends = [float(np.asarray(end, float)[0]) for end in (line.low, line.high) if np.size(end)]
-    bar = Markup("")
+    index, path = colour_index(line.position), MARKER_PATHS[line.position % len(MARKER_PATHS)]
+    content = Markup("")
     if ends and all(map(isfinite, ends)):
-        low, high = (float(y(end)) for end in ends)
-        bar = Markup('<path class="bar c{}" d="M{:.1f},{:.1f}V{:.1f}"/>').format(
-            colour_index(line.position), across, low, high
-        )
-    name, right = _short(line.label), across > sum(x.pixels) / 2
-    label = Markup('<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
-    content = (
-        bar
-        + _mark(line, across, down)
-        + label.format(
-            colour_index(line.position),
-            across + (-10 if right else 10),
-            down + 4,
-            "end" if right else "start",
-            name,
-        )
-    )
+        bar = Markup('<path class="bar c{}" d="M{:.1f},{:.1f}V{:.1f}"/>')
+        content += bar.format(index, across, *(float(y(end)) for end in ends))
+    mark = Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>')
+    content += mark.format(index, across, down, path)
+    side, anchor = (-10, "end") if across > sum(x.pixels) / 2 else (10, "start")
+    content += _NAME.format(index, across + side, down + 4, anchor, _short(line.label))
     place = next(filter(None, line.places), None)
     if place is None:
         return content
@@ -248,10 +217,8 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
             for down in (heights[number][i] - 10, heights[number][i] + 18):
                 if not y.pixels[1] + 12 <= down <= y.pixels[0] - 4:
                     continue
-                if any(
-                    abs(down - low) < 13 and abs(centre - mid) < half + other + 4
-                    for mid, low, other in placed
-                ):
+                near_names = (name for name in placed if abs(down - name[1]) < 13)
+                if any(abs(centre - mid) < half + other + 4 for mid, _, other in near_names):
                     continue
                 gaps = [_gap(other[near], down) for other in heights]
                 own_gap = gaps.pop(number)
@@ -262,9 +229,8 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         _, centre, down = best
         if isfinite(best[0]):
             placed.append((centre, down, half))
-            yield Markup(
-                '<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="middle">{}</text>'
-            ).format(colour_index(line.position), centre, down, _short(line.label))
+            index = colour_index(line.position)
+            yield _NAME.format(index, centre, down, "middle", _short(line.label))
 
 
 def _gap(heights: Array, down: float) -> float:

@@ -30,7 +30,7 @@ HOSTILE = '<script>"&\x1b'
 PLACE = PlayerPosition(0, 1, 0, 7)
 LINK = 'href="#sequence=s&amp;tracker=b&amp;repetition=0&amp;frame=7"'
 PAGE = Page("T", [], ["a", "b"], [PlayerScene("s", (4, 3), np.zeros((9, 4)), [])])
-STILL = Still(b"RIFF", (4, 3), [0, 0, 2, 1], [(1, [1, 1, 2, 1])], "frame 7")
+STILL = Still(b"RIFF", (4, 3), [0, 0, 2, 1], [(1, 1, [1, 1, 2, 1])], "frame 7")
 
 
 def html(card):

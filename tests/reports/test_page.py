@@ -60,7 +60,9 @@ def test_boxes_come_back_to_a_tenth_of_a_pixel(boxes):
 
 
 def test_page_can_contain_texts_only(tmp_path):
-    (path,) = write_page(tmp_path / "a.html", Page("T", [PageSection("a", "A", ["<b>"])]))
+    (path,) = write_page(
+        tmp_path / "a.html", Page("T", [PageSection("a", "A", ["<b>"], scenes=True)])
+    )
     text = path.read_text()
     assert "&lt;b&gt;" in text
     assert 'id="player"' not in text.partition("</style>")[2].partition("<script")[0]
@@ -71,7 +73,7 @@ def test_gaps_and_infinities_are_left_out(tmp_path):
     table = Table("t", "", ["", "n"], 1, [[Cell("a"), Cell("—")]])
     sheet = PageTable(table, [[float("nan")]], [[None]])
     (path,) = write_page(
-        tmp_path / "a.html", Page("T", [PageSection("a", "A", sheets=[sheet], charts=[chart])])
+        tmp_path / "a.html", Page("T", [PageSection("a", "A", blocks=[sheet, chart])])
     )
     text = path.read_text()
     assert 'class="curve' not in text

@@ -8,8 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackmark.reports.files import write_file
-from trackmark.reports.film_strip import evenly_spaced, film_strip, write_film_strip
-from trackmark.reports.overlay import TRUTH, draw_ruler, legend, overlay, write_words
+from trackmark.reports.overlay import (
+    TRUTH,
+    draw_ruler,
+    evenly_spaced,
+    film_strip,
+    legend,
+    overlay,
+    write_film_strip,
+    write_words,
+)
 from trackmark.reports.palette import colour, to_bgr
 from trackmark.reports.video import write_video
 

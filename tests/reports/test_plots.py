@@ -8,10 +8,9 @@ from matplotlib.figure import Figure
 
 from trackmark.reports.figures import Panel, fold, map_plot, write_figure
 from trackmark.reports.page.content import Chart, Line
-from trackmark.reports.palette import colour
-from trackmark.reports.plots import chart_plot
+from trackmark.reports.palette import LIGHT, colour
+from trackmark.reports.plots import chart_plot, quantile_by_frame, series_plot
 from trackmark.reports.printable import printable
-from trackmark.reports.series import quantile_by_frame, series_plot
 from trackmark.reports.write import file_names
 
 LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"
@@ -125,37 +124,28 @@ def test_legend_uses_columns_that_fit():
     assert [lines("a"), lines("a" * 32), lines(LONG)] == [1, 2, 4]
 
 
-@pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 9)])
-def test_more_than_seven_lines_have_panels(n, panels):
-    labels = [f"t{number}" for number in range(n)]
-    lines = [Line(label, k, [0.0, 1.0], [0.5, k / n]) for k, label in enumerate(labels)]
-    figure = chart_plot(Chart("", "x", "y", lines, ""), "title", labels)
-    assert len(figure.axes) == panels
-    for number, axes in enumerate(figure.axes[:n] if panels > 1 else []):
-        line = axes.get_lines()[-1]
-        assert axes.get_title() == labels[number]
-        assert (line.get_color(), line.get_ydata()[-1]) == (colour(number), number / n)
-        assert len(axes.get_lines()) == n + 1  # the others are grey behind it
+def test_lines_after_the_sixth_are_grey():
+    labels = [f"t{number}" for number in range(9)]
+    figure = chart_plot(chart(labels), "title", labels)
+    (axes,) = figure.axes
+    shades = [line.get_color() for line in axes.get_lines()]
+    assert shades == [*LIGHT, LIGHT[-1], LIGHT[-1]]
+    assert legend(figure) == labels
+    assert len({line.get_marker() for line in axes.get_lines()[6:]}) == 3
+
+
+def test_single_point_is_seen():
+    figure = chart_plot(Chart("", "x", "y", [Line("a", 0, **DOT)], ""), "T", ["a"])
+    (axes,) = figure.axes
+    axes.set_axis_off()
+    (line,) = axes.get_lines()
+    line.set_visible(False)
     figure.draw_without_rendering()
-
-
-@pytest.mark.parametrize("n", [7, 8])
-def test_single_point_is_seen_in_every_panel(n):
-    labels = [f"t{number}" for number in range(n)]
-    for number, label in enumerate(labels):
-        figure = chart_plot(Chart("", "x", "y", [Line(label, number, **DOT)], ""), "T", labels)
-        axes = figure.axes[number if n == 8 else 0]
-        axes.set_axis_off()
-        figure.draw_without_rendering()
-        (line,) = [artist for artist in axes.get_lines() if artist.get_color() == colour(number)][
-            -1:
-        ]
-        line.set_visible(False)
-        figure.canvas.draw()
-        without = np.asarray(figure.canvas.buffer_rgba()).copy()
-        line.set_visible(True)
-        figure.canvas.draw()
-        assert (np.asarray(figure.canvas.buffer_rgba()) != without).any()
+    figure.canvas.draw()
+    without = np.asarray(figure.canvas.buffer_rgba()).copy()
+    line.set_visible(True)
+    figure.canvas.draw()
+    assert (np.asarray(figure.canvas.buffer_rgba()) != without).any()
 
 
 @given(st.text("ab:/ ", max_size=60), st.integers(1, 30))

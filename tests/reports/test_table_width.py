@@ -8,8 +8,7 @@ import pytest
 
 from trackmark.bench.reporting.tables import PER_SEQUENCE, SUMMARY, TIMES
 from trackmark.reports.printable import MAX_WIDTH
-from trackmark.reports.renderers import to_markdown, to_text
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import on_terminal, to_markdown, to_text
 from trackmark.reports.tables import sequence_table, summary_table
 
 TRACKERS = ("static", "camshift:window=adaptive", "opencv-mil")
@@ -43,7 +42,7 @@ def scored(measures, failed=()):
 @pytest.mark.parametrize("failed", [(), ("static", "opencv-mil")])
 def test_wide_table_omits_columns_and_names_them(table, measures, failed):
     wide = table(scored(measures, failed), measures, "A title of some length", "native")
-    narrow = on_terminal(wide, to_text, " (--wide)")
+    narrow = on_terminal(wide, " (--wide)")
     assert max(map(len, narrow.splitlines())) <= MAX_WIDTH
     assert max(map(len, to_text(wide).splitlines())) > MAX_WIDTH
     _, _, left_out = narrow.replace("\n", " ").partition("Left out: ")
@@ -61,14 +60,14 @@ def test_wide_table_omits_columns_and_names_them(table, measures, failed):
 
 def test_narrow_table_is_unchanged():
     wide = sequence_table(scored(PER_SEQUENCE[:2]), PER_SEQUENCE[:2], "T", "native")
-    assert " ".join(on_terminal(wide, to_text).split()) == " ".join(to_text(wide).split())
+    assert " ".join(on_terminal(wide).split()) == " ".join(to_text(wide).split())
 
 
 @pytest.mark.parametrize("columns", [72, 80, 200])
 def test_table_uses_width_of_terminal(monkeypatch, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
     wide = sequence_table(scored(PER_SEQUENCE), PER_SEQUENCE, "A title " * 30, "native")
-    widest = max(map(len, on_terminal(wide, to_text).splitlines()))
+    widest = max(map(len, on_terminal(wide).splitlines()))
     assert min(columns, MAX_WIDTH) - 20 < widest <= min(columns, MAX_WIDTH)
 
 
@@ -76,7 +75,7 @@ def test_group_labels_and_headings_take_separate_lines():
     wide = sequence_table(scored(PER_SEQUENCE), PER_SEQUENCE, "T", "native")
     long = "plain/target:length=60:noise=30:occlusion=0.5:scene=4"
     rows = [[replace(row[0], text=long), *row[1:]] for row in wide.rows]
-    lines = on_terminal(replace(wide, rows=rows), to_text).splitlines()
+    lines = on_terminal(replace(wide, rows=rows)).splitlines()
     assert long in lines
     assert next(line for line in lines if "static" in line)[32:].split()
     assert lines[3].endswith("  centre error")
@@ -86,7 +85,7 @@ def test_group_labels_and_headings_take_separate_lines():
 def test_unshared_labels_stay_in_their_rows():
     wide = sequence_table(scored(PER_SEQUENCE), PER_SEQUENCE, "T", "native")
     rows = [[replace(row[0], text="ABCDEF"[n]), *row[1:]] for n, row in enumerate(wide.rows)]
-    narrow = on_terminal(replace(wide, rows=rows), to_text)
+    narrow = on_terminal(replace(wide, rows=rows))
     beside = {line[0]: line.split()[1] for line in narrow.splitlines() if line[:2] in ("A ", "D ")}
     assert set(beside.values()) <= {*TRACKERS}
     assert len(beside) == 2
@@ -95,7 +94,7 @@ def test_unshared_labels_stay_in_their_rows():
 def test_long_note_is_wrapped():
     wide = sequence_table(scored(PER_SEQUENCE[:2]), PER_SEQUENCE[:2], "T", "native")
     note = "not scored: " + "a reason that is told at some length, " * 5 + "with a \x1b in it"
-    narrow = on_terminal(replace(wide, notes=[note]), to_text)
+    narrow = on_terminal(replace(wide, notes=[note]))
     assert max(map(len, narrow.splitlines())) <= MAX_WIDTH
     assert note.replace("\x1b", "\\u001b") in narrow.replace("\n", " ")
 

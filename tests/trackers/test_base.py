@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import Field
 
+from trackmark.trackers.base.interface import check_box
 from trackmark.trackers.base.kalman import ConstantVelocity, ScalarSmoother
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 from trackmark.trackers.base.particles import (
@@ -25,6 +26,13 @@ class Example(Parameters):
     radius: float = Field(2.0, ge=0, description="how far [pixels]")
     adapt: bool = Field(default=True, description="whether it adapts")
     window: Literal["fixed", "adaptive"] = Field("fixed", description="which window")
+
+
+@pytest.mark.parametrize("box", [[1, 2, 0, 4], [1, 2, 3], "a box"])
+def test_box_that_is_not_valid_is_named(box):
+    with pytest.raises(TrackerError) as caught:
+        check_box(box)
+    assert str(caught.value).startswith(f"{box} is not a valid box. Expected: four finite numbers")
 
 
 @pytest.mark.parametrize(

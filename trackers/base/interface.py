@@ -30,7 +30,7 @@ def check_box(box: Box) -> Box:
         numbers = np.empty(0)
     if numbers.shape != (4,) or not np.isfinite(numbers).all() or not (numbers[2:] > 0).all():
         raise TrackerError(
-            "{' '.join(str(box).split())[:80]} is not a valid box. Expected: four finite numbers "
+            f"{' '.join(str(box).split())[:80]} is not a valid box. Expected: four finite numbers "
             "[x, y, width, height], with width and height above 0."
         )
     return numbers

@@ -40,8 +40,7 @@ from trackmark.bench.papers.moreno2005.stages import (
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.statistics.intervals import mean_interval
-from trackmark.reports.film_strip import evenly_spaced, film_strip
-from trackmark.reports.overlay import TRUTH
+from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip
 from trackmark.trackers.contours.chain import Hypotheses
 
 Strip: TypeAlias = NDArray[np.uint8]

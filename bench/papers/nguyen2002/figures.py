@@ -12,8 +12,7 @@ from trackmark.bench.papers.nguyen2002.measures import SWITCH
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.store.truth import StoredTruth
-from trackmark.reports.film_strip import film_strip
-from trackmark.reports.overlay import TRUTH
+from trackmark.reports.overlay import TRUTH, film_strip
 
 BEFORE, AFTER = 3, 10  # frames before and after an occlusion; frames after the switch of a lamp
 FEATURES = ("c1c2c3", "intensity", "RGB")

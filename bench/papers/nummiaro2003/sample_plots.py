@@ -21,7 +21,7 @@ from trackmark.reports.figures import (
     outline_effect,
 )
 from trackmark.reports.palette import colour
-from trackmark.reports.series import QUARTILES, draw_median
+from trackmark.reports.plots import QUARTILES, draw_median
 
 Array = NDArray[np.float64]
 

@@ -307,3 +307,46 @@ def test_pick_refuses_what_it_would_lose(trackmark, one_line, workspace):
     assert "frame 9 is outside the sequence" in one_line(trackmark(*pick, status=2))
     draft.write_text("{}x")
     assert "Delete the file" in one_line(trackmark(*pick, status=2))
+
+
+@needs_browser
+def test_page_zooms_undoes_and_marks_absence(chromium, make_sequence, tmp_path):
+    drawing = _box_picker.Drawing(boxes={0: [2, 3, 8, 6], 10: [12, 3, 8, 6]})
+    arguments = (tmp_path / "a.csv", tmp_path / "a.draft", drawing, drawing, lambda drawing: None)
+    with _box_picker.BoxPicker(make_sequence(), *arguments) as picker:
+        threading.Thread(target=picker.serve_forever).start()
+        try:
+            chromium.size(1280, 900)
+            chromium.open(picker.url)
+            chromium.wait(SHOWN)
+            for key, frame in (("End", 19), ("[", 10), ("PageUp", 0), ("Home", 0), ("]", 10)):
+                chromium.key(key)
+                assert chromium.run("frame") == frame
+            chromium.run("go(3)")
+            chromium.key("a")
+            chromium.run("go(6)")
+            chromium.key("A", shift=True)
+            assert chromium.run("[3, 4, 5, 6, 7].map(isAbsent)") == [True] * 4 + [False]
+            chromium.key("a")
+            assert chromium.run("[state.absent, boxAt(6)]") == [[[3, 3], [4, 5]], [8, 3, 8, 6]]
+            chromium.click("[data-key='Ctrl+z']")
+            chromium.click("[data-key='Ctrl+z']")
+            assert chromium.run("state.absent") == [[3, 3]]
+            chromium.click("[data-key=revert]")
+            chromium.run("$('values').querySelector('input').value = 4.25; $('values').onchange()")
+            assert chromium.run("state.boxes[6]") == [4.25, 3, 8, 6]
+            chromium.click("[data-key=Delete]")
+            assert chromium.run("[boxAt(6), $('mark').textContent]") == [[8, 3, 8, 6], ""]
+            chromium.wait(SHOWN)
+            pointer = "{ clientX: 500, clientY: 400 }"
+            before = chromium.run(f"position({pointer})")
+            wheel = {"deltaX": 0, "deltaY": -200, "modifiers": 2}  # with Ctrl
+            chromium.call("Input.dispatchMouseEvent", type="mouseWheel", x=500, y=400, **wheel)
+            chromium.wait("zoom === 2")
+            np.testing.assert_allclose(chromium.run(f"position({pointer})"), before, atol=0.1)
+            chromium.key("0")
+            assert chromium.run("[zoom, stage.scrollWidth - stage.clientWidth]") == [1, 0]
+            chromium.run("posts")
+        finally:
+            picker.shutdown()
+    assert not (tmp_path / "a.draft").exists()

@@ -6,7 +6,8 @@ import pytest
 
 from tests import browser
 from tests.bench.pages.reading import open_frame, state
-from trackmark.reports.page.content import Card, Chart, Line, Page, PageSection, PageTable
+from trackmark.reports.page.cards import Fold
+from trackmark.reports.page.content import Chart, Line, Page, PageSection, PageTable
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import Cell, Table
 
@@ -37,12 +38,13 @@ def tables(tmp_path_factory):
     lines = [Line(f"t{n}", n, [0, 1, 2], [0, n, 1]) for n in range(9)]
     charts = [Chart(f"Chart {n}", "x", "y", lines[: 3 + n], "words") for n in range(6)]
     wide = [PageTable(table(f"wide-{columns}", columns)) for columns in (3, 8, 25)]
-    card = Card("card", "A claim", facts={"why": "w"}, sheets=[PageTable(table("claimed", 12, 2))])
+    claimed = [PageTable(table("claimed", 12, 2))]
     command = "trackmark report " + " ".join(f"--results-of {LONG}-{n}" for n in range(9))
+    fold = Fold("card", "A claim", "", ["Words."], claimed, [command], {"why": "w"})
     sections = [
-        PageSection("tables", "Tables", ["Words."], wide, command=command),
-        PageSection("charts", "Charts", charts=charts),
-        PageSection("cards", "Claims", ["Words."], cards=[card], folded="all claims"),
+        PageSection("tables", "Tables", blocks=wide),
+        PageSection("charts", "Charts", blocks=charts),
+        PageSection("cards", "Claims", blocks=[fold]),
     ]
     path = tmp_path_factory.mktemp("printed") / "report.html"
     return write_page(path, Page("T", sections))[0]

@@ -300,7 +300,7 @@ def test_texts_are_sorted_by_their_first_number(opened_page):
 
 
 @browser.needs_browser
-def test_units_of_a_column_are_aligned(chromium, tmp_path):
+def test_numbers_of_a_column_are_on_the_right(chromium, tmp_path):
     columns = [
         ["0.784 ±0.204", "0.103 [0.000, 0.210]", "0.929", "—"],
         ["7 of 119", "118.7 ±0.6 of 119", "119 of 119", "—"],
@@ -310,19 +310,10 @@ def test_units_of_a_column_are_aligned(chromium, tmp_path):
     rows = [[*map(Cell, row)] for row in zip("abcd", *columns, strict=True)]
     table = Table("t", "", ["tracker", "overlap", "success", "the first is", "name"], 1, rows)
     (path,) = write_page(
-        tmp_path / "a.html", Page("T", [PageSection("a", "A", sheets=[PageTable(table)])])
+        tmp_path / "a.html", Page("T", [PageSection("a", "A", blocks=[PageTable(table)])])
     )
     assert ">plain/<wbr>target:<wbr>noise=<wbr>30:<wbr>scene=<wbr>4<" in path.read_text()
     chromium.open(path.as_uri())
-    ends = """[1, 2].map(column => [...document.querySelectorAll("tbody tr")].slice(0, 3)
-        .map(row => row.cells[column]).map(cell => {
-            const range = document.createRange(), rest = cell.querySelector("i");
-            range.setStart(cell, 0);
-            range.setEndBefore(rest);
-            return range.getBoundingClientRect().right;
-        }))"""
-    for column in chromium.run(ends):
-        assert max(column) - min(column) < 1, column
     sides = """[...document.querySelectorAll("tbody tr")].map(row => [...row.cells]
         .map(cell => getComputedStyle(cell).textAlign))"""
     assert {tuple(row) for row in chromium.run(sides)} == {

@@ -20,8 +20,7 @@ from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets import attributes
-from trackmark.reports.renderers import to_text
-from trackmark.reports.table_width import on_terminal
+from trackmark.reports.renderers import on_terminal, to_text
 
 OVERLAP = SUMMARY[0]
 
@@ -88,7 +87,7 @@ def new_curve(n, trackers=("camshift:window=adaptive", "opencv-mil")):
 def test_table_has_both_ends_and_a_row_of_data_per_bin():
     curves = new_curve(20)
     table = attribute_table(curves, OVERLAP)
-    text = on_terminal(table, to_text)
+    text = on_terminal(table)
     assert max(map(len, text.splitlines())) <= 100
     assert all(word in text for word in ("lowest", "highest", "Bonferroni"))
     assert len(table.data) == 3 * len(curves)

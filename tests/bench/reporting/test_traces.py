@@ -10,8 +10,7 @@ from trackmark.bench.evaluation.scoring import REVISED, score_both
 from trackmark.bench.reporting.film_strips import write_strips
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.data_frames import load_runs, with_revised_scores
-from trackmark.reports.film_strip import film_strip
-from trackmark.reports.overlay import TRUTH
+from trackmark.reports.overlay import TRUTH, film_strip
 from trackmark.reports.palette import colour
 
 SECOND_THOUGHTS = '''
