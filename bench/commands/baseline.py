@@ -95,7 +95,8 @@ def command(options: BaselineOptions) -> int:
     write_baseline(baseline, path)
     runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
     click.echo(
-        f"{path}: {len(texts)} x {len(sources)} trackers and sequences, {runs} runs.\n"
+        f"{path}: {len(texts)} tracker{'s' * (len(texts) != 1)}, {len(sources)} "
+        f"sequence{'s' * (len(sources) != 1)}, {runs} run{'s' * (runs != 1)}.\n"
         f"Commit it; `trackmark check {name}` compares with it."
     )
     for line in _sensitivity(baseline):

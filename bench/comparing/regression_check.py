@@ -82,7 +82,10 @@ class Check:
 
 
 def changed_facts(before: BaselineEntries, now: BaselineEntries) -> dict[str, list[str]]:
-    """Return the sequences with changed boxes by deterministic tracker, without failed runs."""
+    """Return for each deterministic tracker the sequences on which its boxes changed.
+
+    Sequences with failed runs are left out.
+    """
     changed: dict[str, list[str]] = {}
     for row in _paired(before, now):
         if not (row.is_random or row.same[0] or row.failures):
@@ -175,7 +178,7 @@ def headline(result: Check, where: str, slower: int = 0, *, strict: bool = False
     number, _, kind = first.partition(" ")
     scores = ", ".join([f"{number} of {n} scores {kind}", *others])
     bad = [f"{_counted(in_mean, 'tracker')} worse in the mean"] if in_mean else []
-    bad += [f"failed runs in {_counted(failed, 'score')}"] if failed else []
+    bad += [f"{_counted(failed, 'score')} with failed runs"] if failed else []
     bad += [f"{_counted(slower, 'tracker')} slower"] if slower else []
     fails = bool(bad or labels["worse"]) or (strict and result.verdict == "inconclusive")
     return f"{'FAIL' if fails else 'PASS'}  {'; '.join([scores, *bad])} ({where})"

@@ -96,7 +96,7 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     notes = [_too_few(comparison) or star]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
-    heads = [*table.heads[:2], "95 %", "survival [%]", "time"]
+    heads = [*table.heads[:-1], "time"]
     table = replace(table, heads=heads, notes=notes)
     return _without_column(table, 2) if _too_few(comparison) else table
 
@@ -233,7 +233,7 @@ def _standings(comparison: Comparison) -> Table:
     return Table(
         name="comparison",
         caption=_caption(comparison),
-        heads=["tracker", comparison.measure.head, "95 %", "never lost [%]", "ms a frame"],
+        heads=["tracker", comparison.measure.head, "95 %", "survival [%]", "ms a frame"],
         n_labels=1,
         rows=rows,
         ranks=[0, 1, 3, 2],
@@ -482,7 +482,7 @@ def _summary(comparison: Comparison) -> list[str]:
 
 
 def _counts(comparison: Comparison) -> str:
-    """Return the number of sequences, units and runs: `8 sequences, 5 runs each`."""
+    """Return the numbers of sequences, units and runs as text: `8 sequences (2 scenes), 5 runs each`."""
     n, sequences = len(comparison.sequences), _unit_count(comparison)
     if n > len(comparison.units):
         sequences = f"{n} sequences ({sequences})"

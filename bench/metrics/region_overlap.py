@@ -119,8 +119,8 @@ def _polygon_pixels(
 
     In each row, crossings with edges are truncated to integers, sorted and paired. Pixels from the
     first to the second crossing of a pair are inside. Of two equal crossings the first is ignored,
-    unless they are the last two of the row. Columns are counted from `from_column` if it is left of
-    the polygon, as VOT counts from the left end of both regions.
+    unless they are the last two of the row. The mask starts at `from_column` if this column is left
+    of the polygon: VOT truncates crossings relative to the left end of both regions.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     low[0] = min(low[0], from_column)

@@ -14,7 +14,7 @@ _NUMBERS = ("No", "One", "Two", "Three", "Four", "Five")
 
 
 class RankedTracker(NamedTuple):
-    """Tracker in an answer; its mean is scaled to the printed unit."""
+    """Tracker of a comparison and its mean score, in the unit in which the mean is printed."""
 
     name: str
     mean: float
@@ -132,7 +132,7 @@ def _runner_up(
     second = behind[0]
     text = f"{second.name} follows with {second.mean:.{digits}f}{measured.suffix}"
     if second.reason and second.interval:
-        text += f" ({second.reason})"
+        text += f" (difference: {second.reason})"
     if faster := _times_faster(first.milliseconds / second.milliseconds):
         text += f" and is {faster} faster"
     elif slower := _times_faster(second.milliseconds / first.milliseconds):

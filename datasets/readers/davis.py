@@ -49,7 +49,7 @@ def recognises(path: Path) -> bool:
 
 
 def list_members(folder: Path) -> list[Path]:
-    """Return the sequences in the root folder, in the usual resolution; see `ReaderOfMany`."""
+    """Return the sequences of one resolution, 480p if it exists; see `ReaderOfMany`."""
     kinds = [folder / kind for kind in (IMAGES, MASKS)]
     if not all(kind.is_dir() for kind in kinds):
         return []
@@ -166,7 +166,7 @@ def _locate(path: Path) -> tuple[Path, Path] | None:
 
 
 def _sort_key(resolution: str) -> tuple[bool, str]:
-    """Return a sort key; the usual resolution is first."""
+    """Return a sort key by which the resolution 480p comes first."""
     return resolution != USUAL_RESOLUTION, resolution
 
 

@@ -80,7 +80,7 @@ def list_sequences(path: Path) -> list[Path]:
 
 
 def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
-    """Open the folder; files `*.tag` and `*.label` are attributes, `*.value` are values."""
+    """Open the folder; `*.tag` and `*.label` become attributes, `*.value` `Sequence.values`."""
     name, fields = path.resolve().name, {}
     if (path / FIELDS).is_file():
         fields = read_fields(path / FIELDS)

@@ -137,7 +137,10 @@ def _time(milliseconds: float) -> str:
 
 
 def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Markup:
-    """Return a line with its band; the frames that its points open are numbers by point."""
+    """Return a line with its band.
+
+    The attribute `data-places` lists the player position that a click on each point opens.
+    """
     xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
     grey = crowded and line.position >= TOP
     index = "rest" if grey else f"c{colour_index(line.position)}"

@@ -138,7 +138,9 @@ def create(
     if sequence is None:
         return specification.create(0 if seed is None else seed)
     if isinstance(seed, np.random.SeedSequence):
-        raise TrackerError("seed is a SeedSequence. Expected with sequence: an integer or None.")
+        raise TrackerError(
+            "seed is a SeedSequence. With a sequence, seed must be an integer or None."
+        )
     run = specification.name, sequence.name, repetition
     return specification.create(run_seed(*run, base=seed))
 

@@ -121,7 +121,10 @@ def _inside(above: Array, contour: Array, window_left: int, window_top: int) -> 
 
 @njit(cache=True)
 def _left_to_right(contour: Array, i: int) -> tuple[float, float, float, float, int]:
-    """Return the side after point i, ordered from left to right, and the sign of its direction."""
+    """Return the two ends of the side from point i to the next point, and a sign.
+
+    The left end comes first. The sign is -1 if the side goes to the right, otherwise 1.
+    """
     x, y = contour[i]
     next_x, next_y = contour[i + 1 if i + 1 < len(contour) else 0]
     if x <= next_x:

@@ -73,12 +73,16 @@ def region_scores(
 
 
 def _plane_coordinates(projected: Array) -> Array32:
-    """Return the coordinates (P, 2, K) of colours on planes."""
+    """Return the coordinates of K colours on each of P planes, shape (P, 2, K)."""
     return np.ascontiguousarray(np.swapaxes(projected, 1, 2), np.float32)
 
 
 def _forms(target: Mixture, background: Mixture, floor: float, prior: float) -> Array32:
-    """Return the floor after a to e and k, (N, m, 6), of 2^(k - (ax + by + c)² - (dy + e)²)."""
+    """Return a, b, c, d, e and k of each mixture component, shape (N, m, 6).
+
+    The density at (x, y), times its prior, is 2^(k - (ax + by + c)² - (dy + e)²). The last of the m
+    components is the constant floor of the background.
+    """
     weights, means, covariances = (
         np.concatenate(arrays, axis=1) for arrays in zip(target, background, strict=True)
     )

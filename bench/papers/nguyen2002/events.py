@@ -96,20 +96,20 @@ def _end(boxes: Boxes, beginning: int, offsets: list[int]) -> int | None:
 
 
 def _straight(boxes: Boxes, beginning: int) -> int:
-    """Return for how many frames after `beginning` the box repeats its step to this frame."""
+    """Return for how many frames after `beginning` the steps of the box are equal."""
     steps = np.diff(boxes[beginning - 1 :], axis=0)
     others = np.flatnonzero((np.abs(steps - steps[0]) > STRAIGHT).any(axis=1))
     return int(others[0] if len(others) else len(steps)) - 1
 
 
 def _next_beginning(boxes: Boxes, events: list[Declared]) -> int | None:
-    """Return the beginning of an occlusion after `events` that is visible only in the boxes."""
+    """Return the beginning of the next occlusion after `events`, detected by equal steps."""
     after = events[-1].end
     frames = range(len(boxes) if after is None else after + 1, len(boxes))
     return next((frame for frame in frames if _straight(boxes, frame) >= FIRST_CANDIDATE), None)
 
 
 def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first and last frames of all runs of flagged frames."""
+    """Return the first and last frame of each stretch of consecutive flagged frames."""
     changes = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return [(int(first), int(end) - 1) for first, end in changes.reshape(-1, 2)]

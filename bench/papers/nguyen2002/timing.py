@@ -38,8 +38,8 @@ def time_table(context: Context) -> Table:
     ]
     heads = ["features", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
-        "Time per frame, section 3. Our times are CPU times of a whole clip, the median of 12 "
-        "rounds. The paper used a Pentium II with 400 MHz. Times on different machines cannot be "
-        "compared."
+        "Time per frame, section 3. Our times are the CPU time of a whole clip divided by its "
+        "number of frames, the median of 12 rounds. The paper used a Pentium II with 400 MHz. "
+        "Times on different machines cannot be compared."
     )
     return text_table("times", caption, heads, rows, 1)

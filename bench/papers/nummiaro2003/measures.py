@@ -103,7 +103,10 @@ def count_falls_at_exit(judged: JudgedRun) -> float:
 
 
 def few_positive(judged: JudgedRun) -> NDArray[np.bool_]:
-    """Return frames with fewer than b N samples that meet the appearance condition, shape (n,)."""
+    """Return in which frames fewer than b N samples meet the appearance condition, shape (n,).
+
+    N is the number of samples, and b is the parameter `kick_off`.
+    """
     parameters = judged.run.identity.parameters
     threshold = float(parameters["kick_off"]) * float(parameters["particles"])
     return np.asarray(judged.detail("positive_appearances") < threshold)

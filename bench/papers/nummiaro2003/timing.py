@@ -90,7 +90,7 @@ def _chain(state: Any, steps: int) -> Any:
 
 
 def plain(texts: Mapping[str, str]) -> Methods:
-    """Return the plain filter with single and double weighting, and the clock's operations."""
+    """Return the filter in NumPy, a variant that weights twice, and a measurement of the clock."""
     (text,) = texts.values()
     options = {name: parse_tracker(text).parameters[name] for name in PLAIN}
     filters = {"once": PlainFilter, "twice": _PlainWeighting}
@@ -99,7 +99,7 @@ def plain(texts: Mapping[str, str]) -> Methods:
 
 
 def compiled(texts: Mapping[str, str]) -> Methods:
-    """Return the tracker with single and double weighting."""
+    """Return the compiled tracker, and a variant that weights its samples twice."""
     (text,) = texts.values()
     make = partial(parse_tracker(text).make, np.random.SeedSequence(0))
     return {"once": make, "twice": partial(_Weighting, text)}

@@ -117,7 +117,10 @@ def make_template(
     patch = image[box_slices(image.shape, box)]
     counted = _counted(patch, *limits)
     if not counted.any():
-        raise ValueError(f"box {box.tolist()}: no pixel within the limits. Give another box.")
+        raise ValueError(
+            f"box {box.tolist()}: every pixel is too dark, too "
+            "bright or too grey for the template. Give another box."
+        )
     hue, saturation = colour_bins(patch, hue_bins, saturation_bins)
     hues = np.bincount(hue[counted], minlength=hue_bins)
     saturations = np.bincount(saturation[counted], minlength=saturation_bins)

@@ -99,7 +99,7 @@ def _ball(thing: Sequence[Array]) -> Array:
 
 
 def _bounds(solid: Array) -> tuple[Array, Array]:
-    """Return corners of an axis-parallel box around a solid with its blends and folds [pixels]."""
+    """Return two opposite corners of an axis-parallel box that contains a solid [pixels]."""
     middle = solid[3:6]
     if solid[0] == HALF_SPACE:
         return np.full(3, -1e4), np.full(3, 1e4)

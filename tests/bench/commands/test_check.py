@@ -131,7 +131,7 @@ def test_run_that_fails_in_one_of_twenty_seeds_is_a_regression(trackmark, edit):
     assert "REGRESSION: mine failed in 1 of 20 runs; the baseline has no failures." in printed
     assert "seed 17" in printed
     assert "IndexError: index 64 is out of bounds" in printed
-    assert "; failed runs in 1 score" in printed
+    assert "; 1 score with failed runs" in printed
     assert max(map(len, printed.splitlines())) <= 80
     assert "is not changed: runs failed" in trackmark("check", "own", *ACCEPT, status=1).stderr
     assert trackmark("check", "own", "--seeds", 6).stdout.startswith("PASS  1 of 1")

@@ -63,23 +63,23 @@ class PaintedSheet:
         self._coverage = np.zeros(fine.shape[:2], np.uint8)
 
     def cover(self, *outline: tuple[float, float]) -> None:
-        """Mark the inside of a polygon as covered [metres]."""
+        """Make the inside of a polygon opaque; `outline`: corners [metres]."""
         points = np.round(np.array(outline) * self.painting.scale * 16).astype(np.int32)
         cv2.fillPoly(self._coverage, [points], 255, shift=4)
 
     def cover_box(self, x: float, y: float, width: float, height: float) -> None:
-        """Mark a rectangle as covered [metres]."""
+        """Make a rectangle opaque [metres]."""
         self.cover((x, y), (x + width, y), (x + width, y + height), (x, y + height))
 
     def cover_round(self, x: float, y: float, half_width: float, half_height: float) -> None:
-        """Mark an ellipse as covered [metres]."""
+        """Make an ellipse opaque [metres]."""
         turn = np.linspace(0, 2 * np.pi, 97)[:-1]
         self.cover(*point_list(x + half_width * np.cos(turn), y + half_height * np.sin(turn)))
 
     def wheel(
         self, x: float, y: float, radius: float, tyre: ArrayLike, hub: float, cap: ArrayLike
     ) -> None:
-        """Paint a wheel with a hub and mark it as covered [metres]."""
+        """Paint an opaque wheel with a hub [metres]."""
         self.painting.disc(x, y, radius, tyre)
         self.painting.disc(x, y, hub, cap)
         self.cover_round(x, y, radius, radius)
