@@ -49,9 +49,12 @@ def command(options: TraxOptions) -> int:
     import numpy as np
 
     from trackmark.bench.experiments.tracker_files import resolve_trackers
+    from trackmark.bench.experiments.tracker_spec import BOXES
     from trackmark.bench.external.trax_server import serve
 
     spec = resolve_trackers([options.name])[options.name]
+    if spec.init != BOXES:
+        raise click.UsageError(f"{options.name}: the client chooses the region. Omit init.")
     # Repetitions of vot-toolkit start this command again and must differ.
     first = secrets.randbits(32) if options.seed is None else options.seed
     if spec.randomness != "none":
