@@ -482,7 +482,7 @@ def _summary(comparison: Comparison) -> list[str]:
 
 
 def _counts(comparison: Comparison) -> str:
-    """Return the numbers of sequences, units and runs as text: `8 sequences (2 scenes), 5 runs each`."""
+    """Return a text such as `8 sequences, 5 runs each`, also with the units if these differ."""
     n, sequences = len(comparison.sequences), _unit_count(comparison)
     if n > len(comparison.units):
         sequences = f"{n} sequences ({sequences})"

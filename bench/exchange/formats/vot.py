@@ -243,8 +243,8 @@ def _mask_bounding_box(numbers: list[float], place: str) -> NDArray[np.float64]:
     whole = np.array(numbers)
     if len(whole) < 4 or not (whole == np.floor(whole)).all() or (whole[2:] < 0).any():
         raise ExchangeError(
-            f"{place}: not a mask. Expected: the letter m, then x, y, width, height and run lengths "
-            "as whole numbers."
+            f"{place}: not a mask. Expected: the letter m, then x, y, width, height and run "
+            "lengths as whole numbers."
         )
     left, top, width, height = whole[:4].tolist()
     ends = np.cumsum(whole[4:])

@@ -112,14 +112,14 @@ def make_template(
 ) -> Template:
     """Return the histograms of the pixels of a rectangle within the limits of `Template`.
 
-    Raises `ValueError` if no pixel is within the limits.
+    Raises `ValueError` if no pixel is in the image and within the limits.
     """
     patch = image[box_slices(image.shape, box)]
     counted = _counted(patch, *limits)
     if not counted.any():
         raise ValueError(
-            f"box {box.tolist()}: every pixel is too dark, too "
-            "bright or too grey for the template. Give another box."
+            f"box {box.tolist()}: no pixel is in the image and within "
+            f"the limits of saturation and value {limits}. Give another box."
         )
     hue, saturation = colour_bins(patch, hue_bins, saturation_bins)
     hues = np.bincount(hue[counted], minlength=hue_bins)

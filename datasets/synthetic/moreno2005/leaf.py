@@ -98,7 +98,8 @@ def sample_blade(random: Generator, length: float, colour: ArrayLike) -> Blade:
 def place_blade(blade: Blade, shape: LeafShape) -> tuple[Array, Array]:
     """Return the positions [pixels] and the unit normals of a leaf's vertices.
 
-    A position is the column, the row and the distance from the image plane towards the camera. Both arrays have the shape (v, 3). The normals are those of the upper side.
+    A position is the column, the row and the distance from the image plane towards the camera. The
+    normals are those of the upper side. Both arrays have the shape (v, 3).
     """
     middle = blade.length / 2
     turn = shape.bend * (blade.along - middle) / blade.length

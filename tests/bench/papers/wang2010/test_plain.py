@@ -51,7 +51,7 @@ def test_brighter_pixels_do_not_count(maximum, counts):
 
 def test_box_without_pixels_that_count_is_refused():
     image, box = disc()
-    with pytest.raises(ValueError, match="no pixel within the limits"):
+    with pytest.raises(ValueError, match="no pixel is in the image and within the limits"):
         make_template(image, box, limits=(0.0, 251 / 255, 1.0))
 
 
