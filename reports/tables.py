@@ -100,14 +100,10 @@ def complete(runs: pd.DataFrame) -> pd.DataFrame:
     Means of trackers over different sequences are not comparable.
     """
     pairs = runs[["tracker", "sequence"]].drop_duplicates().astype(str)
-    present = set(pairs.itertuples(index=False, name=None))
-    not_run = [
-        {"tracker": tracker, "sequence": sequence, "repetition": 0, "status": NOT_RUN}
-        for tracker in pairs["tracker"].unique()
-        for sequence in pairs["sequence"].unique()
-        if (tracker, sequence) not in present
-    ]
-    return pd.concat([runs, pd.DataFrame(not_run)], ignore_index=True) if not_run else runs
+    every = pd.MultiIndex.from_product([pairs[name].unique() for name in pairs], names=[*pairs])
+    absent = every[~every.isin(pd.MultiIndex.from_frame(pairs))].to_frame(index=False)
+    not_run = absent.assign(repetition=0, status=NOT_RUN)
+    return pd.concat([runs, not_run], ignore_index=True) if len(not_run) else runs
 
 
 class Uncertainty(NamedTuple):
