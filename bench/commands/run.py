@@ -52,7 +52,8 @@ class RunOptions(ScreenOptions, EngineOptions):
 
     experiment: tuple[str, ...] = argument(nargs=-1, required=False, metavar="[EXPERIMENT]")
     trackers: str | None = option(
-        "Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]… or FILE.py[:CLASS].",
+        "Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]…, FILE.py[:CLASS], or "
+        "FILE.toml:NAME of a file of trackers.",
         metavar="TRACKERS",
     )
     sequences: str | None = option(

@@ -24,6 +24,7 @@ from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import TRANSFER_CLOCK, ExternalPlugin
+from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import (
@@ -376,6 +377,8 @@ class Recorder:
         # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         trace = "".join(traceback.format_exception(error))
+        if isinstance(error, ExternalTrackerError):  # the stack of the harness is of no interest
+            message, trace = str(error).replace("\n", " "), str(error)
         # The relevant parts are the start of a message and the end of a traceback.
         reason = message[:MAX_REASON_CHARACTERS]
         text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"

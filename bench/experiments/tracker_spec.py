@@ -266,14 +266,17 @@ def split_text(text: str) -> tuple[str, dict[str, str]]:
 
     Raises `TrackerError` for a malformed text.
     """
-    table = split_table(text.strip())
-    place: tuple[Path | str, str] | None = table or in_file(text.strip())
+    speaks_trax = text.strip().startswith("trax:")  # its command can name a file
+    table = None if speaks_trax else split_table(text.strip())
+    place: tuple[Path | str, str] | None = table
+    if not (table or speaks_trax):
+        place = in_file(text.strip())
     file, rest = place or ("", text)
     if place and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
         rest = f":{rest}"
     try:
         name, options = parse_text(rest)
     except ValueError as error:
-        hint = " A command with ':' needs a table of a TOML file." if text[:5] == "trax:" else ""
+        hint = " A command with ':' needs a table of a TOML file." if speaks_trax else ""
         raise TrackerError(f"tracker {error}{hint}") from None
     return (f"{file}:{name}" if name else str(file)) if place else name, options

@@ -22,7 +22,7 @@ import weakref
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
 from typing import IO, Any
 
 from trackmark.bench.process_tree import ProcessTree
@@ -39,6 +39,7 @@ FRAME_SECONDS = 60.0
 
 _MAX_UNREAD = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
+_STACK_SECONDS = 1.0  # until the first part of a stack is written
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
 
@@ -78,6 +79,8 @@ class LineProcess:
         Variables in addition to those of this process.
     folder : Path, optional
         Working directory; by default that of this process.
+    stack_signal : signal.Signals, optional
+        Signal at which the process writes its stack to stderr; sent if it exceeds a time limit.
 
     Raises
     ------
@@ -91,8 +94,9 @@ class LineProcess:
         *,
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
+        stack_signal: signal.Signals | None = None,
     ) -> None:
-        self.command = shlex.join(command)
+        self.command, self._stack_signal = shlex.join(command), stack_signal
         try:
             self._tree = ProcessTree(
                 command,
@@ -138,7 +142,7 @@ class LineProcess:
                 return
             # Output is read meanwhile: otherwise, both processes could wait for each other.
             if monotonic() > limit or not self._wait(limit, sending=True):
-                raise self.fail(f"did not read its input in {seconds:g} s")
+                raise self._late(f"did not read its input in {seconds:g} s")
 
     def read_line(self, seconds: float, mark: bytes = b"") -> bytes:
         """Return the next line of stdout that contains `mark`, without its line end.
@@ -160,15 +164,18 @@ class LineProcess:
                 self._keep(line + b"\n")
             start = len(self._lines)
             if monotonic() > limit or not self._wait(limit):
-                raise self.fail(f"did not answer in {seconds:g} s")
+                raise self._late(f"did not answer in {seconds:g} s")
 
     def fail(self, problem: str) -> ExternalTrackerError:
         """End the process; return the error, whose text is the command and `problem`."""
         self._drain()
         self.close()
-        text = self._tail.decode(errors="replace")[-TAIL_CHARACTERS:].strip()
-        end = f" The end of its output:\n{text}" if text else ""
-        return ExternalTrackerError(f"{self.command}: the process {problem}.{end}")
+        output = self._tail.decode(errors="replace")[-TAIL_CHARACTERS:].strip()
+        text = f"{self.command}: the process {problem}."
+        *earlier, last = output.splitlines() or [""]
+        if earlier and last not in problem:  # lists of failures show the start of the error
+            text += f" Its last line: {last[:200]}"
+        return ExternalTrackerError(f"{text} The end of its output:\n{output}" if output else text)
 
     def close(self, seconds: float = 0.0) -> None:
         """End the process and all that it started, after up to `seconds` to end by itself."""
@@ -206,6 +213,15 @@ class LineProcess:
             if len(self._lines) > _MAX_UNREAD:
                 raise self.fail(f"wrote more than {_MAX_UNREAD >> 20} MiB without a line end")
         return True
+
+    def _late(self, problem: str) -> ExternalTrackerError:
+        """Return the error for a process that exceeded a time limit, with its stack."""
+        if self._stack_signal is not None:
+            self._drain()
+            self._process.send_signal(self._stack_signal)
+            select.select([self._stderr], [], [], _STACK_SECONDS)
+            sleep(_STACK_SECONDS / 10)  # the stack is written in parts
+        return self.fail(problem)
 
     def _ended(self) -> ExternalTrackerError:
         """Return the error for a process that has closed its stdin or stdout."""

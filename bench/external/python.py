@@ -6,6 +6,7 @@ a library such as PyTorch takes seconds. A process that failed or was interrupte
 
 import json
 import os
+import signal
 import tempfile
 import weakref
 from collections.abc import Mapping
@@ -52,7 +53,11 @@ class _Session:
     """Worker process, and the file through which it receives frames."""
 
     def __init__(self, tracker: PythonClass) -> None:
-        self._process = LineProcess(tracker.command, environment=dict(tracker.environment))
+        self._process = LineProcess(
+            tracker.command,
+            environment=dict(tracker.environment),
+            stack_signal=signal.SIGUSR1,
+        )
         self._frames = tempfile.NamedTemporaryFile(  # noqa: SIM115  # used until the session ends
             **frame_file_options(), buffering=0
         )

@@ -43,6 +43,7 @@ QUIT_SECONDS = 2.0
 _ARGUMENT = re.compile(r'"((?:[^"\\]|\\.)*)"|(\S+)')
 _KEY = re.compile(r"[\w.]{1,64}", re.ASCII)
 _MAX_MASK_PIXELS = 1 << 26
+_BMP_HEADER = 54  # bytes
 
 
 class Message(NamedTuple):
@@ -225,6 +226,7 @@ class TraxTracker:
         os.close(descriptor)
         self._file = Path(name)
         self._delete_file = weakref.finalize(self, self._file.unlink, missing_ok=True)
+        self._rows: NDArray[np.uint8] = np.empty((0, 0), np.uint8)  # pixels in the file
         self._box: Box
 
     def init(
@@ -287,14 +289,24 @@ class TraxTracker:
     def _show(self, image: Image) -> str:
         """Return the argument that passes an image to the tracker."""
         if "path" in self._image_formats:
-            if not cv2.imwrite(str(self._file), image):
-                raise OSError(f"{self._file}: the image cannot be written. Is the disk full?")
+            self._write(image)
             return f"file://{self._file}"
         if "memory" in self._image_formats:
             data = base64.b64encode(image[:, :, ::-1].tobytes()).decode()  # RGB
             return f"image:{image.shape[1]};{image.shape[0]};rgb;{data}"
         _, png = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 1])
         return f"data:image/png;{base64.b64encode(png.tobytes()).decode()}"
+
+    def _write(self, image: Image) -> None:
+        """Write an image to the file; only the first image of a size needs an encoder."""
+        height, width = image.shape[:2]
+        if self._rows.shape != (height, 3 * width):
+            if not cv2.imwrite(str(self._file), image):
+                raise OSError(f"{self._file}: the image cannot be written. Is the disk full?")
+            stride = -(-3 * width // 4) * 4
+            rows = np.memmap(self._file, np.uint8, "r+", offset=_BMP_HEADER, shape=(height, stride))
+            self._rows = rows[::-1, : 3 * width]  # the file starts with the last row
+        self._rows[...] = image.reshape(height, -1)
 
     def _ask(
         self, request: bytes, image: Image, seconds: float

@@ -19,11 +19,13 @@ the tracker's method [s]; `cpu` counts all threads.
 """
 
 import base64
+import faulthandler
 import importlib.util
 import inspect
 import json
 import os
 import random
+import signal
 import sys
 import sysconfig
 import time
@@ -260,6 +262,7 @@ def respond(requests: Iterable[str], kind: Any) -> Iterable[Any]:
 
 def main() -> None:
     """Answer the requests on stdin until it ends."""
+    faulthandler.register(signal.SIGUSR1)  # writes the stack if the harness waits too long
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers

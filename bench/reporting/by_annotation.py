@@ -34,7 +34,7 @@ class AnnotationReport(NamedTuple):
 def annotation_reports(experiment: Path, presets: Collection[str]) -> list[AnnotationReport]:
     """Return one report per protocol and preset; none if no attribute is annotated.
 
-    The score is the expected average overlap of VOT's presets, and the first score of others.
+    For VOT's presets the score is the expected average overlap, for other presets the first score.
     """
     runs = load_runs(experiment)
     ended = runs[runs["fingerprint"].notna() & (runs["status"] != "missing")]
@@ -67,7 +67,7 @@ def _report(
     quantity = f"{heading(score)} ({preset})"
     table = Table(
         name=f"{table_prefix(stored)}annotated-{preset}",
-        caption=f"{quantity} over the sequences with an annotated attribute (their number).",
+        caption=f"{quantity} over the sequences with an annotated attribute (number of sequences).",
         heads=["tracker", *heads],
         n_labels=1,
         rows=[[Cell(name), *(Cell(f"{x:.3f}") for x in values[name])] for name in trackers],

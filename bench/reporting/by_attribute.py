@@ -56,7 +56,7 @@ class Bin(NamedTuple):
 
 @dataclass(frozen=True)
 class Curve:
-    """Scores of a tracker by an attribute on the n sequences that have the attribute, (n,).
+    """Scores of a tracker by an attribute, on the n sequences that have the attribute.
 
     `correlation`: Spearman's, NaN if all scores or all attributes are equal. `interval`: at level
     1 - 0.05 / m, corrected for all m curves of a report.
@@ -64,8 +64,8 @@ class Curve:
 
     label: str
     attribute: str
-    places: NDArray[np.float64]  # values of the attribute
-    scores: NDArray[np.float64]
+    places: NDArray[np.float64]  # (n,): values of the attribute
+    scores: NDArray[np.float64]  # (n,)
     correlation: float
     interval: Interval
     bins: Sequence[Bin]  # in the order of the attribute; empty if there are too few sequences

@@ -1,11 +1,11 @@
 """Rules that judge claims: pure functions of one value per scene.
 
-    order(differences)               "A is better than B"; differences are A - B
-    no_worse(differences)            "A is as good as B, or better"
-    share(successes, trials, limit)  "X happens in most scenes"; counts per scene
-    time(longer, shorter, factor)    "A takes longer than B by a factor"; times of pairs
-    number(values, published)        a published number next to ours; never judged
-    conjunction(parts)               a claim with several parts, all of which must hold
+    order(differences)               "A is better than B"; differences are A - B.
+    no_worse(differences)            "A is as good as B, or better".
+    share(successes, trials, limit)  "X happens in most scenes"; counts per scene.
+    time(longer, shorter, factor)    "A takes longer than B by a factor"; times of pairs.
+    number(values, published)        A published number next to ours; never judged.
+    conjunction(parts)               A claim with several parts, all of which must hold.
 
 Each verdict follows from its printed interval (`rules`). Differences and margins have the same
 unit. With `comparisons` = m the level of the interval is 1 - 0.05 / m. With enough scenes a rule
@@ -238,11 +238,11 @@ def number(
 def conjunction(parts: Mapping[str, Judge], comparisons: int = 1) -> Verdict:
     """Judge a claim with k parts, all of which must hold.
 
-    The claim holds if all parts hold at 95 %: a false claim has at least one false part. It does
-    not hold if one part does not hold by its interval at level 1 - 0.05 / k, because each part can
-    fail by chance. The result contains the numbers of the first failing part, else of the first
-    inconclusive part, else of the first part. `comparisons`: number of parts of the enclosing
-    claim.
+    The claim holds if all parts hold at 95 %. This needs no correction, because a false claim has
+    at least one false part. It does not hold if one part does not hold by its interval at level 1 -
+    0.05 / k, because each part can fail by chance. The result contains the numbers of the first
+    failing part, else of the first inconclusive part, else of the first part. `comparisons`: number
+    of parts of the enclosing claim.
     """
     tests = comparisons * len(parts)
     verdicts = {name: judge(1) for name, judge in parts.items()}

@@ -1,5 +1,6 @@
 """Overhead of trackers in other processes."""
 
+import shlex
 import sys
 import time
 
@@ -16,17 +17,23 @@ class Still:
     def update(self, image):
         return self.box
 """
-LIMIT = 0.4e-3
-"""Most that a frame of 640 x 480 pixels may take longer in another interpreter [s]."""
+SERVER = [sys.executable, "-c", "from trackmark.bench.cli import main; main()", "trax"]
+# By specification: most that a frame of 640 x 480 pixels may take longer than in this process [s].
+# TraX passes the frame by path; the time includes that the tracker reads the file.
+LIMITS = {
+    f"FILE:python={sys.executable}": 0.4e-3,
+    f"trax:command={shlex.join(SERVER)} FILE:as=still": 2e-3,
+}
 
 
 @pytest.mark.benchmark(timer=time.perf_counter)  # time of another process
-def test_overhead_of_another_interpreter_per_frame(benchmark, tmp_path):
+@pytest.mark.parametrize("specification", LIMITS, ids=["python", "trax"])
+def test_overhead_of_another_process_per_frame(benchmark, tmp_path, specification):
     file = tmp_path / "still.py"
     file.write_text(STILL)
     image = np.random.default_rng(0).integers(0, 256, (480, 640, 3), np.uint8)
     sides = []
-    for text in (str(file), f"{file}:python={sys.executable}"):
+    for text in (str(file), specification.replace("FILE", str(file))):
         tracker = parse_tracker(text).make(np.random.SeedSequence(0))
         tracker.init(image, np.array([100.0, 100, 60, 140]))
         sides.append(tracker)
@@ -45,4 +52,4 @@ def test_overhead_of_another_interpreter_per_frame(benchmark, tmp_path):
     benchmark.pedantic(sides[1].update, (image,), rounds=300)
     sides[1].close()
     benchmark.extra_info["microseconds per frame"] = round(min(overheads) * 1e6)
-    assert min(overheads) < LIMIT
+    assert min(overheads) < LIMITS[specification]

@@ -108,6 +108,12 @@ def test_error_repeats_last_characters_of_output():
     assert len(text.rpartition("output:\n")[2]) < 2_001
 
 
+def test_error_starts_with_the_last_line():
+    """Lists of failures show only the start of an error."""
+    text = _failure("import sys; sys.exit('line\\n' * 400 + 'No module named torch')")
+    assert "the process ended with status 1. Its last line: No module named torch The end" in text
+
+
 def test_command_that_cannot_be_started_is_named():
     """A wrong path is an error of the command."""
     with pytest.raises(ExternalTrackerError, match=r"no/such --fast: .*cannot be started.*No such"):

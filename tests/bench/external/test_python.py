@@ -28,8 +28,8 @@ FAILURES = {
     "signal": r"the process ended by signal 11 .*last words.*in misbehave",
     "nan": r"the box \[nan, 1\.0, 2\.0, 3\.0\] is invalid",
     "garbage": r"the box .*nonsense.* Expected: four numbers",
-    "hang": r"the process did not answer in 60 s\..*last words.*waiting",
-    "slow start": r"the process did not answer in 300 s\..*waiting",
+    "hang": r"the process did not answer in 60 s\..*last words.*waiting.* in hang",
+    "slow start": r"the process did not answer in 300 s\..*waiting.* in __init__",
 }
 
 

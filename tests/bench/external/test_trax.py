@@ -248,7 +248,9 @@ def test_properties_are_part_of_initialize():
 
 def test_images_of_any_size_are_passed():
     tracker = plain("4")
-    for shape in [(24, 32, 3), (7, 5, 3)]:
-        tracker.init(np.zeros(shape, np.uint8), BOX)
-        assert cv2.imread(str(tracker._file)).shape == shape
+    generator = np.random.default_rng(0)
+    for shape in [(24, 32, 3), (24, 32, 3), (7, 5, 3), (6, 6, 3), (24, 32, 3)]:
+        pixels = generator.integers(0, 256, shape, dtype=np.uint8)
+        tracker.init(pixels, BOX)
+        assert np.array_equal(cv2.imread(str(tracker._file)), pixels)
     tracker.close()

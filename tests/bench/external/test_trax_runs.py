@@ -14,7 +14,8 @@ from trackmark.bench.engine.pool import Pool
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import describe_tracker, resolve_trackers
-from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
+from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity, split_text
+from trackmark.bench.external.plugin import TRANSFER_CLOCK
 from trackmark.bench.external.process import delete_frame_files
 from trackmark.trackers import Randomness, TrackerError
 
@@ -59,15 +60,10 @@ def test_run_equals_that_of_static_in_process(folder):
     assert not run.failure
     assert run.boxes.tobytes() == expected.boxes.tobytes()
     assert run.identity.tracker == "mine"
-    assert run.circumstances["times_include_transfer"]
+    assert run.circumstances["clock"] == TRANSFER_CLOCK
     segments = bench.evaluate_run(specification(), sequence, protocol="tre:starts=3")
     assert not segments.failure
     assert not living_trackers()
-
-
-def test_timing_run_has_wall_times(folder):
-    run = bench.evaluate_run(specification(), "samples/face", protocol="one-pass")
-    assert run.circumstances["update_seconds"] > 0
 
 
 def test_identity_depends_on_command_and_files(folder):
@@ -257,6 +253,11 @@ def test_failed_start_in_a_worker_is_an_error_of_the_sequence(folder):
         ((_, error),) = pool.perform([unit])
     assert "Noise: " in str(error)
     assert "ended with status 1. The end of its output:\nno licence left" in str(error)
+
+
+def test_command_can_end_with_a_file(folder):
+    name, options = split_text("trax:command=./server cfg.toml my.py:as=mine")
+    assert (name, options) == ("trax", {"command": "./server cfg.toml my.py", "as": "mine"})
 
 
 def test_specification_for_another_folder_names_its_own(folder):

@@ -364,7 +364,7 @@ class PlainContourSmoothColor(PlainSegmenter):
         """Do nothing: the single hypothesis has all the weight."""
 
     def learn(self, image, mask):
-        """Fit mixtures to the last frame, on the first frame's plane or on its own."""
+        """Fit mixtures to the last frame, on the plane of the first frame or of the last one."""
         sets = self.later_sets(image, mask)
         if not sets:
             return

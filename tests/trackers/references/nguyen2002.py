@@ -168,7 +168,7 @@ class Settings:
         return [offset for offset in doubling if offset <= self.longest_occlusion]
 
     def too_long(self, count):
-        """Return whether a pixel, an outlier for too many frames, replaces its template value."""
+        """Return whether a pixel was an outlier so long that it replaces its template value."""
         longest = round(self.gamma / self.minimal_speed, 9)  # 0.3 / 0.05 is less than 6
         if not self.rebootstrap:
             return False
