@@ -66,10 +66,14 @@ def _api_page() -> str:
         "",
         "Every public name of `import trackmark`. [trackmark from Python](python.md) has examples.",
     ]
+    documented: list[Any] = []
     for module_name, (module, purpose) in API.items():
         lines += ["", f"## {module_name}", "", purpose]
-        names = [
-            name for name in module.__all__ if not isinstance(getattr(module, name), ModuleType)
-        ]
-        lines += [f"\n::: {module.__name__}.{name}" for name in names]
+        for name in module.__all__:
+            value = getattr(module, name)
+            if not isinstance(value, ModuleType) and all(
+                value is not other for other in documented
+            ):
+                lines.append(f"\n::: {module.__name__}.{name}")
+                documented.append(value)
     return "\n".join([*lines, ""])

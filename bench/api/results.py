@@ -206,11 +206,11 @@ class Results:
         return mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
 
     def __repr__(self) -> str:
-        trackers = len({tracker for tracker, _, _ in self.runs})
-        sequences = len({sequence for _, sequence, _ in self.runs})
         place = "in memory" if self.folder is None else f"in {self.folder}"
-        counts = f"{trackers} trackers, {sequences} sequences, {len(self.runs)} runs"
-        return f"<Results of {counts} {place}>"
+        trackers, sequences, _ = map(set, zip(*self.runs, strict=True)) if self.runs else [()] * 3
+        counts = {"tracker": trackers, "sequence": sequences, "run": self.runs}
+        words = [f"{len(names)} {word}{'s' * (len(names) != 1)}" for word, names in counts.items()]
+        return f"<Results of {', '.join(words)} {place}>"
 
     def _repr_html_(self) -> str:
         """Return the means with the best ones in bold, and the numbers of runs."""

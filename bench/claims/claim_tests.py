@@ -121,7 +121,7 @@ def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:
 
 
 def _floor(evidence: Evidence) -> str:
-    return f"floor: the reference keeps the target in {100 * evidence.reference_kept:.0f} %"
+    return f"the reference keeps the target in {100 * evidence.reference_kept:.0f} % of the scenes"
 
 
 def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:

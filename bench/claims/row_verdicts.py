@@ -1,7 +1,7 @@
 """Verdicts on the claims of a paper: one row per claim, one column per setting."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -53,6 +53,13 @@ class VerdictRow:
             "settings": {name: self._setting(name) for name in self.verdicts},
         }
 
+    def remarks(self, setting: str) -> list[str]:
+        """Return the reason of an inconclusive verdict and the remarks that limit a verdict."""
+        verdict = self.verdicts[setting]
+        is_open = verdict.verdict == "inconclusive" or "too small" in verdict.reason
+        parts = [verdict.reason if is_open else "", *self.notes[setting], self.claim.note]
+        return [*dict.fromkeys(filter(None, parts))]
+
     def _setting(self, name: str) -> dict[str, Any]:
         verdict = self.verdicts[name]
         return {
@@ -69,17 +76,19 @@ class VerdictRow:
 
 
 def effect_text(claim: Claim, verdict: Verdict) -> str:
-    """Return estimate, interval and number of units: `18 of 24, 0.75 [0.53, 0.90]`."""
+    """Return estimate, interval and number of units: `18 of 24 scenes, 0.75 [0.53, 0.90]`."""
     if not isfinite(verdict.statistic):
         return MISSING
     numbers = verdict.effect.partition(f", {verdict.cells} ")[0].removesuffix(" share")
+    counted = (
+        f"{verdict.cells} {plural(verdict.counted) if verdict.cells != 1 else verdict.counted}"
+    )
     if claim.test == "share":
-        return f"{verdict.statistic * verdict.cells:.0f} of {verdict.cells}, {numbers}"
+        return f"{verdict.statistic * verdict.cells:.0f} of {counted}, {numbers}"
     ratio, as_long, _ = numbers.partition(" times as long")
     if claim.test == "time":
         return f"{'ratio ' if as_long else ''}{ratio}, {verdict.cells} rounds"
-    counted = verdict.counted if verdict.cells == 1 else plural(verdict.counted)
-    return f"{numbers}, {verdict.cells} {counted}"
+    return f"{numbers}, {counted}"
 
 
 def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
@@ -94,12 +103,7 @@ def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
 
 def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:
     """Return `4 hold, 2 do not hold, 1 inconclusive, 1 not testable` for a setting."""
-    return count_words(row.verdicts[setting].verdict for row in rows if setting in row.verdicts)
-
-
-def count_words(verdicts: Iterable[str]) -> str:
-    """Count verdicts in words; see `count_verdicts`."""
-    counts = Counter(verdicts)
+    counts = Counter(str(row.verdicts[setting].verdict) for row in rows)
     plurals = {"holds": "hold", "does not hold": "do not hold"}
     parts = [
         f"{counts[name]} {plurals.get(name, name) if counts[name] != 1 else name}"
@@ -126,17 +130,9 @@ def verdict_table(rows: Sequence[VerdictRow]) -> Table:
 def _texts(row: VerdictRow) -> list[str]:
     texts = [row.claim.name, row.claim.short, row.claim.paper]
     for setting in SETTINGS:
-        if setting not in row.verdicts:
-            texts += [MISSING, MISSING]
-            continue
-        verdict = row.verdicts[setting]
-        notes_of = [*row.notes[setting], *([row.claim.note] if row.claim.note else [])]
-        if verdict.verdict == "inconclusive":
-            notes_of.insert(0, verdict.reason)
+        verdict, remarks = row.verdicts[setting], "; ".join(row.remarks(setting))
         texts.append(effect_text(row.claim, verdict))
-        texts.append(
-            verdict.verdict + (f" ({'; '.join(dict.fromkeys(notes_of))})" if notes_of else "")
-        )
+        texts.append(verdict.verdict + (f" ({remarks})" if remarks else ""))
     return texts
 
 

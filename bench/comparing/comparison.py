@@ -257,7 +257,7 @@ def compare(
 def _standings(
     runs: pd.DataFrame, means: Means, losses: Losses, units: StatisticalUnits, measure: ScoreMeasure
 ) -> list[Standing]:
-    clock = timed_by(runs[(runs["protocol"] == TIMING) & runs["tracker"].isin(list(means))])
+    clock = _clock(runs[runs["tracker"].isin(list(means))])
     by_unit = units.means(list(means.values()))
     intervals, marks = uncertainty_of(by_unit, measure)
     standings = []
@@ -310,6 +310,19 @@ def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]
     first, frames = (runs[name].to_numpy(np.float64) for name in ("first_loss", "frames"))
     finite = np.isfinite(first) & np.isfinite(frames)
     return np.minimum(first, frames)[finite], (first < frames)[finite]
+
+
+def _clock(runs: pd.DataFrame) -> str:
+    """Return the columns of `timed_by`; empty if a tracker has no time on one of its sequences."""
+
+    def pairs(rows: pd.DataFrame) -> set[tuple[str, str]]:
+        return set(zip(rows["tracker"], rows["sequence"], strict=True))
+
+    timings, scored = (runs[runs["protocol"] == name] for name in (TIMING, STORED_ONE_PASS))
+    clock = timed_by(timings)
+    # Times of accuracy runs, which share the machine, are longer: the two kinds are never mixed.
+    complete = clock and pairs(scored) <= pairs(timings.dropna(subset=[f"{clock}_median"]))
+    return clock if complete else ""
 
 
 def _times(runs: pd.DataFrame, clock: str) -> tuple[float, bool]:

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.comparing.comparison import compare
+from trackmark.bench.comparing.comparison import Comparison, compare
 from trackmark.bench.comparing.tables import answer_of, milliseconds_text
 from trackmark.bench.metrics.overlap import overlap as overlap_of
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
@@ -21,10 +21,12 @@ from trackmark.bench.reporting.tables import (
     PRESET,
     SUMMARY,
     TIMES,
+    clock_notes,
     mean_table,
     not_repeatable,
     summary_of,
 )
+from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
@@ -86,30 +88,36 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
     timed = every[every["protocol"] == TIMING]
     scored = with_worst_scores(folder, runs)
     means = summary_of(scored, timed, "")
-    by_tracker: MeansByTracker = {}
-    for entry in means.data.to_dict("records"):
-        by_tracker.setdefault(entry["tracker"], {})[entry["measure"]] = entry
+    by_tracker = means_by_tracker(means)
     comparable = pd.concat([scored, timed[timed["tracker"].isin(list(by_tracker))]])
     warnings = [*not_repeatable(selected).values(), *corner_boxes(folder, scored)]
+    answered, _ = answer_on(comparable, by_tracker)
     return RunSummary(
-        _answer(comparable, by_tracker),
+        answered,
         failure_lines(runs, folder),
         _table(by_tracker, [note for note in means.notes if " runs failed (" not in note]),
         warnings,
     )
 
 
-def _answer(runs: pd.DataFrame, means: MeansByTracker) -> Answer:
-    """Return which tracker has the best mean overlap, among those with runs on all sequences."""
-    measured = Measured(runs["sequence"].nunique())
+def answer_on(
+    runs: pd.DataFrame, means: MeansByTracker, **details: Any
+) -> tuple[Answer, Comparison | None]:
+    """Return which tracker has the best mean overlap, and the comparison of all with all runs.
+
+    `runs`: failed ones have the worst scores. `means`: rows of the table of means. `details`:
+    further arguments of `compare`. One tracker, or too many, are not compared.
+    """
     overlaps = {name: entries["mean_overlap"] for name, entries in means.items()}
     ranked = [name for name, entry in overlaps.items() if isfinite(entry["mean"])]
-    failed = runs[runs["protocol"] == STORED_ONE_PASS].groupby("tracker", observed=True)["status"]
+    scored = runs[runs["protocol"] == STORED_ONE_PASS]
+    failed = scored.groupby("tracker", observed=True)["status"]
     left_out = [str(name) for name, states in failed if (states == "failed").all()]
     if 2 <= len(ranked) <= _MAX_COMPARED:
-        return answer_of(compare(runs, SUMMARY[0], [*ranked, *left_out]))
+        comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
+        return answer_of(comparison), comparison
     if not ranked and len(left_out) < len(means):
-        return Answer("There is no answer: no tracker has runs on all sequences.")
+        return Answer("There is no answer: no tracker has runs on all sequences."), None
     entries = [
         RankedTracker(
             name,
@@ -119,7 +127,17 @@ def _answer(runs: pd.DataFrame, means: MeansByTracker) -> Answer:
         )
         for name in ranked
     ]
-    return answer(entries, measured, left_out=left_out)
+    units = units_of([str(name) for name in scored["sequence"].unique()])
+    measured = Measured(len(units), units.kind, units.plural)
+    return answer(entries, measured, left_out=left_out), None
+
+
+def means_by_tracker(table: Table) -> MeansByTracker:
+    """Return the rows of a table of means by tracker and measure."""
+    means: MeansByTracker = {}
+    for entry in table.data.to_dict("records"):
+        means.setdefault(str(entry["tracker"]), {})[str(entry["measure"])] = entry
+    return means
 
 
 def _interval(entry: Mapping[Any, Any]) -> tuple[float, float] | None:
@@ -180,7 +198,8 @@ def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
         fastest = str(warm.idxmin())
         verb = "is the fastest" if len(warm) > 1 else "was timed"
         head = f"{fastest} {verb}: {milliseconds_text(1e3 * warm.min())} per frame."
-    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table)]
+    table_lines = [*terminal_lines(table), *map(one_line, clock_notes(runs))]
+    return [*lines, *([""] if lines else []), head, "", *table_lines]
 
 
 def _number(value: float, form: str, unit: str = "") -> str:

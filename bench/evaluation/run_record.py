@@ -17,7 +17,6 @@ from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.datasets import Sequence
-from trackmark.datasets.film_strip import film_strip
 
 Trace: TypeAlias = Literal["online", "revised"]
 """Kind of boxes: as returned by each update, or with the tracker's later corrections."""
@@ -125,6 +124,8 @@ class Run:
 
     def _repr_html_(self) -> str:
         """Return status, two scores and four frames with the boxes, for a notebook."""
+        from trackmark.datasets.film_strip import film_strip  # imported here: it loads OpenCV
+
         text = f"<p>{escape(repr(self)[1:-1])}</p>"
         if self.failure:
             text += f"<p>{escape(self.failure.splitlines()[0])}</p>"

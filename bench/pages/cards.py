@@ -4,10 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from math import isfinite
+from operator import itemgetter
 
 import numpy as np
+import pandas as pd
 
 from trackmark.bench.comparing.comparison import Comparison, Pair
+from trackmark.bench.comparing.run_summary import means_by_tracker
+from trackmark.bench.comparing.tables import milliseconds_text
 from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.reports.page.cards import (
@@ -51,24 +55,22 @@ def leaderboard(summary: Table, runs: PageRuns, notes: Mapping[str, str]) -> Lea
     """
     rows = []
     approximately = "~" if any(head.startswith("~") for head in summary.heads) else ""
-    for tracker, data in summary.data.groupby("tracker", sort=False, observed=True):
-        by_measure = {str(row["measure"]): row for row in data.to_dict("records")}
-        overlap = by_measure["mean_overlap"]
-        low, high = overlap["low"], overlap["high"]
+    for tracker, measures in means_by_tracker(summary).items():
+        overlap = measures["mean_overlap"]
         success, error, time = (
-            by_measure.get(name, {}).get("mean", np.nan)
+            measures.get(name, {}).get("mean", np.nan)
             for name in ("success_share", "centre_error", "milliseconds")
         )
         row = LeaderRow(
-            runs.trackers.index(str(tracker)) if tracker in runs.trackers else len(runs.trackers),
-            str(tracker),
+            runs.trackers.index(tracker),
+            tracker,
             overlap["mean"],
-            (low, high) if isfinite(low) else None,
+            (overlap["low"], overlap["high"]) if isfinite(overlap["low"]) else None,
             f"{100 * success:.0f} %" if isfinite(success) else MISSING,
             f"{error:.1f} px" if isfinite(error) else MISSING,
-            f"{approximately}{_time(time)}" if isfinite(time) else MISSING,
-            runs.place(str(tracker), None, "overlap"),
-            notes.get(str(tracker), "").partition(" (")[0],
+            f"{approximately}{milliseconds_text(time)}" if isfinite(time) else MISSING,
+            runs.place(tracker, None, "overlap"),
+            notes.get(tracker, "").partition(" (")[0],
             bool(overlap["marked"]),
         )
         rows.append(row)
@@ -77,16 +79,6 @@ def leaderboard(summary: Table, runs: PageRuns, notes: Mapping[str, str]) -> Lea
     rows.sort(key=lambda row: -row.mean if isfinite(row.mean) else np.inf)
     n = len(runs.stages)
     return Leaderboard(rows, f"{n} sequence{'s' * (n != 1)}")
-
-
-def _time(milliseconds: float) -> str:
-    """Return a time with two digits."""
-    factor, unit = (1e3, "µs") if milliseconds < 0.1 else (1.0, "ms")
-    return f"{float(f'{factor * milliseconds:.2g}'):g} {unit}"
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= _MAX_REASON else f"{text[:_MAX_REASON]}…"
 
 
 def _frames(scene: PlayerScene) -> list[bytes]:
@@ -129,33 +121,28 @@ def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> Loops | No
     moments = []
     for number, (stage, scene) in enumerate(zip(runs.stages, filmed, strict=True)):
         clips = _first_clips(stage, len(runs.trackers))
-        if not clips or not scene.thumbnails:
-            continue
-        overlaps = np.array([clip.overlaps for clip in clips])
-        judged = np.isfinite(overlaps).any(axis=0)
-        if judged.any():
-            means = np.full(overlaps.shape[1], np.inf)
-            means[judged] = np.nanmean(overlaps[:, judged], axis=0)
-            frame = int(np.argmin(means))
-            moments.append((float(means[frame]), float(means[judged].mean()), number, frame))
+        means = pd.DataFrame([clip.overlaps for clip in clips]).mean()
+        if scene.thumbnails and means.notna().any():
+            frame = int(means.argmin())
+            moments.append((means[frame], means.mean(), number, frame, clips))
     loops = []
-    for _, _, number, frame in sorted(moments)[:_MAX_CARDS]:
-        stage, scene = runs.stages[number], filmed[number]
-        clips = _first_clips(stage, len(runs.trackers))
-        worst = min(clips, key=lambda clip: np.nan_to_num(clip.overlaps[frame], nan=np.inf))
+    for *_, number, frame, clips in sorted(moments, key=itemgetter(0, 1, 2))[:_MAX_CARDS]:
+        scene = filmed[number]
+        worst = min(clips, key=lambda clip: np.nan_to_num(clip.overlaps[frame], nan=np.inf)).take
+        chips = [
+            (clip.take.tracker, runs.labels[clip.take.tracker], _two(clip.overlaps[frame]))
+            for clip in clips
+        ]
         loops.append(
             Loop(
                 number,
-                stage.name,
+                runs.stages[number].name,
                 frame,
                 max(scene.first, frame - _REACH),
                 min(scene.frames - 1, frame + _REACH),
                 _still(scene, frame, clips, runs.labels),
-                [
-                    (clip.take.tracker, runs.labels[clip.take.tracker], _two(clip.overlaps[frame]))
-                    for clip in clips
-                ],
-                PlayerPosition(number, worst.take.tracker, worst.take.repetition, frame),
+                chips,
+                PlayerPosition(number, worst.tracker, worst.repetition, frame),
             )
         )
     return Loops(loops) if loops else None
@@ -165,100 +152,103 @@ def _two(value: float) -> str:
     return f"{value:.2f}" if isfinite(value) else MISSING
 
 
-def heat_table(grid: PageTable, runs: PageRuns, filmed: Sequence[PlayerScene]) -> HeatTable:
-    """Return the heat map; many sequences are sorted by their mean overlap, hardest first."""
-    values = np.array(grid.values, float).reshape(len(grid.table.rows), -1)
-    names = grid.table.heads[1:]
-    trackers = [(runs.trackers.index(name) if name in runs.trackers else 0, name) for name in names]
-    posters = {scene.name: poster(scene) for scene in filmed}
-    order = np.arange(len(values))
-    if len(values) > SHOWN_SEQUENCES:
-        order = np.argsort(np.nan_to_num(values, nan=0.0).mean(axis=1), kind="stable")
-    rows = []
-    for number in order.tolist():
-        name = grid.table.rows[number][0].text
-        image = posters.get(name, b"")
-        rows.append(HeatRow(name, image, values[number].tolist(), grid.places[number]))
-    means = values.mean(axis=0).tolist() if len(values) else []
-    return HeatTable(trackers, rows, means, SHOWN_SEQUENCES)
+def heat_table(
+    means: pd.DataFrame, summary: Table, runs: PageRuns, filmed: Sequence[PlayerScene]
+) -> HeatTable:
+    """Return the heat map; many sequences are sorted by their mean overlap, hardest first.
 
-
-def pair_matrix(
-    comparison: Comparison, runs: PageRuns, places: Mapping[str, PlayerPosition | None], note: str
-) -> PairMatrix:
-    """Return the answers on all pairs, best tracker first.
-
-    `places`: frames that the pairs open, by label.
+    `means`: by sequence and tracker. `summary`: table of means over all sequences.
     """
-    pairs = {(pair.first, pair.second): pair for pair in comparison.pairs}
-    names = sorted(
-        comparison.scores,
-        key=lambda name: -next(s.mean for s in comparison.standings if s.tracker == name),
-    )
-    rows = [[_pair_cell(comparison, pairs, a, b, places) for b in names] for a in names]
+    posters = {scene.name: poster(scene) for scene in filmed}
+    if len(means) > SHOWN_SEQUENCES:
+        means = means.loc[means.fillna(0.0).mean(axis=1).sort_values(kind="stable").index]
+    names = [str(name) for name in means]
+    rows = [
+        HeatRow(
+            str(sequence),
+            posters.get(str(sequence), b""),
+            values.tolist(),
+            [runs.place(name, str(sequence), "overlap") for name in names],
+        )
+        for sequence, values in zip(means.index, means.to_numpy(float), strict=True)
+    ]
+    overall = means_by_tracker(summary)
+    means_of_all = [overall[name]["mean_overlap"]["mean"] for name in names]
     trackers = [(runs.trackers.index(name), name) for name in names]
-    return PairMatrix(trackers, rows, note)
+    return HeatTable(trackers, rows, means_of_all, SHOWN_SEQUENCES)
+
+
+def pair_matrix(comparison: Comparison, runs: PageRuns, note: str) -> PairMatrix:
+    """Return the answers on all pairs, best tracker first."""
+    pairs = {(pair.first, pair.second): pair for pair in comparison.pairs}
+    means = {standing.tracker: standing.mean for standing in comparison.standings}
+    names = sorted(comparison.scores, key=lambda name: -means[name])
+    rows = [[_pair_cell(comparison, runs, pairs, a, b) for b in names] for a in names]
+    return PairMatrix([(runs.trackers.index(name), name) for name in names], rows, note)
 
 
 def _pair_cell(
     comparison: Comparison,
+    runs: PageRuns,
     pairs: Mapping[tuple[str, str], Pair],
     first: str,
     second: str,
-    places: Mapping[str, PlayerPosition | None],
 ) -> PairCell | None:
+    """Return the answer on a pair; it opens the sequence with the largest difference."""
     if first == second:
         return None
     turned = (first, second) not in pairs
     pair = pairs[(second, first) if turned else (first, second)]
-    sign = -1.0 if turned else 1.0
-    label = str(pair.answer.label)
+    sign, label = 1.0, str(pair.answer.label)
     if turned:
-        label = {"better": "worse", "worse": "better"}.get(label, label)
-    difference, won = sign * pair.difference, int((sign * pair.by_unit > 0).sum())
-    lost = int((sign * pair.by_unit < 0).sum())
+        sign, label = -1.0, {"better": "worse", "worse": "better"}.get(label, label)
+    by_unit, position = sign * pair.by_unit, int(np.argmax(np.abs(pair.differences)))
+    behind = pair.second if pair.differences[position] > 0 else pair.first
+    place = runs.place(behind, comparison.sequences[position], "overlap")
+    difference = sign * pair.difference
     tip = f"{one_line(first)} minus {one_line(second)}: {difference:+.3f}"
     if pair.interval is not None:
-        ends = sorted(sign * end for end in pair.interval)
-        tip += " [{:+.3f}, {:+.3f}]".format(*ends)
+        tip += " [{:+.3f}, {:+.3f}]".format(*sorted(sign * end for end in pair.interval))
     tip += f"; {pair.answer.reason}" if pair.answer.reason else ""
     if pair.same_boxes:
         tip += f"; same boxes on {pair.same_boxes} of {len(comparison.sequences)} sequences"
     answer = label if len(comparison.units) >= MIN_UNITS else ""
-    return PairCell(answer, difference, won, lost, tip, places.get(pair.label))
+    won, lost = int((by_unit > 0).sum()), int((by_unit < 0).sum())
+    return PairCell(answer, difference, won, lost, tip, place)
 
 
 def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, Failures] | None:
     """Return the title and the cards of the runs that stopped or lost the target."""
     failed, n_runs = [], 0
     for number, stage in enumerate(runs.stages):
+        n_runs += len(stage.clips)
         for clip in stage.clips:
-            n_runs += 1
             first = -clip.worst["loss", "online"][0]
-            if clip.take.failure or first < len(stage.truth):
-                frame = clip.end if clip.take.failure else int(first)
-                failed.append((not clip.take.failure, frame, number, clip))
+            if clip.take.failure:
+                failed.append((False, clip.end, number, clip))
+            elif first < len(stage.truth):
+                failed.append((True, int(first), number, clip))
     if not failed:
         return None
     lost = sum(is_lost for is_lost, *_ in failed)
-    counts = [
-        f"{n} {verb}"
-        for n, verb in ((len(failed) - lost, "stopped"), (lost, "lost the target"))
-        if n
-    ]
-    title = f"Failures: of {n_runs} runs, {' and '.join(counts)}"
+    counts = {"stopped": len(failed) - lost, "lost the target": lost}
+    parts = " and ".join(f"{n} {verb}" for verb, n in counts.items() if n)
     cards = dict[tuple[int, int], FailureCard]()
-    for is_lost, frame, number, clip in sorted(failed, key=lambda entry: entry[:3]):
-        key, scene, name = (number, clip.take.tracker), filmed[number], runs.stages[number].name
-        if key in cards or len(cards) == _MAX_CARDS:
+    for is_lost, frame, number, clip in sorted(failed, key=itemgetter(0, 1, 2)):
+        take, name = clip.take, runs.stages[number].name
+        if (number, take.tracker) in cards or len(cards) == _MAX_CARDS:
             continue
-        reason = _shortened(clip.take.failure.partition("\n")[0])
-        text = f"lost at frame {frame}" if is_lost else f"stopped: {reason}"
-        place = PlayerPosition(number, clip.take.tracker, clip.take.repetition, frame)
-        still = _still(scene, frame, [clip], runs.labels)
-        cards[key] = FailureCard(
-            clip.take.tracker, runs.labels[clip.take.tracker], name, text, still, place
+        reason = take.failure.partition("\n")[0]
+        reason = reason if len(reason) <= _MAX_REASON else f"{reason[:_MAX_REASON]}…"
+        cards[number, take.tracker] = FailureCard(
+            take.tracker,
+            runs.labels[take.tracker],
+            name,
+            f"lost at frame {frame}" if is_lost else f"stopped: {reason}",
+            _still(filmed[number], frame, [clip], runs.labels),
+            PlayerPosition(number, take.tracker, take.repetition, frame),
         )
+    title = f"Failures: of {n_runs} run{'s' * (n_runs > 1)}, {parts}"
     return title, Failures([*cards.values()])
 
 
@@ -266,7 +256,7 @@ def sequence_folds(
     runs: PageRuns,
     filmed: Sequence[PlayerScene],
     charts: Mapping[str, Chart],
-    means: Mapping[str, Mapping[str, float]],
+    means: pd.DataFrame,
     sheet: PageTable | None,
     page: Page,
 ) -> Iterator[SequenceFold]:
@@ -276,22 +266,17 @@ def sequence_folds(
     table of every sequence. `page`: gives the addresses of the sequences.
     """
     for number, (stage, scene) in enumerate(zip(runs.stages, filmed, strict=True)):
-        by_tracker = means.get(stage.name, {})
-        finite = {name: mean for name, mean in by_tracker.items() if isfinite(mean)}
+        row = means.loc[stage.name] if stage.name in means.index else pd.Series(dtype=float)
+        values = {str(tracker): float(mean) for tracker, mean in row.to_dict().items()}
         result = f"{scene.frames} frames"
-        if finite:
-            highest = max(finite, key=lambda name: finite[name])
-            result = f"highest: {highest}, {finite[highest]:.2f}"
+        if row.notna().any():
+            result = f"highest: {row.idxmax()}, {row.max():.2f}"
         yield SequenceFold(
             f"sequence-{number}",
             stage.name,
             poster(scene) if len(runs.stages) <= SHOWN_SEQUENCES else b"",
             result,
-            [
-                (runs.trackers.index(name), name, mean)
-                for name, mean in by_tracker.items()
-                if name in runs.trackers
-            ],
+            [(runs.trackers.index(k), k, v) for k, v in values.items()],
             charts.get(stage.name),
             _rows_of(sheet, stage.name, number) if sheet else None,
             page.opening(scene),
@@ -305,17 +290,12 @@ def _rows_of(sheet: PageTable, sequence: str, number: int) -> PageTable | None:
     chosen = [i for i, row in enumerate(table.rows) if row[0].text == sequence]
     if not chosen or table.n_labels < 2:
         return None
+    caption = "Mean over repetitions, ± standard deviation. A number opens its worst frame."
     rows = [table.rows[i][1:] for i in chosen]
-    part = Table(
-        f"scores-{number}",
-        "Mean over repetitions, ± standard deviation. A number opens its worst frame.",
-        table.heads[1:],
-        table.n_labels - 1,
-        rows,
-    )
-    values, places = sheet.values, sheet.places
+    part = Table(f"scores-{number}", caption, table.heads[1:], table.n_labels - 1, rows)
+    values = sheet.values  # noqa: PD011  # not of pandas
     return PageTable(
         part,
         [values[i] for i in chosen] if len(values) else [],
-        [places[i] for i in chosen] if places else [],
+        [sheet.places[i] for i in chosen] if sheet.places else [],
     )

@@ -1,15 +1,15 @@
 """Charts of an experiment's page; their points open frames in the player."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from math import isfinite
-from typing import Any, NamedTuple
+from math import isfinite, nan
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRun, PageRuns, SequenceRuns
+from trackmark.bench.comparing.run_summary import means_by_tracker
+from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRun, PageRuns
 from trackmark.bench.reporting.shared_charts import speed_chart, survival_chart, survival_line
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.rules import MIN_UNITS
@@ -28,39 +28,26 @@ _INDEX_OF_20 = int(np.flatnonzero(ERRORS == 20.0)[0])
 """Index of the threshold of precision that papers state [20 px]."""
 
 
-class _ShareChart(NamedTuple):
-    """Definition of a chart of the share of frames by threshold."""
-
-    title: str
-    kind: str  # of the worst frame
-    thresholds: NDArray[np.float64]
-    axes: tuple[str, str]
-    words: str
-    figure: str  # meaning of the number in parentheses after the label
-    caption: str
-    reference: float
-
-
-_SUCCESS = _ShareChart(
+_SUCCESS = Chart(
     "Success",
     "overlap",
-    OVERLAPS,
-    ("overlap", "share of frames with at least that"),
+    "share of frames with at least that",
+    [],
     "Share of frames with at least an overlap with the true box, by tracker; in parentheses the "
     "area below the curve, which is the mean overlap.",
-    "area",
-    "Share of frames whose overlap reaches a threshold. A point opens the nearest frame.",
-    0.5,
+    value_name="area",
+    caption="Share of frames whose overlap reaches a threshold. A point opens the nearest frame.",
+    reference=0.5,
 )
-_PRECISION = _ShareChart(
+_PRECISION = Chart(
     "Precision",
-    "centre_error",
-    ERRORS,
-    ("centre error [px]", "share of frames with at most that"),
+    "centre error [px]",
+    "share of frames with at most that",
+    [],
     "Share of frames with at most a centre error, by tracker; in parentheses the share at 20 px.",
-    "share at 20 px",
-    "Share of frames whose centre error is at most a threshold. A point opens the nearest frame.",
-    20.0,
+    value_name="share at 20 px",
+    caption="Share of frames with at most a centre error. A point opens the nearest frame.",
+    reference=20.0,
 )
 
 
@@ -71,35 +58,30 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
     """
     n = sum(bool(stage.clips) for stage in runs.stages)
     over = f"Means over n = {n} sequences, of their repetitions first; no interval is drawn."
+    left_out = " Trackers with failed runs are left out." * (len(runs.trackers) > len(trackers))
     charts = []
-    for definition in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
-        lines = [_share_line(runs, runs.trackers.index(name), definition) for name in trackers]
+    for template in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
+        name = template.title.lower()
+        chart = replace(template, figure=name, top=1.0, percent=True)
+        lines = [_share_line(runs, runs.trackers.index(tracker), name) for tracker in trackers]
         lines.sort(key=lambda line: line.position)
-        chart = Chart(
-            definition.title,
-            *definition.axes,
-            lines,
-            f"{definition.words} {over}",
-            top=1.0,
-            figure=definition.title.lower(),
-            value_name=definition.figure,
-            caption=definition.caption,
-            percent=True,
-            reference=definition.reference,
-        )
         values = ", ".join(f"{line.label} {at_reference(chart, line)}" for line in lines)
-        left_out = " Trackers with failed runs are left out." * (len(runs.trackers) > len(lines))
-        aria = f"{definition.caption} At {definition.reference:g}: {values}"
-        charts.append(replace(chart, aria=aria, caption=definition.caption + left_out))
+        options: dict[str, Any] = {
+            "lines": lines,
+            "words": f"{chart.words} {over}",
+            "caption": chart.caption + left_out,
+            "aria": f"{chart.caption} At {chart.reference:g}: {values}",
+        }
+        charts.append(replace(chart, **options))
     return charts
 
 
-def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
-    """Return the curve of a tracker; a point opens the frame nearest to its threshold.
+def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
+    """Return the `success` or `precision` curve of a tracker.
 
-    Among equally near frames, the frame of the worst run is opened.
+    A point opens the frame nearest to its threshold; among equally near ones that of the worst run.
     """
-    curve = chart.title.lower()
+    label = runs.trackers[tracker]
     by_sequence = [stage.clips_of(tracker) for stage in runs.stages]
     judged = [
         (position, clip)
@@ -108,68 +90,54 @@ def _share_line(runs: PageRuns, tracker: int, chart: _ShareChart) -> Line:
         if curve in clip.shares
     ]
     if not judged:
-        return Line(runs.trackers[tracker], tracker, [np.nan], [np.nan])
+        return Line(label, tracker, [np.nan], [np.nan])
     curves = [[clip.shares[curve].shares for clip in c if clip.shares] for c in by_sequence]
     shares = np.mean([np.mean(values, axis=0) for values in curves if values], axis=0)
-    overlaps = [[-clip.worst["overlap", "online"][0] for clip in c] for c in by_sequence if c]
-    figure = shares[_INDEX_OF_20]
+    thresholds, figure, kind = ERRORS, shares[_INDEX_OF_20], "centre_error"
     if curve == "success":
-        figure = np.mean([np.mean(values) for values in overlaps])
-    judged.sort(key=lambda entry: (-entry[1].worst[chart.kind, "online"][0], entry[0]))
+        overlaps = [[-clip.worst["overlap", "online"][0] for clip in c] for c in by_sequence if c]
+        thresholds, figure, kind = OVERLAPS, np.mean([*map(np.mean, overlaps)]), "overlap"
+    judged.sort(key=lambda entry: (-entry[1].worst[kind, "online"][0], entry[0]))
     nearest = np.argmin([clip.shares[curve].distances for _, clip in judged], axis=0)
     places = []
     for point, (position, clip) in enumerate(judged[index] for index in nearest):
         frame = int(clip.shares[curve].frames[point])
         places.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
-    label = runs.trackers[tracker]
-    return Line(label, tracker, chart.thresholds, shares, places=places, value=f"{figure:.3f}")
-
-
-def finished_clips(stage: SequenceRuns) -> Iterator[tuple[int, list[PageRun]]]:
-    """Yield the index of each tracker with its one-pass runs on a sequence that did not fail."""
-    for tracker in sorted({clip.take.tracker for clip in stage.clips}):
-        if clips := [clip for clip in stage.clips_of(tracker) if not clip.take.failure]:
-            yield tracker, clips
+    return Line(label, tracker, thresholds, shares, places=places, value=f"{figure:.3f}")
 
 
 def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
     """Return the median overlap of the repetitions by frame, a chart per sequence."""
     charts, names = {}, file_names([stage.name for stage in runs.stages])
     for position, stage in enumerate(runs.stages):
-        by_tracker = dict(finished_clips(stage))
+        finished: dict[int, list[PageRun]] = {}
+        for clip in stage.clips:
+            if not clip.take.failure:
+                finished.setdefault(clip.take.tracker, []).append(clip)
+        is_crowded = len(finished) > CROWDED
         lines = [
-            _timeline(position, runs.trackers[tracker], clips)
-            for tracker, clips in by_tracker.items()
-            if tracker < TOP or len(by_tracker) <= CROWDED
+            _timeline(position, runs.trackers[tracker], finished[tracker])
+            for tracker in sorted(finished)
+            if tracker < TOP or not is_crowded
         ]
-        most = max(map(len, by_tracker.values()), default=0)
+        most = max(map(len, finished.values()), default=0)
         median = f": the median over up to {most} repetitions" if most > 1 else ""
-        which = f" of the first {TOP} trackers" * (len(by_tracker) > CROWDED)
+        which = f" of the first {TOP} trackers" * is_crowded
         caption = f"Overlap by frame{which}{median}. A point opens its frame."
         words = f"Overlap over the frames of {stage.name}, by tracker{median}."
         if lines:
-            named: dict[str, Any] = {
-                "figure": f"frames-{names[stage.name]}",
-                "caption": caption,
-                "named": False,
-            }
-            chart = Chart(stage.name, "frame", "overlap", lines, words, top=1.0, **named)
-            charts[stage.name] = chart
+            chart = Chart(stage.name, "frame", "overlap", lines, words, top=1.0, caption=caption)
+            figure = f"frames-{names[stage.name]}"
+            charts[stage.name] = replace(chart, figure=figure, named=False)
     return charts
 
 
 def _timeline(position: int, name: str, clips: Sequence[PageRun]) -> Line:
     """Return a line through the lowest overlap of each interval; it opens the worst repetition."""
-    overlaps = np.array([clip.overlaps for clip in clips])
-    judged = np.isfinite(overlaps).any(axis=0)
-    medians = np.full(overlaps.shape[1], np.nan)
-    medians[judged] = np.nanmedian(overlaps[:, judged], axis=0)
-    frames = [
-        int(interval[np.nanargmin(medians[interval])])
-        if judged[interval].any()
-        else int(interval[0])
-        for interval in np.array_split(np.arange(len(medians)), min(_MAX_POINTS, len(medians)))
-    ]
+    medians = pd.DataFrame([clip.overlaps for clip in clips]).median().to_numpy(np.float64)
+    intervals = np.array_split(np.arange(len(medians)), min(_MAX_POINTS, len(medians)))
+    lowest = [np.argmin(np.nan_to_num(medians[interval], nan=np.inf)) for interval in intervals]
+    frames = [int(interval[i]) for interval, i in zip(intervals, lowest, strict=True)]
     worst = max(clips, key=lambda clip: clip.worst["overlap", "online"][0])
     place = PlayerPosition(position, worst.take.tracker, worst.take.repetition, 0)
     return Line(name, worst.take.tracker, frames, medians[frames], places=[place])
@@ -203,19 +171,15 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
 
 
 def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
-    """Return the plot of mean overlap, with its interval, against the time per frame."""
-    data, quantity = summary.data, SUMMARY[0]
-    dots = []
-    for position, name in enumerate(runs.trackers):
-        scores = data[data["tracker"] == name].set_index("measure")
-        if not {quantity.name, "milliseconds"} <= set(scores.index):
-            continue
-        score, low, high = (float(scores[end][quantity.name]) for end in ("mean", "low", "high"))
-        time = float(scores["mean"]["milliseconds"])
-        if isfinite(score) and isfinite(time):
+    """Return the plot of mean overlap against the time per frame; none for a single tracker."""
+    quantity, dots = SUMMARY[0], []
+    for name, measures in means_by_tracker(summary).items():
+        score, time = (measures.get(key, {}) for key in (quantity.name, "milliseconds"))
+        if isfinite(score.get("mean", nan) + time.get("mean", nan)):
             place = runs.place(name, None, "overlap")
-            dots.append(Line(name, position, [time], [score], [low], [high], [place]))
-    if not dots:
+            point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [place]
+            dots.append(Line(name, runs.trackers.index(name), *point))
+    if len(dots) < 2:
         return []
     (head,) = (head for head in summary.heads if "time a frame" in head)
     units = units_of([stage.name for stage in runs.stages])

@@ -2,90 +2,37 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.comparing.comparable_runs import same_boxes
-from trackmark.bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
+from trackmark.bench.comparing.comparison import Comparison, means_in_part, parts_of
 from trackmark.bench.comparing.tables import files as comparison_tables
 from trackmark.bench.comparing.tables import paragraph
 from trackmark.bench.pages.cards import pair_matrix
 from trackmark.bench.pages.player_runs import PageRuns
-from trackmark.bench.reporting.tables import SUMMARY, not_repeatable
 from trackmark.bench.statistics.rules import interval_or_none
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.reports.page.content import PageSection, PageTable, PlayerPosition
-from trackmark.reports.tables import MISSING, Table, text_table
-
-
-def read_comparison(
-    folder: Path, runs: pd.DataFrame, occurring: Mapping[str, set[str]]
-) -> Comparison:
-    """Compare the trackers of an experiment by mean overlap.
-
-    `folder`: folder of the experiment. `occurring`: attributes by sequence. Raises
-    `ComparisonError` if the runs cannot be compared.
-    """
-    return compare(
-        runs,
-        SUMMARY[0],
-        attributes=occurring,
-        same_boxes=same_boxes(folder, runs),
-        not_repeatable=not_repeatable(runs),
-    )
+from trackmark.reports.page.content import PageSection, PageTable
+from trackmark.reports.tables import MISSING, text_table
 
 
 def comparison_section(
-    comparison: Comparison, page_runs: PageRuns, command: str, note: str
+    comparison: Comparison, runs: PageRuns, note: str
 ) -> tuple[PageSection, list[PageTable]]:
     """Return the section that compares trackers, and tables of subsets of the sequences.
 
-    `command`: command that prints the comparison. `note`: limit of the answers, if any.
+    `note`: limit of the answers, if any.
     """
-    sheets = {
-        table.name: _sheet(table, comparison, page_runs)
-        for table in comparison_tables(comparison)
-        if table.name != "comparison-sequences"
-    }
-    differences = [sheets.pop(name) for name in list(sheets) if name == "comparison-parts"]
-    words, blocks = [paragraph(comparison)], []
-    if "comparison-pairs" in sheets:
-        pairs = zip(comparison.pairs, sheets["comparison-pairs"].places, strict=True)
-        places = {pair.label: row[0] for pair, row in pairs}
-        blocks = [pair_matrix(comparison, page_runs, places, note)]
-    options: dict[str, Any] = {"command": command, "blocks": blocks, "hidden": not blocks}
-    options["nav"] = "Comparison"
-    return PageSection(
-        "answers", "Who beats whom", words, [*sheets.values()], **options
-    ), differences
-
-
-def _sheet(table: Table, comparison: Comparison, page_runs: PageRuns) -> PageTable:
-    """Return a table of a comparison; all cells of a row open the same frame."""
-    columns = len(table.heads) - table.n_labels
-    places = [
-        [_place(row, comparison, page_runs)] * columns for row in table.data.to_dict("records")
-    ]
-    return PageTable(table, places=places)
-
-
-def _place(row: Mapping[Any, Any], comparison: Comparison, runs: PageRuns) -> PlayerPosition | None:
-    """Return the frame that a row opens: on the sequence with the largest difference."""
-    if "first" not in row:
-        return runs.place(str(row["tracker"]), None, "overlap")
-    parts = parts_of(comparison.sequences, comparison.attributes) if "knob" in row else {}
-    mask = parts.get((row.get("knob", ""), row.get("value", "")), True)
-    for pair in comparison.pairs:
-        if {pair.first, pair.second} == {row["first"], row["second"]}:
-            position = int(np.argmax(np.where(mask, np.abs(pair.differences), -1.0)))
-            ahead = pair.differences[position] > 0
-            behind = pair.second if ahead else pair.first
-            return runs.place(behind, comparison.sequences[position], "overlap")
-    return None
+    tables = {table.name: PageTable(table) for table in comparison_tables(comparison)}
+    sheets = [tables[name] for name in ("comparison", "comparison-pairs") if name in tables]
+    parts = [tables[name] for name in ("comparison-parts",) if name in tables]
+    blocks = [pair_matrix(comparison, runs, note)] if comparison.pairs else []
+    options: dict[str, Any] = {"blocks": blocks, "hidden": not blocks, "nav": "Comparison"}
+    words = [paragraph(comparison)]
+    return PageSection("answers", "Who beats whom", words, sheets, **options), parts
 
 
 def parts_section(
@@ -106,16 +53,16 @@ def parts_section(
     data: list[dict[str, Any]] = []
     for (parameter, value), mask in masks.items():
         members = [name for name, is_member in zip(sequences, mask, strict=True) if is_member]
-        cells = []
+        cells = [f"{parameter}={value}", str(len(members))]
         for name in runs.trackers:
             by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
             mean, low, high = _with_interval(units, by_sequence.to_numpy(float), mask)
-            cells.append(f"{mean:.3f}" if np.isfinite(mean) else MISSING)
-            cells[-1] += f" [{low:.3f}, {high:.3f}]" if np.isfinite(low) else ""
+            text = f"{mean:.3f}" if np.isfinite(mean) else MISSING
+            cells.append(f"{text} [{low:.3f}, {high:.3f}]" if np.isfinite(low) else text)
             labels = {"knob": parameter, "value": value, "sequences": len(members), "tracker": name}
             scores = {"measure": "mean_overlap", "mean": mean, "low": low, "high": high}
             data.append(labels | scores)
-        rows.append([f"{parameter}={value}", str(len(members)), *cells])
+        rows.append(cells)
         values.append([len(members), *(row["mean"] for row in data[-len(runs.trackers) :])])
         places.append([None, *(runs.worst_of(name, members, "overlap") for name in runs.trackers)])
     has_intervals = any(np.isfinite(row["low"]) for row in data)

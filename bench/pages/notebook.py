@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Protocol
 
 from trackmark import datasets
+from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.store import data_frames
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.reports.files import write_file
@@ -99,11 +100,11 @@ def player(
 
 def _find_sequence(folder: Path, sequence: str) -> tuple[Path, str]:
     """Return the experiment that has runs on a sequence, and the sequence's name in these runs."""
-    names = {
-        str(name): experiment
-        for experiment in reversed(experiment_folders(folder))
-        for name in _scored_sequences(experiment)
-    }
+    names: dict[str, Path] = {}
+    for experiment in reversed(experiment_folders(folder)):
+        runs = data_frames.load_runs(experiment)
+        scored = runs[(runs["protocol"] == STORED_ONE_PASS) & (runs["status"] != "missing")]
+        names |= dict.fromkeys(map(str, scored["sequence"].unique()), experiment)
     if sequence not in names:
         with suppress(datasets.SequenceError, OSError):  # then `sequence` is only a name
             sequence = datasets.load(sequence).name
@@ -111,10 +112,3 @@ def _find_sequence(folder: Path, sequence: str) -> tuple[Path, str]:
         expected = ", ".join(sorted(names)) or "none"
         raise ValueError(f"{folder}: no run on {sequence!r}. Expected one of: {expected}.")
     return names[sequence], sequence
-
-
-def _scored_sequences(experiment: Path) -> list[str]:
-    """Return the sequences with scored runs."""
-    runs = data_frames.load_runs(experiment)
-    scored = runs[(runs["protocol"] == "accuracy") & (runs["status"] != "missing")]
-    return [str(name) for name in scored["sequence"].unique()]

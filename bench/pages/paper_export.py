@@ -8,7 +8,6 @@ from urllib.parse import quote
 
 from trackmark.reports.files import write_file
 from trackmark.reports.page.content import Page, PageSection
-from trackmark.reports.printable import one_line
 from trackmark.reports.renderers import (
     OR_NUMBERS,
     breakable,
@@ -73,8 +72,6 @@ def _markdown(page: Page, folder: Path, suffix: str) -> str:
         parts += [to_markdown(sheet.table).rstrip("\n") for sheet in section.sheets]
         for name, words in _figures(section, folder, suffix):
             parts += [f"![{in_markdown(words)}]({quote(name)})", in_markdown(words)]
-        first = page.first_with(section.command)
-        parts += [f"    {one_line(section.command)}"] if first is section else []
     return "\n\n".join(parts) + "\n"
 
 

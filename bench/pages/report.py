@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from trackmark.bench.comparing.comparable_runs import ComparisonError, same_boxes
 from trackmark.bench.comparing.comparison import Comparison
-from trackmark.bench.comparing.tables import answer_of
+from trackmark.bench.comparing.run_summary import answer_on, means_by_tracker
 from trackmark.bench.evaluation.run_record import Trace
 from trackmark.bench.pages.cards import (
     failures,
@@ -33,17 +33,15 @@ from trackmark.bench.pages.charts import (
 from trackmark.bench.pages.comparison_section import (
     comparison_section,
     parts_section,
-    read_comparison,
     repetition_text,
 )
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import Layers, name_on_page, read_runs, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.reporting.answer import Answer, Measured, RankedTracker, answer
+from trackmark.bench.reporting.answer import Answer
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
-from trackmark.bench.reporting.tables import summary_of
-from trackmark.bench.statistics.units import units_of
+from trackmark.bench.reporting.tables import not_repeatable, summary_of
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
@@ -130,7 +128,8 @@ class _Content:
     def __init__(
         self, experiment: Path, tables: Sequence[Table], commands: Commands, layers: Layers
     ) -> None:
-        self.tables, self.commands = tables, commands
+        self.experiment, self.commands = experiment, commands
+        self.tables = {table.name: table for table in tables}
         self.all_runs = with_worst_scores(experiment, load_runs(experiment))
         self.scored = complete(self.all_runs[self.all_runs["protocol"] == STORED_ONE_PASS])
         self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
@@ -139,51 +138,37 @@ class _Content:
             means = self.scored.groupby("tracker", observed=True)["mean_overlap"].mean().fillna(0)
             names.sort(key=lambda name: -means[name])
         self.runs = read_runs(experiment, names, layers)
-        unfinished = self.scored[self.scored["status"] != "finished"]
-        incomplete = set(unfinished["tracker"].astype(str))
+        is_finished = self.scored["status"] == "finished"
+        incomplete = set(self.scored["tracker"][~is_finished].astype(str))
         self.whole = [name for name in names if name not in incomplete]
-        finished = self.scored[self.scored["status"] == "finished"]
-        self.occurring = find_attributes(experiment, finished)
-        self.failed = failed_runs(self.scored).notes
-        self.comparison, self.answer = self._compare(experiment)
+        self.occurring = find_attributes(experiment, self.scored[is_finished])
+        self.failed, self.left_out = failed_runs(self.scored)
+        self.summary: Table | None = None
+        if len(self.scored):
+            summary = self.tables.get("summary")
+            self.summary = summary or summary_of(self.scored, self.timed, "")
+        self.comparison, self.answer = self._compare()
 
-    def _compare(self, experiment: Path) -> tuple[Comparison | None, Answer]:
+    def _compare(self) -> tuple[Comparison | None, Answer]:
         """Return the comparison of the trackers, if there is one, and the answer."""
-        if self.scored.empty:
+        if self.summary is None:
             return None, Answer("", ("There is no comparison: no run is by one pass.",))
-        notes = [f"{self._failed_runs()}."] if self.failed else []
         try:
-            if len(self.runs.trackers) == 1:
-                return None, self._single_answer(notes)
-            comparison = read_comparison(experiment, self.all_runs, self.occurring)
-        except AllFailedError:
-            return None, answer([], Measured(0))._replace(details=tuple(notes))
+            (heading, details), comparison = answer_on(
+                self.all_runs,
+                means_by_tracker(self.summary),
+                attributes=self.occurring,
+                same_boxes=same_boxes(self.experiment, self.all_runs),
+                not_repeatable=not_repeatable(self.all_runs),
+            )
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
-        heading, details = answer_of(comparison)
-        return comparison, Answer(heading, (*details, *notes))
-
-    def _single_answer(self, notes: Sequence[str]) -> Answer:
-        """Return the answer for one tracker."""
-        if (self.scored["status"] == "failed").all():
-            return answer([], Measured(0))._replace(details=tuple(notes))
-        data = summary_of(self.scored, self.timed, "").data
-        row = next(row for row in data.to_dict("records") if row["measure"] == "mean_overlap")
-        units = units_of([str(name) for name in self.scored["sequence"].unique()])
-        interval = (row["low"], row["high"]) if np.isfinite(row["low"]) else None
-        tracker = RankedTracker(str(row["tracker"]), row["mean"], interval)
-        heading, details = answer([tracker], Measured(len(units), units.kind, units.plural))
-        return Answer(heading, (*details, *notes))
-
-    def _failed_runs(self) -> str:
-        """Return how many one-pass runs failed, and the first reason."""
-        failed = self.scored["status"] == "failed"
-        name, note = next(iter(self.failed.items()))
-        reason = note.partition("): ")[2] or note
-        return (
-            f"{failed.sum()} of {len(failed)} runs failed and count as the worst score; first: "
-            f"{name}, {reason}"
-        )
+        for name, note in [*self.failed.items()][:1]:
+            n_failed = (self.scored["status"] == "failed").sum()
+            text = f"{n_failed} of {len(self.scored)} runs failed"
+            text += " and count as the worst score" * (len(self.failed) > len(self.left_out))
+            details = (*details, f"{text}; first: {name}, {note.partition('): ')[2] or note}.")
+        return comparison, Answer(heading, details)
 
     @cached_property
     def protocols(self) -> list[str]:
@@ -193,58 +178,45 @@ class _Content:
 
     def page(self, title: str, filmed: Sequence[PlayerScene]) -> Page:
         """Return the page; `filmed`: the sequences with their frames."""
-        page = Page(title, [], self.runs.labels, filmed)
-        command = self.commands.text("report", "--folder", "report")
-        sections = [
-            replace(part, command=part.command or (command if part.charts or part.sheets else ""))
-            for part in self._sections(page)
-            if part.charts or part.sheets or part.words or part.blocks
-        ]
         heading, details = self.answer
-        return replace(
-            page, sections=_filled(sections), meta=self._counts(), answer=heading, details=details
-        )
+        page = Page(title, [], self.runs.labels, filmed)
+        page = replace(page, meta=self._counts(), answer=heading, details=details)
+        parts = self._sections(page)
+        sections = [
+            part for part in parts if part.charts or part.sheets or part.words or part.blocks
+        ]
+        return replace(page, sections=sections)
 
     def _sections(self, page: Page) -> Iterator[PageSection]:
         """Yield the sections in the order of the page; hidden ones are only exported."""
         runs, filmed = self.runs, page.scenes
-        named = {table.name: table for table in self.tables}
-        sheets = {name: self._sheet(table) for name, table in named.items()}
+        sheets = {name: self._sheet(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
-        wide, limits = self.commands.text("report", "--wide"), self.answer.details
         words, failed = self._words(), self._failures()
-        exported = [failed] if failed else []
-        yield PageSection("runs", "What was run", words, exported, hidden=True)
-        summary = named.get("summary")
-        if summary is None and len(self.scored):
-            summary = summary_of(self.scored, self.timed, "")
-        if summary is not None and runs.stages:
-            board = leaderboard(summary, runs, self.failed)
-            exported = [sheets["summary"]] if "summary" in named else []
-            options: dict[str, Any] = {"sheets": exported, "command": wide, "span": 7}
-            yield PageSection("summary", "Leaderboard", blocks=[board], **options)
-        if hardest := hardest_moments(runs, filmed):
-            yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
+        yield PageSection("runs", "What was run", words, failed, hidden=True)
+        if self.summary is not None and runs.stages:
+            board = leaderboard(self.summary, runs, self.failed)
+            exported = [sheets["summary"]] if "summary" in sheets else []
+            yield PageSection("summary", "Leaderboard", sheets=exported, blocks=[board], span=7)
         if shares := share_charts(runs, self.whole):
             plot = CurvePlot(dict(zip(("Overlap", "Centre error"), shares, strict=True)))
             title = "Success and precision"
             yield PageSection("curves", title, charts=shares, blocks=[plot], span=5)
-        means: dict[str, dict[str, float]] = {}
-        if "sequences" in named:
-            grid = self._heat_map(named["sequences"])
-            rows = grid.table.data.set_index("sequence").to_dict("index")
-            means = {str(name): {str(key): row[key] for key in row} for name, row in rows.items()}
-            options = {"blocks": [heat_table(grid, runs, filmed)], "nav": "Sequences"}
-            yield PageSection("heat", "Sequences by trackers", sheets=[grid], span=half, **options)
+        if hardest := hardest_moments(runs, filmed):
+            yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
+        if self.summary is not None and len(self.means):
+            options: dict[str, Any] = {"sheets": [self._heat_map()], "span": half}
+            options |= {"nav": "Sequences", "hidden": not self.means.notna().any(axis=None)}
+            options["blocks"] = [heat_table(self.means, self.summary, runs, filmed)]
+            yield PageSection("heat", "Sequences by trackers", **options)
         differences: list[PageTable] = []
         if self.comparison is not None:
-            limit = next((text for text in limits if "too few" in text), "")
-            command = self.commands.text("compare")
-            which, differences = comparison_section(self.comparison, runs, command, limit)
+            limit = next((text for text in self.answer.details if "too few" in text), "")
+            which, differences = comparison_section(self.comparison, runs, limit)
             yield replace(which, span=half)
-        if summary is not None and (speed := speed_charts(summary, runs)):
-            options = {"blocks": speed, "span": 6, "nav": "Speed"}
-            yield PageSection("speed", "Speed and accuracy", charts=speed, **options)
+        if self.summary is not None and (speed := speed_charts(self.summary, runs)):
+            options = {"charts": speed, "blocks": speed, "span": 6, "nav": "Speed"}
+            yield PageSection("speed", "Speed and accuracy", **options)
         if cards := failures(runs, filmed):
             title, block = cards
             caption = (
@@ -254,24 +226,21 @@ class _Content:
             options = {"caption": caption, "span": 6, "nav": "Failures"}
             yield PageSection("failures", title, blocks=[block], **options)
         yield parts_section(self.scored, self.occurring, runs, differences)
-        survival = survival_charts(self.scored, runs)
-        per_tracker = self.scored.groupby("tracker", observed=True).size()
-        enough = survival and per_tracker.min() >= _MIN_RUNS_OF_SURVIVAL
-        blocks = survival if enough else []
-        yield PageSection(
-            "survival", "Time to failure", charts=survival, blocks=blocks, hidden=not enough
-        )
+        if survival := survival_charts(self.scored, runs):
+            per_tracker = self.scored.groupby("tracker", observed=True).size()
+            few = bool(per_tracker.min() < _MIN_RUNS_OF_SURVIVAL)
+            options = {"charts": survival, "blocks": survival, "hidden": few}
+            yield PageSection("survival", "Time to failure", **options)
         charts = timeline_charts(runs)
-        stages = sequence_folds(runs, filmed, charts, means, sheets.get("sequences"), page)
+        stages = sequence_folds(runs, filmed, charts, self.means, sheets.get("sequences"), page)
         options = {"blocks": [*stages], "charts": [*charts.values()]}
         options["caption"] = "Open a sequence for its overlap by frame and all scores."
         yield PageSection("timelines", "Sequence by sequence", **options)
         exported = [sheet for name, sheet in sheets.items() if name != "summary"]
-        folds = [_fold(sheets[name]) for name in named if name != "sequences"]
-        tables = [fold for fold in folds if fold]
-        options = {"blocks": tables, "command": wide, "hidden": not tables}
-        yield PageSection("tables", "All scores", sheets=exported, **options)
-        yield self._provenance(words, [failed] if failed else [])
+        folds = [_fold(sheet) for name, sheet in sheets.items() if name != "sequences"]
+        blocks = [fold for fold in folds if fold]
+        yield PageSection("tables", "All scores", sheets=exported, blocks=blocks, hidden=not blocks)
+        yield self._provenance(words, failed)
 
     def _words(self) -> list[str]:
         """Return sentences on all runs, unfinished runs and protocols."""
@@ -291,61 +260,49 @@ class _Content:
                 "after the tracker's name. Frames that are not judged have no curve; a triangle "
                 "marks a restart. Charts show one-pass runs."
             )
-        if not self.timed.empty or self.scored.empty:
-            return [*words, *dict.fromkeys(note for table in self.tables for note in table.notes)]
-        words.append("Not measured: times without other load (`trackmark run --timing`).")
-        return [*words, *dict.fromkeys(note for table in self.tables for note in table.notes)]
+        if self.timed.empty and len(self.scored):
+            words.append("Not measured: times without other load (`trackmark run --timing`).")
+        notes = [note for table in self.tables.values() for note in table.notes]
+        return [*words, *dict.fromkeys(notes)]
 
     def _counts(self) -> str:
         """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
         runs = complete(self.all_runs)
-        n_runs = int((runs["status"].astype(str) != "missing").sum())
-        n_failed = int((runs["status"].astype(str) == "failed").sum())
-        parts = [
-            f"{n} {word}{'s' * (n != 1)}"
-            for n, word in (
-                (runs["tracker"].nunique(), "tracker"),
-                (runs["sequence"].nunique(), "sequence"),
-                (n_runs, "run"),
-            )
-        ]
-        if n_failed:
+        status = runs["status"].astype(str)
+        counts = {
+            "tracker": runs["tracker"].nunique(),
+            "sequence": runs["sequence"].nunique(),
+            "run": int((status != "missing").sum()),
+        }
+        parts = [f"{n} {word}{'s' * (n != 1)}" for word, n in counts.items()]
+        if n_failed := int((status == "failed").sum()):
             parts[-1] += f", {n_failed} failed"
         days = sorted({entry["date"] for entry in self.runs.circumstances if entry["date"]})
-        parts += (
-            [" to ".join(_day(day) for day in dict.fromkeys((days[0], days[-1])))] if days else []
-        )
+        parts += [" to ".join(map(_day, dict.fromkeys(days[:1] + days[-1:])))] if days else []
         return " · ".join(parts)
 
-    def _failures(self) -> PageTable | None:
-        """Return a table of failed runs; each row opens the last frame with a box."""
-        failed = [
-            (
-                PlayerPosition(position, clip.take.tracker, clip.take.repetition, clip.end),
-                stage.name,
-                clip,
-            )
-            for position, stage in enumerate(self.runs.stages)
-            for clip in (*stage.clips, *stage.others)
-            if clip.take.failure and not clip.take.start  # a run with segments counts once
-        ]
-        if not failed:
-            return None
-        rows = []
-        for place, name, clip in failed[:_MAX_FAILURES]:
-            reason = clip.take.failure.partition("\n")[0]
-            tracker = self.runs.labels[place.tracker]
-            rows.append([tracker, name, str(place.repetition), str(place.frame), reason])
-        left = len(failed) - len(rows)
+    def _failures(self) -> list[PageTable]:
+        """Return a table of failed runs, if any; each row opens the last frame with a box."""
+        rows, places = [], []
+        for number, stage in enumerate(self.runs.stages):
+            for clip in (*stage.clips, *stage.others):
+                take = clip.take
+                if take.failure and not take.start:  # a run with segments counts once
+                    place = PlayerPosition(number, take.tracker, take.repetition, clip.end)
+                    run = self.runs.labels[take.tracker], stage.name, take.repetition, clip.end
+                    rows.append([*map(str, run), take.failure.partition("\n")[0]])
+                    places.append([None, None, place, None])
+        if not rows:
+            return []
+        left = len(rows) - _MAX_FAILURES
         table = text_table(
             "failed",
-            f"{len(failed)} run{'s' * (len(failed) > 1)} failed; the last frame with a box opens.",
+            f"{len(rows)} run{'s' * (len(rows) > 1)} failed; the last frame with a box opens.",
             ["tracker", "sequence", "repetition", "last box", "what went wrong"],
-            rows,
-            notes=[f"{left} more are listed by `trackmark results failures`."] if left else [],
+            rows[:_MAX_FAILURES],
+            notes=[f"{left} more are listed by `trackmark results failures`."] * (left > 0),
         )
-        places = [[None, None, place, None] for place, _, _ in failed[:_MAX_FAILURES]]
-        return PageTable(table, places=places)
+        return [PageTable(table, places=places[:_MAX_FAILURES])]
 
     def _sheet(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames and is sorted by unrounded values."""
@@ -361,111 +318,78 @@ class _Content:
         trace: Trace = "revised" if table.name.endswith("-revised") else "online"
         places = []
         for row in data[::columns].to_dict("records"):
-            sequence = row.get("sequence")
-            sequence = sequence if sequence in names else None
+            sequence = row["sequence"] if row.get("sequence") in names else None
             tracker = name_on_page(row["tracker"], [*protocols, STORED_ONE_PASS][0])
             places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
         return PageTable(table, values.tolist(), places)
 
-    def _heat_map(self, table: Table) -> PageTable:
-        """Return the heat map of mean overlaps by sequence and tracker."""
-        data = table.data[table.data["measure"] == "mean_overlap"]
+    @cached_property
+    def means(self) -> pd.DataFrame:
+        """Mean overlaps with a row per sequence and a column per tracker."""
+        if "sequences" not in self.tables:
+            return pd.DataFrame()
+        data = self.tables["sequences"].data
+        data = data[data["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
         means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
-        means = means.reindex(index=data["sequence"].unique(), columns=pd.unique(data["tracker"]))
-        values = means.to_numpy(float)
-        rows = [
-            [str(name), *(f"{mean:.3f}" if np.isfinite(mean) else MISSING for mean in row)]
-            for name, row in zip(means.index, values, strict=True)
-        ]
-        places = [
-            [self.runs.place(str(name), str(sequence), "overlap") for name in means.columns]
-            for sequence in means.index
-        ]
-        grid = text_table(
-            "heat",
-            f"Mean overlap with the true box by sequence and tracker: n = {len(means)} sequences, "
-            f"means over {repetition_text(self.scored)} each.",
-            ["sequence", *map(str, means.columns)],
-            rows,
+        return means.reindex(index=data["sequence"].unique(), columns=data["tracker"].unique())
+
+    def _heat_map(self) -> PageTable:
+        """Return the mean overlaps as a table for export."""
+        caption = (
+            f"Mean overlap with the true box by sequence and tracker: n = {len(self.means)} "
+            f"sequences, means over {repetition_text(self.scored)} each."
         )
-        grid = replace(grid, data=means.reset_index())
-        return PageTable(grid, values.tolist(), places, heat=True)
+        texts = self.means.map(lambda mean: f"{mean:.3f}" if np.isfinite(mean) else MISSING)
+        rows = texts.reset_index().to_numpy().tolist()
+        grid = text_table("heat", caption, ["sequence", *self.means], rows)
+        grid = replace(grid, data=self.means.reset_index())
+        return PageTable(grid, self.means.to_numpy(float).tolist(), heat=True)
 
     def _provenance(self, words: Sequence[str], failed: Sequence[PageTable]) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""
-        runs = self.all_runs
-        trackers = runs.dropna(subset="tracker_version").drop_duplicates(["tracker", "version"])
+        runs = self.all_runs.rename(columns={"version": "run", "tracker_version": "version"})
+        runs = runs.assign(
+            version=runs["version"].str[:16], fingerprint=runs["fingerprint"].str[:16]
+        )
+        trackers = runs.dropna(subset="version").drop_duplicates(["tracker", "version"])
+        parameters = trackers["parameters"].astype(str).map(_format_parameters)
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
-        tables = [
-            text_table(
+        hosts = pd.DataFrame([*self.runs.circumstances]).rename(columns={"python": "Python"})
+        if len(hosts):
+            libraries = [
+                ", ".join(" ".join(entry) for entry in h.items()) for h in hosts["libraries"]
+            ]
+            hosts["libraries"] = libraries
+        sheets = [
+            _listed(
                 "trackers",
                 "Trackers: parameters, and the digest of source and libraries.",
-                ["tracker", "parameters", "version"],
-                [
-                    [
-                        str(row.tracker),
-                        _format_parameters(str(row.parameters)),
-                        str(row.tracker_version)[:16],
-                    ]
-                    for row in trackers.drop_duplicates(["tracker", "tracker_version"]).itertuples()
-                ],
+                trackers.assign(parameters=parameters)[["tracker", "parameters", "version"]],
             ),
-            text_table(
+            _listed(
                 "sequences-read",
                 "Sequences: where they were read, and their fingerprint.",
-                ["sequence", "source", "fingerprint", "frames"],
-                [
-                    [*map(str, (row.sequence, row.source)), str(row.fingerprint)[:16]]
-                    + [f"{row.frames:.0f}"]
-                    for row in sequences.itertuples()
-                ],
+                sequences[["sequence", "source", "fingerprint", "frames"]].astype({"frames": int}),
             ),
-            text_table(
+            _listed(
                 "circumstances",
                 "Where and when runs were made.",
-                ["host", "date", "platform", "Python", "libraries"],
-                [
-                    [*(str(entry[key]) for key in ("host", "date", "platform", "python"))]
-                    + [", ".join(f"{name} {v}" for name, v in entry["libraries"].items())]
-                    for entry in self.runs.circumstances
-                ],
+                hosts.reindex(columns=["host", "date", "platform", "Python", "libraries"]),
             ),
         ]
-        sheets = [PageTable(table) for table in tables]
         commands = [
             self.commands.text("report", "--folder", "report"),
             self.commands.text("compare"),
         ]
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
+        result = "commands, versions, parameters, fingerprints"
         folds = [
-            Fold(
-                "provenance",
-                "Provenance",
-                "commands, versions, parameters, fingerprints",
-                words,
-                [*failed, *sheets],
-                commands,
-            ),
+            Fold("provenance", "Provenance", result, words, [*failed, *sheets], commands),
             Fold("glossary", "Glossary", "terms of this page", terms=GLOSSARY),
         ]
         title = "About this report"
         return PageSection("provenance", title, sheets=sheets, blocks=folds, nav="Provenance")
-
-
-def _filled(sections: Sequence[PageSection]) -> list[PageSection]:
-    """Return the sections; those without a neighbour take the whole width."""
-    result, alone = [], dict[str, bool]()
-    visible = [section for section in sections if not section.hidden]
-    for number, section in enumerate(visible):
-        halves = number - next((n for n in range(number, -1, -1) if visible[n].span != 6), -1) - 1
-        follows = number + 1 < len(visible) and visible[number + 1].span == 6
-        alone[section.key] = section.span == 6 and halves % 2 == 0 and not follows
-    has_plot = any(section.span == 5 for section in visible)
-    for section in sections:
-        is_wide = alone.get(section.key, False) or (section.span == 7 and not has_plot)
-        result.append(replace(section, span=12) if is_wide else section)
-    return result
 
 
 def _fold(sheet: PageTable) -> Fold | None:
@@ -478,12 +402,15 @@ def _fold(sheet: PageTable) -> Fold | None:
     return Fold(f"fold-{name}", title, caption, sheets=[sheet])
 
 
+def _listed(name: str, caption: str, data: pd.DataFrame) -> PageTable:
+    """Return a table of texts with the columns of a data frame."""
+    rows = data.astype(str).to_numpy().tolist()
+    return PageTable(text_table(name, caption, [*map(str, data)], rows))
+
+
 def _day(iso: str) -> str:
     """Return a date in words: `24 November 2026`."""
-    try:
-        day = date.fromisoformat(iso)
-    except ValueError:
-        return iso
+    day = date.fromisoformat(iso)
     return f"{day.day} {day:%B %Y}"
 
 

@@ -114,10 +114,9 @@ def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float)
             last = len(reading.stages[place.sequence].truth) - 1
             near = range(max(0, place.frame - reach), min(last, place.frame + reach) + 1)
             sets[place.sequence] |= {*near}
-        frames_by_sequence = [sorted(frames) for frames in sets]
-        needed = sum(
-            cost * len(frames) for cost, frames in zip(costs, frames_by_sequence, strict=True)
-        )
+        frames_by_sequence = [*map(sorted, sets)]
+        pairs = zip(costs, frames_by_sequence, strict=True)
+        needed = sum(cost * len(frames) for cost, frames in pairs)
         if needed <= seconds and sum(map(len, frames_by_sequence)) <= MAX_FRAMES:
             break
     return frames_by_sequence
@@ -145,7 +144,7 @@ def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneR
             scene_rows.append(SceneRow(scene, [ahead, values[""]], [None, None]))
             continue
         members = scene_names(context.description, sequence, claim.n_scenes)[rank]
-        runs = [_worst([text], members, claim.measure, texts, context) for text in texts]
+        runs = [_worst(text, members, claim.measure, texts, context) for text in texts]
         numbers = [ahead, *(values.get(text, nan) for text in texts)]
         scene_rows.append(SceneRow(scene, numbers, [runs[0], *runs]))
     return scene_rows
@@ -157,23 +156,19 @@ def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | N
     names = [scene_names(context.description, name, context.scenes) for name in row.sequences]
     scenes = [member for sequence in names for members in sequence for member in members]
     return [
-        _worst([text], scenes, measure, texts, context)
-        for text in texts
-        for measure in row.measures
+        _worst(text, scenes, measure, texts, context) for text in texts for measure in row.measures
     ]
 
 
 def _worst(
-    texts: list[str], scenes: Iterable[str], measured: str, beside: list[str], context: Context
+    text: str, scenes: Iterable[str], measured: str, beside: Sequence[str], context: Context
 ) -> ShownRun | None:
-    """Return the run with the worst mean over repetitions; None without runs."""
+    """Return the run of a tracker with the worst mean over repetitions; None without runs."""
     measure = find_measure(measured, context.description.name)
-    pairs = {
-        (text, scene): context.runs.judged_runs(text, scene) for scene in scenes for text in texts
-    }
-    means = {pair: float(np.mean([*map(measure, runs)])) for pair, runs in pairs.items() if runs}
-    means = {pair: mean for pair, mean in means.items() if isfinite(mean)}
+    stored = {scene: context.runs.judged_runs(text, scene) for scene in scenes}
+    means = {scene: float(np.mean([*map(measure, runs)])) for scene, runs in stored.items() if runs}
+    means = {scene: mean for scene, mean in means.items() if isfinite(mean)}
     if not means:
         return None
     worst = (max if measure.lower_is_better else min)(means, key=means.__getitem__)
-    return ShownRun(*worst, KINDS.get(measure.unit, "centre_error"), tuple(beside))
+    return ShownRun(text, worst, KINDS.get(measure.unit, "centre_error"), tuple(beside))

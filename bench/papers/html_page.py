@@ -5,10 +5,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 
-import cv2
 import numpy as np
 
-from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts, effect_text
+from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, effect_text
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.papers import evidence_frames
 from trackmark.bench.papers.evidence_frames import Footage, SceneRow, ShownRun
@@ -20,7 +19,7 @@ from trackmark.bench.papers.reproduction import Report
 from trackmark.reports.page import cards
 from trackmark.reports.page.cards import Fold, Still
 from trackmark.reports.page.content import Page, PageSection, PageTable
-from trackmark.reports.page.film import compress_picture
+from trackmark.reports.page.film import compress_picture, encode_film
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING, text_table
 
@@ -30,11 +29,19 @@ Scenes = Mapping[tuple[str, str], list[SceneRow]]
 MainRuns = list[list[list[ShownRun | None]]]
 """Worst runs by row of the main table, setting and value."""
 
-FACTS = ("statement", "measure", "falsified", "reason", "note")
+FACTS = {
+    "identifier": "name",
+    "claim": "statement",
+    "refuted if": "falsified",
+    "measure": "measure",
+    "reason for it": "reason",
+    "note": "note",
+}
+"""Fields of a claim by their headings."""
+
 NAMES = [setting.replace("-", " ") for setting in SETTINGS]
 TONES = {"holds": "good", "does not hold": "bad", "inconclusive": "undecided"}
 WIDTH = 320  # of a frame in a strip [px]
-MAX_COLUMNS, MAX_FRAMES = 6, 4  # of a main table and of strips next to each other
 MIN_DECIDED = 0.3  # share of the verdicts below which the page says that most are missing
 
 
@@ -75,15 +82,11 @@ def _details(report: Report) -> list[str]:
     if not report.verdicts:
         command = f"trackmark reproduce {report.description.name}"
         return [f"Quick report on few scenes, without verdicts. For verdicts run: {command}"]
-    counts = [
-        f"{name}: {count_verdicts(report.verdicts, setting)}"
-        for name, setting in zip(NAMES, SETTINGS, strict=True)
-    ]
     verdicts = [v.verdict for row in report.verdicts for v in row.verdicts.values()]
     decided = sum(verdict in ("holds", "does not hold") for verdict in verdicts)
     few = decided < MIN_DECIDED * (len(verdicts) - verdicts.count("not testable"))
     start = ["Most claims could not be decided."] if few else []
-    return [*start, f"{len(report.verdicts)} claims. {'; '.join(counts).capitalize()}."]
+    return [*start, f"{len(report.verdicts)} claims. {'; '.join(report.counts).capitalize()}."]
 
 
 def _sections(
@@ -95,28 +98,20 @@ def _sections(
         counts = [cards.VerdictCount(g.title, g.tone, len(g.items), g.key) for g in groups]
         bar = cards.VerdictBar(counts)
         yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[bar])
-    table, figures = _main_table(report, runs, footage), cards.FigureSwitch(_panels(report.figures))
-    width = len(table.columns) * (len(SETTINGS) + table.paired)
-    frames = max((len(panel.frames) for panel in figures.panels), default=MAX_FRAMES + 1)
-    narrow = width <= MAX_COLUMNS and frames <= MAX_FRAMES
-    caption = report.description.main_table.caption
-    yield PageSection(
-        "numbers",
-        "The paper's numbers and ours",
-        blocks=[table],
-        caption=f"{caption} A number of ours opens the worst run behind it.",
-        span=7 if narrow else 12,
-        nav="Table",
+    caption = (
+        f"{report.description.main_table.caption} A number of ours opens the worst run behind it."
     )
-    if figures.panels:
-        span = 5 if narrow else 12
-        yield PageSection("figures", "Figures", blocks=[figures], span=span, nav="Figures")
+    table = _main_table(report, runs, footage)
+    title = "The paper's numbers and ours"
+    yield PageSection("numbers", title, blocks=[table], caption=caption, nav="Table")
+    if panels := _panels(report.figures):
+        figures = cards.FigureSwitch(panels)
+        yield PageSection("figures", "Figures", blocks=[figures], nav="Figures")
     for times in report.main[1:]:
         yield PageSection(times.name, "Times", blocks=[PageTable(times)])
     if groups:
         blocks = [cards.VerdictList(NAMES, groups)]
-        rules = plain(RULES)
-        yield PageSection("verdicts", "Verdicts", blocks=blocks, caption=rules, nav="Verdicts")
+        yield PageSection("verdicts", "Verdicts", blocks=blocks, caption=RULES, nav="Verdicts")
     yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
 
 
@@ -142,11 +137,9 @@ def _main_table(report: Report, runs: MainRuns, footage: Footage) -> cards.SideT
             for i in range(len(texts[0]))
         ]
         rows.append(cards.SideRow(row.labels, row.paper, ours))
-    notes = ["Our videos are not those of the paper: compare orders, not numbers."]
-    if verdicts:
-        notes.insert(
-            0, "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
-        )
+    notes = ["Green: a claim on this value holds; red: it does not; yellow: inconclusive."]
+    notes = notes[: len(verdicts)]
+    notes.append("Our videos are not those of the paper: compare orders, not numbers.")
     return cards.SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
 
 
@@ -215,7 +208,7 @@ def _tile(
         for rows in (runs[0][1].truth.boxes, *(judged.boxes for _, judged in runs))
     )
     still = Still(
-        _webp(image),
+        next(encode_film([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
         (image.shape[1], image.shape[0]),
         truth if np.isfinite(truth).all() else None,
         [(tracker, dash, box) for dash, box in enumerate(boxes) if np.isfinite(box).all()],
@@ -223,14 +216,6 @@ def _tile(
         shape == "ellipse",
     )
     return cards.StripTile(still, notes)
-
-
-def _webp(image: Image) -> bytes:
-    height, width = image.shape[:2]
-    if width > WIDTH:
-        size = WIDTH, round(height * WIDTH / width)
-        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
-    return cv2.imencode(".webp", image, [cv2.IMWRITE_WEBP_QUALITY, 75])[1].tobytes()
 
 
 def _groups(
@@ -247,12 +232,11 @@ def _groups(
     items: dict[str, list[cards.VerdictItem]] = {key: [] for key in groups}
     for row in rows:
         verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
+        key = ("neither", "one", "both")[verdicts.count("holds")]
         if "not testable" in verdicts:
             key = "numbers"
         elif set(verdicts) == {"inconclusive"}:
             key = "inconclusive"
-        else:
-            key = ("neither", "one", "both")[verdicts.count("holds")]
         items[key].append(_item(row, scenes, footage))
     return [
         cards.VerdictGroup(f"group-{key}", *groups[key], items=claims)
@@ -263,34 +247,25 @@ def _groups(
 
 def _item(row: VerdictRow, scenes: Scenes, footage: Footage) -> cards.VerdictItem:
     """Return a claim: its verdicts open the worst scenes, and it unfolds quote and reasons."""
-    claim = row.claim
-    cells = []
+    claim, cells, sheets = row.claim, [], []
+    facts = {head: text for head, name in FACTS.items() if (text := str(getattr(claim, name)))}
+    is_difference = claim.test.startswith(("order", "no-worse"))
     for setting in SETTINGS:
-        verdict, worst = row.verdicts[setting], scenes[claim.name, setting][:1]
-        compared = claim.test.startswith(("order", "no-worse"))
+        verdict, scene_rows = row.verdicts[setting], scenes[claim.name, setting]
         effect = effect_text(claim, verdict)
-        remarks = [*row.notes[setting], *([claim.note] if claim.note else [])]
-        if verdict.verdict == "inconclusive" or "too small" in verdict.reason:
-            remarks.insert(0, verdict.reason)
-        cells.append(
-            cards.VerdictCell(
-                verdict.verdict,
-                TONES.get(verdict.verdict, "none"),
-                f"difference {effect}" if compared and effect != MISSING else effect,
-                "; ".join(dict.fromkeys(remarks)),
-                footage.place(worst[0].runs[0]) if worst else None,
-            )
+        effect = f"difference {effect}" if is_difference and effect != MISSING else effect
+        facts[setting.replace("-", " ")] = f"{verdict.verdict}: {effect}; {verdict.reason}"
+        cell = cards.VerdictCell(
+            verdict.verdict,
+            TONES.get(verdict.verdict, "none"),
+            effect,
+            "; ".join(row.remarks(setting)),
+            footage.place(scene_rows[0].runs[0]) if scene_rows else None,
         )
-    facts = {name: text for name in FACTS if (text := str(getattr(claim, name)))}
-    facts |= {name: f"{v.verdict}: {v.effect}. {v.reason}." for name, v in row.verdicts.items()}
-    sheets = [
-        _scenes(row, setting, scene_rows, footage)
-        for setting in SETTINGS
-        if (scene_rows := scenes[claim.name, setting])
-    ]
+        cells.append(cell)
+        sheets += [_scenes(row, setting, scene_rows, footage)] if scene_rows else []
     quote = f"“{claim.quote}” ({claim.source})"
     title = f"{claim.short[:1].upper()}{claim.short[1:]}"
-    facts = {"claim": claim.name, **facts}
     key = f"claim-{claim.name}"
     return cards.VerdictItem(key, title, claim.paper, cells, quote, facts, sheets)
 

@@ -48,11 +48,10 @@ def _row(name: str, output: Path) -> PaperRow:
             f"{path}: the report cannot be read ({error!r}). Reproduce its paper again."
         ) from error
     took = f"{seconds:.0f} s" if seconds < 60 else f"{seconds / 60:.0f} min"
-    if document["claims"]:
-        note = f"Made by `{command}` ({took})"
-        return PaperRow(description.title, address, description.finding, counts, note)
-    note = f"Quick report without verdicts: `{command}` ({took})"
-    return PaperRow(description.title, address, description.method, [], note)
+    finding, origin = description.finding, "Made by"
+    if not document["claims"]:
+        finding, counts, origin = description.method, [], "Quick report without verdicts:"
+    return PaperRow(description.title, address, finding, counts, f"{origin} `{command}` ({took})")
 
 
 def _counts(document: Mapping[str, Any], setting: str) -> list[VerdictCount]:

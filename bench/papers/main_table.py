@@ -1,6 +1,6 @@
 """Tables of a paper: main table, sensitivity, settings, and criteria of the scenes."""
 
-from statistics import median
+from dataclasses import asdict
 
 import pandas as pd
 
@@ -95,32 +95,24 @@ def criteria_table(paper: str) -> Table:
         values = read_values(paper)
     except FileNotFoundError:
         return text_table("criteria", "This paper has no criteria of scenes.", heads, [], 2)
-    rows, skipped = [], []
+    rows, table_of_values = [], pd.DataFrame(map(asdict, values))
     for criterion in declared:
-        criterion_values = [
-            r for r in values if (r.sequence, r.name) == (criterion.sequence, criterion.name)
-        ]
-        met = (
-            f"{sum(row.passes for row in criterion_values)} of {len(criterion_values)}"
-            if criterion.target
-            else "printed"
-        )
+        of_sequence = table_of_values[table_of_values["sequence"] == criterion.sequence]
+        measured = of_sequence[of_sequence["name"] == criterion.name]
+        met = f"{measured['passes'].sum()} of {len(measured)}" if criterion.target else "printed"
         name = f"{criterion.name} *" if criterion.with_result_in_view else criterion.name
-        middle = f"{median(row.value for row in criterion_values):.3g}" if criterion_values else ""
-        sequence = criterion.sequence.partition("/")[2]
+        middle = f"{measured['value'].median():.3g}" if len(measured) else ""
         target = criterion.target.replace("<=", "≤").replace(">=", "≥")
+        sequence = criterion.sequence.partition("/")[2]
         rows.append([sequence, name, middle, target, met, criterion.sentence])
-    for sequence in dict.fromkeys(row.sequence for row in values):
-        failed = sorted({r.scene for r in values if r.sequence == sequence and not r.passes})
-        if failed:
-            numbers = ", ".join(map(str, failed))
-            name = sequence.partition("/")[2]
-            skipped.append(
-                f"Scenes of sequence {name} that miss a criterion and are not used: {numbers}."
-            )
-    caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
-    table = text_table("criteria", caption, heads, rows, 2)
     in_view = any(criterion.with_result_in_view for criterion in declared)
-    table.notes.extend(["* The criterion uses a result of the paper."] if in_view else [])
-    table.notes.extend(skipped)
-    return table
+    notes = ["* The criterion uses a result of the paper."] if in_view else []
+    failed = table_of_values[~table_of_values["passes"]]
+    for member, scenes in failed.groupby("sequence", sort=False)["scene"]:
+        numbers = ", ".join(map(str, sorted(set(scenes))))
+        name = str(member).partition("/")[2]
+        notes.append(
+            f"Scenes of sequence {name} that miss a criterion and are not used: {numbers}."
+        )
+    caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
+    return text_table("criteria", caption, heads, rows, 2, notes)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from trackmark.bench.claims.row_verdicts import SETTINGS, count_verdicts, verdict_table
+from trackmark.bench.claims.row_verdicts import verdict_table
 from trackmark.bench.papers.reproduction import Report
 from trackmark.reports.files import write_file
 from trackmark.reports.renderers import to_markdown
@@ -12,7 +12,7 @@ RULES = (
     "The unit is the scene, and intervals are 95 % confidence intervals. A claim on a share of "
     "scenes holds if its interval lies above 1/2, because the paper shows one run. A claim on a "
     "difference holds if its interval lies above 0. Numbers that were measured on the paper's "
-    "videos are not testable. See [verdicts on claims](../verdicts.md)."
+    "videos are not testable."
 )
 VIDEOS = (
     "The paper's videos are not available. Synthetic scenes, drawn from the paper's descriptions, "
@@ -36,10 +36,9 @@ def page(report: Report, folder: Path) -> str:
     parts += [VIDEOS, "## 1 The paper's numbers and ours", *map(markdown, report.main)]
     parts += ["## 2 Figures", _figures(report, folder)]
     if report.verdicts:
-        rows = report.verdicts
-        counts = "; ".join(f"{setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS)
-        parts += ["## 3 Verdicts", RULES, f"{len(rows)} claims. {counts}."]
-        parts.append(markdown(verdict_table(rows)))
+        counts = f"{len(report.verdicts)} claims. {'; '.join(report.counts)}."
+        rules = f"{RULES} See [verdicts on claims](../verdicts.md)."
+        parts += ["## 3 Verdicts", rules, counts, markdown(verdict_table(report.verdicts))]
     parts += ["## 4 What differs and why", notes.get("What differs and why", "")]
     parts += ["## 5 The scenes", markdown(report.criteria)]
     parts += ["## 6 Settings", markdown(report.settings)]

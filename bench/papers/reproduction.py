@@ -6,7 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from trackmark.bench.claims.claims_file import read_claims
-from trackmark.bench.claims.row_verdicts import VerdictRow, verdict_table
+from trackmark.bench.claims.row_verdicts import (
+    SETTINGS,
+    VerdictRow,
+    count_verdicts,
+    verdict_table,
+)
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError
 from trackmark.bench.papers import FOLDER, Effort, check_paper_name
 from trackmark.bench.papers.description import Description, read_description, read_sensitivity
@@ -42,6 +47,12 @@ class Report:
     def description(self) -> Description:
         """Description of the paper."""
         return self.context.description
+
+    @property
+    def counts(self) -> list[str]:
+        """Numbers of verdicts by setting: `as-written: 4 hold`; empty for a quick report."""
+        counts = [f"{name}: {count_verdicts(self.verdicts, name)}" for name in SETTINGS]
+        return counts if self.verdicts else []
 
     @property
     def tables(self) -> list[Table]:

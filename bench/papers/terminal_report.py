@@ -3,7 +3,7 @@
 import textwrap
 from pathlib import Path
 
-from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, count_verdicts
+from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow
 from trackmark.bench.papers.reproduction import Report
 from trackmark.reports.printable import width
 from trackmark.reports.renderers import terminal_lines
@@ -23,18 +23,14 @@ def screen_lines(
     `folder`: folder of the report. `verbose`: with the verdicts on all claims. `quiet`: only the
     counts of verdicts, or the title if there are no verdicts.
     """
-    title = report.description.title
-    heads = textwrap.wrap(title, width())
-    heads += [f"{name}: {count_verdicts(report.verdicts, name)}" for name in SETTINGS][
-        : 2 * bool(report.verdicts)
-    ]
+    heads = [*textwrap.wrap(report.description.title, width()), *report.counts]
     if quiet:
         return heads
     finding = textwrap.wrap(report.description.finding, width())
     lines = [*heads, *finding] if report.verdicts else heads
     for table in report.main:
         lines += ["", *terminal_lines(table)]
-    failing = [row for row in report.verdicts if _fails(row)]
+    failing = [row for row in report.verdicts if "does not hold" in _verdicts(row)]
     listed = report.verdicts if verbose else failing[:_MAX_CLAIMS]
     if listed:
         heading = "claim" if verbose else f"Does not hold ({len(failing)})"
@@ -45,12 +41,8 @@ def screen_lines(
     return [*lines, "", f"Report  {folder / 'report.html'}"]
 
 
-def _fails(row: VerdictRow) -> bool:
-    return any(verdict.verdict == "does not hold" for verdict in row.verdicts.values())
-
-
 def _verdicts(row: VerdictRow) -> list[str]:
-    return [row.verdicts[name].verdict if name in row.verdicts else "" for name in SETTINGS]
+    return [row.verdicts[name].verdict for name in SETTINGS]
 
 
 def _row(name: str, words: str, *verdicts: str) -> str:

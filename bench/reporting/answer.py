@@ -65,9 +65,8 @@ def answer(
     `left_out`: trackers without a score, as all of their runs failed. With fewer than `MIN_UNITS`
     units no tracker is called better.
     """
-    excluded = (f"{_names(left_out)} left out: all runs failed.",) if left_out else ()
     if not trackers:
-        return Answer("There is no answer: all runs failed.", excluded)
+        return Answer("There is no answer: all runs failed.")
     ranked = sorted(trackers, key=lambda entry: -entry.mean if measured.higher else entry.mean)
     first = next((entry for entry in ranked if entry.name == main), ranked[0])
     others = [entry for entry in ranked if entry is not first]
@@ -76,7 +75,9 @@ def answer(
     details = [*_runner_up(first, others, measured, digits), *_wins(ranked, measured)]
     if measured.n_units < MIN_UNITS:
         details.append(_limit(measured))
-    return Answer(heading, (*details, *excluded))
+    if left_out:
+        details.append(f"{_names(left_out)} left out: all runs failed.")
+    return Answer(heading, tuple(details))
 
 
 def _heading(

@@ -118,7 +118,7 @@ def order(
     elif decision.label == "worse":
         reason = "interval below 0"
     elif decision.label == "equivalent":
-        reason = f"too small to matter (±{margin:g})"
+        reason = f"interval inside ±{margin:g}: too small to matter"
     else:
         verdict, reason = "inconclusive", decision.reason
     return Verdict(

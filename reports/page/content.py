@@ -97,9 +97,9 @@ class PageSection:
     """Section of a page.
 
     `blocks`: cards (see `reports.page.cards`), charts and tables that the page shows. `words`,
-    `sheets`, `charts` and `command`: content of its export for papers. `scenes`: True to list the
-    sequences after the words. `span`: width in twelfths of the page. `nav`: name in the navigation.
-    `hidden`: True if the section is only exported.
+    `sheets` and `charts`: content of its export for papers. `scenes`: True to list the sequences
+    after the words. `span`: width in twelfths of the page. `nav`: name in the navigation. `hidden`:
+    True if the section is only exported.
     """
 
     key: str
@@ -107,7 +107,6 @@ class PageSection:
     words: Sequence[str] = ()
     sheets: Sequence[PageTable] = ()
     charts: Sequence[Chart] = ()
-    command: str = ""
     scenes: bool = False
     blocks: Sequence[object] = ()
     caption: str = ""
@@ -176,11 +175,6 @@ class Page:
         """Sections in the navigation: those with a short name, or all if no section has one."""
         visible = [section for section in self.sections if not section.hidden]
         return [section for section in visible if section.nav] or visible
-
-    def first_with(self, command: str) -> PageSection | None:
-        """Return the first section with a command, to which later sections link."""
-        sections = (section for section in self.sections if section.command == command)
-        return next(sections, None) if command else None
 
     def address(self, place: PlayerPosition) -> str:
         """Return the address of a position in the player, as part of a link."""

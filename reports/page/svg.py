@@ -118,8 +118,7 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
         label = _time(tick) if chart.logarithmic else f"{tick:g}"
         if chart.kind == "dots":
             yield Markup('<path class="grid" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
-        anchor = "end" if position > right - 12 else "middle"
-        yield text.format(position, bottom + 17, anchor, label)
+        yield text.format(position, bottom + 17, "middle", label)
     name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
     yield text.format((left + right) / 2, height - 4, "middle", one_line(name))
     if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
@@ -131,7 +130,7 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
 
 def _time(milliseconds: float) -> str:
     """Return a time with the unit in which it is short."""
-    for factor, unit in ((1e3, "µs"), (1, "ms"), (1e-3, "s")):
+    for factor, unit in ((1e6, "ns"), (1e3, "µs"), (1, "ms"), (1e-3, "s")):
         if 0.99 <= milliseconds * factor < 999 or unit == "s":
             return f"{milliseconds * factor:g} {unit}"
     return f"{milliseconds:g} ms"

@@ -42,7 +42,7 @@ def test_golden_chart():
         '<text x="42.0" y="127.0" text-anchor="middle">0</text><text x="62.0" y="127.0" '
         'text-anchor="middle">0.2</text><text x="82.0" y="127.0" text-anchor="middle">0.4</text>'
         '<text x="102.0" y="127.0" text-anchor="middle">0.6</text><text x="122.0" y="127.0" '
-        'text-anchor="middle">0.8</text><text x="142.0" y="127.0" text-anchor="end">1</text>'
+        'text-anchor="middle">0.8</text><text x="142.0" y="127.0" text-anchor="middle">1</text>'
         '<text x="92.0" y="144.0" text-anchor="middle">x</text><path class="curve c0" data-k="0" '
         'stroke-dasharray="" d="M42.0,110.0L142.0,60.0"/>LABEL</svg>'
     ).replace("LABEL", re.search("<text class=.*?</text>", chart_svg(chart, PAGE, 148, 156))[0])

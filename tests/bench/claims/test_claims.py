@@ -134,7 +134,7 @@ def test_no_worse_holds_only_if_the_reference_is_kept():
     assert judge(equal, evidence).verdict == no_worse(np.zeros(36), 0.1).verdict == "holds"
     floor = replace(evidence, reference_kept=0.4)
     assert judge(equal, floor).verdict == "inconclusive"
-    assert "floor: the reference keeps the target in 40 %" in notes(floor)
+    assert "the reference keeps the target in 40 % of the scenes" in notes(floor)
 
 
 def test_no_worse_both_ways_fails_if_either_is_worse():

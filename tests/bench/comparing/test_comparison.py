@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from trackmark.bench.comparing.comparable_runs import (
@@ -50,6 +51,20 @@ def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     first = comparison.standings[0]
     assert first.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
     assert (first.milliseconds, first.timed) == (pytest.approx(2.0), False)
+
+
+def test_compare_takes_times_of_one_kind_for_all_trackers(make_runs):
+    runs = make_runs({"a": around(HARDNESS[:2]), "b": around(HARDNESS[:2], seed=1)})
+    timed = runs.drop_duplicates(["tracker", "sequence"]).assign(
+        protocol="timing", cpu_seconds_median=0.001
+    )
+
+    def times(timings):
+        standings = compare(pd.concat([runs, timings]), OVERLAP).standings
+        return [(round(entry.milliseconds, 3), entry.timed) for entry in standings]
+
+    assert times(timed) == [(1.0, True)] * 2
+    assert times(timed.iloc[:-1]) == [(2.0, False)] * 2
 
 
 def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):

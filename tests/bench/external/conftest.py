@@ -1,5 +1,6 @@
 """Interpreters without trackmark, a clock for trackers that hang, and the end of processes."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -39,11 +40,16 @@ def environment(tmp_path_factory):
 def other_python():
     """Return an interpreter of another version with NumPy and without trackmark."""
     pattern = "bin/python3.*[0-9]"
-    folders = [*Path.home().glob(f".pyenv/versions/*/{pattern}"), *Path("/usr").glob(pattern)]
+    named = [Path(path) for path in [os.environ.get("OTHER_PYTHON")] if path]
+    folders = [
+        *named,
+        *Path.home().glob(f".pyenv/versions/*/{pattern}"),
+        *Path("/usr").glob(pattern),
+    ]
     for python in folders:
         if _version(python) not in ("", str(sys.version_info[:3])):
             return python
-    pytest.skip("no Python of another version with NumPy; install NumPy in one of them")
+    pytest.skip("no Python of another version has NumPy; name one: OTHER_PYTHON=/path/to/python")
 
 
 def _version(python):

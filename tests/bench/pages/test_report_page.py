@@ -19,6 +19,7 @@ from tests.bench.pages.reading import (
     write_experiment_page,
 )
 from trackmark import bench
+from trackmark.bench.comparing.tables import milliseconds_text
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
@@ -72,6 +73,7 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
         interval = f"{row['mean']:.3f} [{row['low']:.3f}, {row['high']:.3f}]"
         assert [cell["text"] for cell in cells[:2]] == [tracker, interval]
     check_cards(page, tables)
+    check_terminal(lines.stdout, page, tables)
 
 
 def check_cards(page, tables):
@@ -92,9 +94,9 @@ def check_cards(page, tables):
     for row, wanted in zip(heat[1:], tables["heat"], strict=False):
         assert row[0]["text"] == wanted["sequence"]
         assert [float(cell["value"]) for cell in row[1:]] == [wanted[name] for name in trackers]
-    assert [float(cell["value"]) for cell in heat[-1][1:]] == pytest.approx(
-        [means[name]["mean"] for name in trackers]
-    )
+    assert [float(cell["value"]) for cell in heat[-1][1:]] == [
+        means[name]["mean"] for name in trackers
+    ]
     cells = re.findall(r'<td class="(\w*)" data-column="(.*?)" data-value="(.*?)">', page)
     rows = re.findall(r'id="pairs".*', page, re.S)[0].partition("</table>")[0]
     first = re.findall(r"</svg> (.*?)</th>\s*(?=<td)", rows)
@@ -109,6 +111,28 @@ def check_cards(page, tables):
         assert answer == (
             opposite.get(pair["answer"], pair["answer"]) if turned else pair["answer"]
         )
+
+
+def check_terminal(output, page, tables):
+    """Check answer, overlaps and times of the terminal against the page and the tables.
+
+    Each tracker has one time: in leaderboard, terminal, summary and comparison.
+    """
+    (heading,) = re.findall("<h1>(.*?)</h1>", page)
+    assert " ".join(output.split()).startswith(heading)
+    by_measure = {(row["tracker"], row["measure"]): row["mean"] for row in tables["summary"]}
+    board = dict(re.findall(r'data-k="(\d+)".*?<i>time </i>(.*?)</span>', page, re.S))
+    labels = data_of(page)["labels"]
+    assert {labels[int(k)] for k in board} == {row["tracker"] for row in tables["comparison"]}
+    for row in tables["comparison"]:
+        name = row["tracker"]
+        time = milliseconds_text(by_measure[name, "milliseconds"])
+        assert milliseconds_text(row["milliseconds"]) == time
+        assert board[str(labels.index(name))] == f"~{time}"
+        rows = output.partition("\n\n")[2].splitlines()
+        line = next(line for line in rows if line.startswith(f"{name} "))
+        assert f" {by_measure[name, 'mean_overlap']:.2f} " in line
+        assert line.endswith(time)
 
 
 def as_in_json(value, text):

@@ -33,7 +33,7 @@ def shifted(n, mean, spread=1.0):
     [
         (shifted(20, 0.10), "holds", "interval above 0"),
         (shifted(20, -0.10), "does not hold", "interval below 0"),
-        (shifted(40, 0.004), "does not hold", "too small to matter (±0.02)"),
+        (shifted(40, 0.004), "does not hold", "interval inside ±0.02: too small to matter"),
         (shifted(20, 0.002), "inconclusive", "inside ±0.02, but only 20 of 30 scenes"),
         (shifted(20, 0.03, 5), "inconclusive", "interval contains 0; about 130 scenes needed"),
         (shifted(8, 0.10), "inconclusive", "only 8 of 12 scenes"),
