@@ -79,6 +79,8 @@ class LineProcess:
         Variables in addition to those of this process.
     folder : Path, optional
         Working directory; by default that of this process.
+    pass_fds : sequence of int
+        Descriptors that the process inherits.
     stack_signal : signal.Signals, optional
         Signal at which the process writes its stack to stderr; sent if it exceeds a time limit.
 
@@ -94,6 +96,7 @@ class LineProcess:
         *,
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
+        pass_fds: Sequence[int] = (),
         stack_signal: signal.Signals | None = None,
     ) -> None:
         self.command, self._stack_signal = shlex.join(command), stack_signal
@@ -106,6 +109,7 @@ class LineProcess:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 bufsize=0,
+                pass_fds=pass_fds,
             )
         except (OSError, ValueError) as error:  # ValueError: a null character
             raise ExternalTrackerError(

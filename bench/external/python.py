@@ -41,11 +41,13 @@ class PythonClass:
     start_seconds: float
     frame_seconds: float
 
-    @property
-    def command(self) -> list[str]:
-        """Command that starts the worker; a crash prints the stack of Python."""
+    def command(self, frames: int) -> list[str]:
+        """Return the command that starts the worker; a crash prints the stack of Python.
+
+        `frames`: descriptor of the file with the image of each request.
+        """
         options = ["-X", "faulthandler", "-u"]
-        arguments = [str(WORKER), str(self.file), self.class_name]
+        arguments = [str(WORKER), str(frames), str(self.file), self.class_name]
         return [self.python, *options, *filter(None, arguments)]
 
 
@@ -53,15 +55,16 @@ class _Session:
     """Worker process, and the file through which it receives frames."""
 
     def __init__(self, tracker: PythonClass) -> None:
+        # The file has no name, so that nothing is left if this process is killed.
+        self._frames = tempfile.TemporaryFile(**frame_file_options(), buffering=0)  # noqa: SIM115
+        weakref.finalize(self, self._frames.close)
+        frames = self._frames.fileno()
         self._process = LineProcess(
-            tracker.command,
+            tracker.command(frames),
             environment=dict(tracker.environment),
+            pass_fds=[frames],
             stack_signal=signal.SIGUSR1,
         )
-        self._frames = tempfile.NamedTemporaryFile(  # noqa: SIM115  # used until the session ends
-            **frame_file_options(), buffering=0
-        )
-        self.file = self._frames.name
         self.is_usable = True  # False while an answer is pending
         self.description = self.ask(tracker.start_seconds, "describe")
 
@@ -86,7 +89,7 @@ class _Session:
         """Return the answer to a request with an image."""
         # Writing reports a full disk as an error; through a memory map, it would be a signal.
         if os.pwrite(self._frames.fileno(), np.ascontiguousarray(image).data, 0) != image.nbytes:
-            raise ExternalTrackerError(f"{self.file}: the frame cannot be written: no space left.")
+            raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
         return self.ask(seconds, operation, shape=image.shape, **arguments)
 
     def close(self) -> None:
@@ -133,7 +136,6 @@ class PythonPlugin(ExternalPlugin):
             **random_arguments(_takes_seed, seed),
             entropy=seed.entropy,
             spawn_key=seed.spawn_key,
-            frames=self._session.file,
         )
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:

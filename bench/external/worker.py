@@ -1,19 +1,19 @@
 """Run one tracker class of a file in this interpreter, for a harness in another interpreter.
 
-Usage: python worker.py FILE [CLASS]. Needs Python 3.6 or newer and NumPy, but not trackmark. Each
-request on stdin and each answer on stdout is one line of JSON; output of the tracker goes to
+Usage: python worker.py FRAMES FILE [CLASS]. Needs Python 3.6 or newer and NumPy, but not trackmark.
+Each request on stdin and each answer on stdout is one line of JSON; output of the tracker goes to
 stderr. After an exception, the answer is `error`, the traceback is on stderr, and the process ends.
 
 | request `op` and arguments | answer |
 |---|---|
 | describe | class, doc, parameters, randomness, libraries, methods, ... |
-| create: parameters, seed, entropy, spawn_key, frames | |
+| create: parameters, seed, entropy, spawn_key | |
 | watch: shape | wall, cpu |
 | init: shape, box, mask | wall, cpu |
 | update: shape | wall, cpu, box and other fields of an estimate |
 | finish | wall, cpu, revised |
 
-`frames` is a file that contains the image of each request: BGR bytes of the shape `shape`.
+FRAMES is the descriptor of a file with the image of each request: BGR bytes of the shape `shape`.
 A mask is a list: height, width, and its packed bits in base64. `wall` and `cpu` are the times of
 the tracker's method [s]; `cpu` counts all threads.
 """
@@ -26,9 +26,11 @@ import json
 import math
 import os
 import random
+import select
 import signal
 import sys
 import sysconfig
+import threading
 import time
 import traceback
 from typing import Any, Iterable
@@ -228,9 +230,9 @@ def read_image(file: Any, shape: Any) -> Any:
     return image
 
 
-def respond(requests: Iterable[str], kind: Any) -> Iterable[Any]:
+def respond(requests: Iterable[str], frames: Any, kind: Any) -> Iterable[Any]:
     """Yield the answer to each request."""
-    tracker = frames = None  # type: Any
+    tracker = None  # type: Any
     for line in requests:
         request = json.loads(line)
         operation = request["op"]
@@ -238,7 +240,6 @@ def respond(requests: Iterable[str], kind: Any) -> Iterable[Any]:
             yield describe(kind)
             continue
         if operation == "create":
-            frames = open(request["frames"], "rb", buffering=0)
             tracker = None  # releases the memory of the last one first
             tracker = create(kind, request)
             yield {}
@@ -260,10 +261,20 @@ def respond(requests: Iterable[str], kind: Any) -> Iterable[Any]:
         yield answer
 
 
+def end_with_harness(requests: int) -> None:
+    """End this process and its children when the harness has ended, also if the tracker hangs."""
+    poller = select.poll()
+    poller.register(requests, 0)  # reports only that the other end is closed
+    poller.poll()
+    os.killpg(os.getpgid(0), signal.SIGKILL)
+
+
 def main() -> None:
     """Answer the requests on stdin until it ends."""
     faulthandler.register(signal.SIGUSR1)  # writes the stack if the harness waits too long
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
+    threading.Thread(target=end_with_harness, args=(requests.fileno(),), daemon=True).start()
+    frames = os.fdopen(int(sys.argv[1]), "rb", buffering=0)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
 
@@ -272,8 +283,8 @@ def main() -> None:
         answers.flush()
 
     try:
-        kind = load(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else "")
-        for answer in respond(requests, kind):
+        kind = load(sys.argv[2], sys.argv[3] if len(sys.argv) > 3 else "")
+        for answer in respond(requests, frames, kind):
             write(answer)
     except SystemExit:
         raise

@@ -3,7 +3,9 @@
 import ast
 import os
 import re
+import subprocess
 import sys
+import time
 from contextlib import closing
 from pathlib import Path
 
@@ -116,6 +118,26 @@ def test_worker_process_contains_failures(environment, noise, tmp_path):
     harmful = {"raise", "exit", "signal"}
     assert failed == [(mode, mode in harmful) for mode in modes]
     assert content(runs[0]) == content(bench.evaluate_run(texts[0], noise))
+
+
+def test_hung_worker_ends_with_its_harness(environment, clock_of_hangs, tmp_path, otb):
+    """A killed harness cannot end its workers."""
+    otb(tmp_path / "Noise", 8)
+    text = f"{FILE}:python={environment}:mode=hang"
+    code = f"from trackmark import bench; bench.evaluate_run({text!r}, {str(tmp_path / 'Noise')!r})"
+    harness = subprocess.Popen([sys.executable, "-c", code])
+    wait_until((tmp_path / "hangs").exists)
+    assert len(living_workers()) == 1
+    harness.kill()
+    harness.wait()
+    wait_until(lambda: not living_workers())
+
+
+def wait_until(condition):
+    until = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.05)
 
 
 def test_times_are_those_of_the_worker(environment, tmp_path, noise):
