@@ -21,6 +21,7 @@ from trackmark.bench.reporting.tables import (
     PRESET,
     SUMMARY,
     TIMES,
+    clock_notes,
     mean_table,
     not_repeatable,
     summary_of,
@@ -197,7 +198,8 @@ def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
         fastest = str(warm.idxmin())
         verb = "is the fastest" if len(warm) > 1 else "was timed"
         head = f"{fastest} {verb}: {milliseconds_text(1e3 * warm.min())} per frame."
-    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table)]
+    table_lines = [*terminal_lines(table), *map(one_line, clock_notes(runs))]
+    return [*lines, *([""] if lines else []), head, "", *table_lines]
 
 
 def _number(value: float, form: str, unit: str = "") -> str:

@@ -130,6 +130,8 @@ class LineProcess:
         Raises `ExternalTrackerError` if the process has ended, or does not read all bytes within a
         number of seconds.
         """
+        if self.closed:  # its descriptor can belong to another file by now
+            raise ExternalTrackerError(f"{self.command}: the process has ended.")
         unsent, limit = memoryview(data), monotonic() + seconds
         while True:
             try:

@@ -193,13 +193,12 @@ def load_plugin(tracker: PythonClass) -> tuple[type[PythonPlugin], dict[str, str
             f"{tracker.file}: the randomness is {description['randomness']!r}. Expected one of: "
             f"{', '.join(Randomness)}."
         ) from None
-    attributes = {key: description[key] for key in ("name", "paper", "presets")} | {
+    keys = ("name", "paper", "presets", "default_preset")
+    attributes = {key: description[key] for key in keys if key in description} | {
         "__doc__": description["doc"],
         "Parameters": create_parameters(description["parameters"]),
         "randomness": randomness,
         "tracker": tracker,
         **{name: getattr(PythonPlugin, f"_{name}") for name in description["methods"]},
     }
-    if description["default_preset"]:
-        attributes["default_preset"] = description["default_preset"]
     return type(description["class"], (PythonPlugin,), attributes), description["libraries"]

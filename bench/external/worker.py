@@ -23,6 +23,7 @@ import faulthandler
 import importlib.util
 import inspect
 import json
+import math
 import os
 import random
 import signal
@@ -81,7 +82,13 @@ def arguments_of(kind: Any) -> Any:
 
 def describe(kind: Any) -> Any:
     """Return the description of a tracker class."""
+    name = getattr(kind, "name", "")  # it can be a property
+    description = {"class": kind.__name__, "doc": kind.__doc__ or ""}  # type: Any
+    description["name"] = name if isinstance(name, str) else ""
     if is_plugin(kind):
+        for key in ("paper", "presets", "default_preset"):
+            if hasattr(kind, key):
+                description[key] = getattr(kind, key)
         fields = kind.Parameters.model_fields
         defaults = {
             key: field.get_default(call_default_factory=True) for key, field in fields.items()
@@ -103,23 +110,16 @@ def describe(kind: Any) -> Any:
                 defaults[argument.name] = float(argument.default)
         drawn = any(name in arguments_of(kind) for name in RANDOM)
         randomness = getattr(kind, "randomness", "generator" if drawn else "none")
-    simple = (bool, int, float, str)
-    return {
-        "class": kind.__name__,
-        "doc": kind.__doc__ or "",
-        "name": getattr(kind, "name", ""),
-        "paper": getattr(kind, "paper", ""),
-        "parameters": {
-            key: value
-            for key, value in defaults.items()
-            if type(value) in simple and value == value and not key.startswith("_")
-        },
-        "presets": getattr(kind, "presets", {}),
-        "default_preset": getattr(kind, "default_preset", ""),
-        "randomness": getattr(randomness, "value", randomness),
-        "libraries": libraries(),
-        "methods": [name for name in ("watch", "finish") if callable(getattr(kind, name, None))],
+    description["parameters"] = {
+        key: value
+        for key, value in defaults.items()
+        if type(value) in (bool, int, str) or (type(value) is float and math.isfinite(value))
+        if not key.startswith("_")
     }
+    description["randomness"] = getattr(randomness, "value", randomness)
+    description["libraries"] = libraries()
+    description["methods"] = [m for m in ("watch", "finish") if callable(getattr(kind, m, None))]
+    return description
 
 
 def libraries() -> Any:

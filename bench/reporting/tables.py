@@ -121,7 +121,7 @@ def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
     masks = f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them"
     result += _table_of("segmentation", segmenting, SEGMENTATION, masks)
-    clocks = _clock_notes(runs)
+    clocks = clock_notes(runs)
     notes = [*not_repeatable(runs).values(), *clocks]
     result = [replace(table, notes=[*table.notes, *notes]) for table in result]
     times = (
@@ -163,7 +163,7 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def _clock_notes(runs: pd.DataFrame) -> list[str]:
+def clock_notes(runs: pd.DataFrame) -> list[str]:
     """Return a note per tracker that is not timed by its CPU time."""
     pairs = runs.reindex(columns=["tracker", "clock"]).astype(str).drop_duplicates()
     pairs = pairs[~pairs["clock"].isin(("", "nan"))]

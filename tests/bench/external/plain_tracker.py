@@ -12,7 +12,9 @@ import numpy as np
 class Drift:
     """Move the box by the mean of the image and by a random step."""
 
-    def __init__(self, step=0.5, mode="calm", seed=0):
+    name = property(lambda self: "not the tracker's name")
+
+    def __init__(self, step=0.5, mode="calm", most=np.inf, options=(), seed=0):
         self.step, self.mode = step, mode
         self.random = np.random.RandomState(seed)
         self.frames = 0

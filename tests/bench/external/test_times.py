@@ -3,7 +3,9 @@
 import numpy as np
 
 from trackmark import bench
+from trackmark.bench.comparing.run_summary import summarise_times
 from trackmark.bench.reporting.tables import tables
+from trackmark.bench.store.results import Results
 
 CLOCKED = '''
 from trackmark.bench.external.plugin import ExternalPlugin
@@ -47,4 +49,8 @@ def test_reported_times_replace_measured_times(tmp_path, otb, run_trial):
     notes = {table.name: table.notes for folder in folders for table in tables(folder)}
     assert notes
     assert all("times of clocked: wall time with transfer" in lines for lines in notes.values())
+    assert (
+        summarise_times(folders[1], Results(folders[1]).list_keys())[-1]
+        == "times of clocked: wall time with transfer"
+    )
     assert np.isfinite(runs["update_seconds"]).all()

@@ -195,6 +195,8 @@ def failure(tracker, frame):
         tracker.update(image(number))
     with pytest.raises(ExternalTrackerError) as raised:
         tracker.update(image(frame))
+    with pytest.raises(ExternalTrackerError, match="the process has ended"):
+        tracker.update(image(frame))
     tracker.close()
     assert_ended(tracker)
     return str(raised.value)

@@ -82,11 +82,15 @@ def test_failure_of_a_tracker_ends_the_session_with_its_reason(tmp_path):
     assert "of a library" in str(raised.value)
 
 
-def test_unknown_tracker_is_invalid_usage():
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [("camshft", "Did you mean 'camshift'?"), ("static:init=full", "Omit init.")],
+)
+def test_invalid_tracker_is_invalid_usage(name, problem):
     with pytest.raises(ExternalTrackerError) as raised:
-        start("camshft")
+        start(name)
     assert "ended with status 2" in str(raised.value)
-    assert "Did you mean 'camshift'?" in str(raised.value)
+    assert problem in str(raised.value)
 
 
 class Recording:
