@@ -21,6 +21,10 @@ TRUTH = "truth"
 
 BACKGROUND = 16  # grey level around images
 
+DEFAULT_WIDTH = 1680  # of a film strip [px]
+MAX_COLUMNS = 5  # of a film strip
+_GAP = 4  # between the frames of a film strip [px]
+
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # coordinates in cv2 are multiples of 2**-4 px
 _DASH = 4.0
@@ -74,23 +78,20 @@ def overlay(
 def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDArray[np.uint8]:
     """Return a dark image of this width with all labels and their colours, in several lines."""
     line_height, margin, key = 24, 10, 26
-    rows: list[list[tuple[int, str]]] = [[]]
-    x = margin
+    places: list[tuple[int, int, str]] = []
+    x, y = margin, 3 + line_height // 2
     for label in labels:
         needed = key + 8 + cv2.getTextSize(_replace_surrogates(label), _FONT, 0.5, 1)[0][0] + 22
-        if x + needed > width and rows[-1]:
-            rows.append([])
-            x = margin
-        rows[-1].append((x, label))
+        if margin < x > width - needed:
+            x, y = margin, y + line_height
+        places.append((x, y, label))
         x += needed
-    band = np.full((line_height * len(rows) + 6, width, 3), BACKGROUND, np.uint8)
-    for number, row in enumerate(rows):
-        y = 3 + line_height * number + line_height // 2
-        for x, label in row:
-            shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
-            ends = np.array([[x, y], [x + key, y]], np.float64)
-            _draw(band, [ends], shade, 2, dashed=label == TRUTH)
-            write_words(band, label, (x + key + 8, y + 5))
+    band = np.full((y + line_height // 2 + 3, width, 3), BACKGROUND, np.uint8)
+    for x, y, label in places:
+        shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
+        ends = np.array([[x, y], [x + key, y]], np.float64)
+        _draw(band, [ends], shade, 2, dashed=label == TRUTH)
+        write_words(band, label, (x + key + 8, y + 5))
     return band
 
 
@@ -165,13 +166,6 @@ def _draw(
             cv2.line(image, first, last, shade, thickness, cv2.LINE_AA, _SHIFT)
 
 
-FrameShapes: TypeAlias = NDArray[np.float64] | Mapping[int, NDArray[np.float64]]
-
-DEFAULT_WIDTH = 1680
-MAX_COLUMNS = 5
-_GAP = 4
-
-
 def evenly_spaced(first: int, last: int, count: int) -> list[int]:
     """Return at most `count` frame numbers from `first` to `last`, including both."""
     count = min(count, last - first + 1)
@@ -181,7 +175,7 @@ def evenly_spaced(first: int, last: int, count: int) -> list[int]:
 def film_strip(
     image_of: Callable[[int], NDArray[np.uint8]],
     numbers: Sequence[int],
-    boxes: Mapping[str, FrameShapes],
+    boxes: Mapping[str, NDArray[np.float64] | Mapping[int, NDArray[np.float64]]],
     title: str = "",
     columns: int = MAX_COLUMNS,
     width: int = DEFAULT_WIDTH,
@@ -212,12 +206,11 @@ def film_strip(
         scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
         frame_boxes = {label: rows[number] for label, rows in boxes.items()}
         text = f"{number + count_from} {words.get(number, '')}".strip()
-        lines = lines_of(number)
-        tile = overlay(image, frame_boxes, shades, scale, "" if ruler else text, shape, lines)
+        tile = overlay(image, frame_boxes, shades, scale, "", shape, lines_of(number))
         tiles.append(tile)
         if ruler:
             draw_ruler(tile, scale)
-            write_words(tile, text, (14, 36))  # below the numbers along the edge
+        write_words(tile, text, (14, 36) if ruler else (5, 17))  # below the numbers of the ruler
     height, wide = tiles[0].shape[:2]
     head, n_rows = 28 if title else 0, -(-len(tiles) // columns)
     size = head + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP
@@ -233,11 +226,5 @@ def film_strip(
 
 def write_film_strip(path: Path, strip: NDArray[np.uint8]) -> Path:
     """Write a strip as PNG; for errors see `write_file`."""
-
-    def write(file: Path) -> None:
-        encoded, data = cv2.imencode(".png", strip)
-        if not encoded:
-            raise OSError("OpenCV cannot encode the film strip as PNG")
-        file.write_bytes(data.tobytes())
-
-    return write_file(path, write)
+    content = cv2.imencode(".png", strip)[1].tobytes()
+    return write_file(path, lambda file: file.write_bytes(content))

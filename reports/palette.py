@@ -37,13 +37,7 @@ def colours(labels: Sequence[str]) -> dict[str, str]:
     return {label: colour(position) for position, label in enumerate(labels)}
 
 
-def rgb(hexadecimal: str) -> tuple[int, int, int]:
-    """Return red, green and blue, from 0 to 255, of `#rrggbb`."""
-    red, green, blue = bytes.fromhex(hexadecimal.lstrip("#"))
-    return red, green, blue
-
-
 def to_bgr(hexadecimal: str) -> tuple[int, int, int]:
     """Return blue, green and red, from 0 to 255, of `#rrggbb`, in the order of images."""
-    red, green, blue = rgb(hexadecimal)
+    red, green, blue = bytes.fromhex(hexadecimal.lstrip("#"))
     return blue, green, red

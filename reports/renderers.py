@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate, groupby
-from math import ceil, isfinite
+from math import ceil, inf
 
 from trackmark.reports.printable import one_line, width, wrap
 from trackmark.reports.tables import MISSING, Cell, Table, text_columns
@@ -75,22 +75,14 @@ def to_csv(table: Table) -> str:
     leading apostrophe. A text with apostrophes before such a character gets one more, so that
     removing one restores the text. Numbers are unchanged.
     """
-    return (
-        table.data.rename(columns=_to_csv_value)
-        .map(_to_csv_value)
-        .to_csv(index=False, lineterminator="\n")
-    )
+    data = table.data.rename(columns=_to_csv_value).map(_to_csv_value)
+    return data.to_csv(index=False, lineterminator="\n")
 
 
 def to_json(table: Table) -> str:
     """Render the data of a table on one line of JSON: unrounded values, missing values null."""
-    rows = [
-        {
-            key: None if isinstance(value, float) and not isfinite(value) else value
-            for key, value in row.items()
-        }
-        for row in table.data.to_dict("records")
-    ]
+    data = table.data.astype(object)
+    rows = data.where(data.notna() & ~data.isin([inf, -inf]), None).to_dict("records")
     content = {"table": table.name, "caption": table.caption, "notes": table.notes, "rows": rows}
     return json.dumps(content)
 

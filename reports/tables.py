@@ -100,14 +100,10 @@ def complete(runs: pd.DataFrame) -> pd.DataFrame:
     Means of trackers over different sequences are not comparable.
     """
     pairs = runs[["tracker", "sequence"]].drop_duplicates().astype(str)
-    present = set(pairs.itertuples(index=False, name=None))
-    not_run = [
-        {"tracker": tracker, "sequence": sequence, "repetition": 0, "status": NOT_RUN}
-        for tracker in pairs["tracker"].unique()
-        for sequence in pairs["sequence"].unique()
-        if (tracker, sequence) not in present
-    ]
-    return pd.concat([runs, pd.DataFrame(not_run)], ignore_index=True) if not_run else runs
+    every = pd.MultiIndex.from_product([pairs[name].unique() for name in pairs], names=[*pairs])
+    absent = every[~every.isin(pd.MultiIndex.from_frame(pairs))].to_frame(index=False)
+    not_run = absent.assign(repetition=0, status=NOT_RUN)
+    return pd.concat([runs, not_run], ignore_index=True) if len(not_run) else runs
 
 
 class Uncertainty(NamedTuple):
@@ -264,34 +260,27 @@ def _entries(
     score by the first measure.
     """
     levels = list(mean.index.names)
-    counts = counted(runs, measures[0].name)
-    statuses = runs.assign(status=runs["status"].astype(object).mask(counts))
-    groups = statuses.groupby(levels, **_GROUPS)["status"]
-    sizes, reasons = groups.size(), groups.agg(_missing_reason)
+    sizes = runs.groupby(levels, **_GROUPS).size()
+    others = runs[~counted(runs, measures[0].name)].groupby(levels, **_GROUPS)["status"]
+    statuses = {labels: [*map(str, group)] for labels, group in others}
     means, spreads, totals = (values.to_dict("index") for values in (mean, spread, out_of))
     entries = {}
     for key in mean.index:
-        labels = tuple(map(str, key if isinstance(key, tuple) else [key]))
-        fixed = {"runs": int(sizes[key]), "missing": reasons[key]}
-        entries[labels] = [
-            _Entry(**fixed)
-            if fixed["missing"]
-            else _Entry(
-                means[key].get(measure.name, math.nan),
-                spreads[key].get(measure.name, math.nan),
+        labels = key if isinstance(key, tuple) else (key,)
+        kinds = statuses.get(labels, [])
+        reason = f"{len(kinds)} of {sizes[key]} {' or '.join(dict.fromkeys(kinds))}"
+        empty = _Entry(runs=int(sizes[key]), missing=reason if kinds else "")
+        entries[tuple(map(str, labels))] = [
+            empty
+            if kinds
+            else empty._replace(
+                mean=means[key].get(measure.name, math.nan),
+                standard_deviation=spreads[key].get(measure.name, math.nan),
                 out_of=totals[key].get(measure.out_of, math.nan),
-                **fixed,
             )
             for measure in measures
         ]
     return entries
-
-
-def _missing_reason(statuses: "pd.Series[str]") -> str:
-    """Return the reason of a missing mean: `2 of 5 stale`; statuses of counted runs are NaN."""
-    others = statuses.dropna()
-    kinds = " or ".join(others.unique())
-    return f"{len(others)} of {len(statuses)} {kinds}" if len(others) else ""
 
 
 def _add_uncertainty(

@@ -62,15 +62,11 @@ def list_written_files(paths: Collection[Path], first: str = "report.html") -> l
     parts += [f"{_count(number, 'picture')} ({kind})" for kind, number in pictures.items()]
     frames = [path for path in paths if path.suffix == ".js"]
     parts += [f"{_count(len(frames), 'file')} of frames"] if frames else []
-    parts += [
-        path.name
-        for path in paths
-        if path not in (opened, *frames)
-        and not (path.stem in tables or path.suffix in _FIGURE_SUFFIXES)
-    ]
+    counted = {path for path in paths if path.stem in tables or path.suffix in _FIGURE_SUFFIXES}
+    parts += [path.name for path in paths if path not in {opened, *frames, *counted}]
     where = "Beside it" if opened else next(iter(paths)).parent
-    lines = [str(opened)] if opened else []
-    return [*lines, *([f"{where}: {', '.join(parts)}."] if parts else [])]
+    others = [f"{where}: {', '.join(parts)}."] if parts else []
+    return [str(opened), *others] if opened else others
 
 
 def _count(count: int, thing: str) -> str:

@@ -1,10 +1,8 @@
 """Cache of the sequences that were opened last, so that scores of many runs open each one once."""
 
-import os
 from collections import OrderedDict
 from pathlib import Path
 from threading import Lock
-from typing import TypeAlias
 from weakref import WeakValueDictionary
 
 from trackmark import datasets
@@ -14,13 +12,10 @@ from trackmark.datasets.catalogue import is_built_in
 MAX_OPEN = 64
 """Maximum number of sequences in the cache."""
 
-Stamp: TypeAlias = tuple[tuple[str, int], ...]
-"""Files and folders of a sequence with their modification times [ns]."""
-
 evaluated_sequences: WeakValueDictionary[str, Sequence] = WeakValueDictionary()
 """Sequences of runs that were made in this process, by fingerprint."""
 
-_opened: OrderedDict[tuple[str, ...], tuple[Sequence, Stamp]] = OrderedDict()
+_opened: OrderedDict[tuple[str, ...], tuple[Sequence, dict[str, int]]] = OrderedDict()
 _lock = Lock()
 
 
@@ -51,24 +46,22 @@ def load_sequence(name_or_path: str | Path, truth: str | Path | None = None) -> 
     """
     key = (type(name_or_path).__name__, str(name_or_path), str(truth or ""), str(Path.cwd()))
     with _lock:
-        if key in _opened:
-            sequence, stamp = _opened[key]
-            if stamp == _stamp([file for file, _ in stamp]):
-                _opened.move_to_end(key)
-                return sequence
+        if key in _opened and _opened[key][1] == {file: _time(file) for file in _opened[key][1]}:
+            _opened.move_to_end(key)
+            return _opened[key][0]
         sequence = datasets.load(name_or_path, truth)
         files = [str(name_or_path), str(truth or ""), sequence.truth_source]
-        built_in = isinstance(name_or_path, str) and is_built_in(name_or_path)
-        _opened[key] = sequence, _stamp([] if built_in else files)
+        if isinstance(name_or_path, str) and is_built_in(name_or_path):
+            files = []
+        _opened[key] = sequence, {file: _time(file) for file in files}
         if len(_opened) > MAX_OPEN:
             _opened.popitem(last=False)
         return sequence
 
 
-def _stamp(files: list[str]) -> Stamp:
-    """Return the modification times of files and folders; -1 for those that do not exist."""
-    paths = [(file, os.path.expanduser(file)) for file in files]  # noqa: PTH111  # any text
-    return tuple(
-        (file, os.stat(path).st_mtime_ns if os.path.exists(path) else -1)  # noqa: PTH110, PTH116
-        for file, path in paths
-    )
+def _time(file: str) -> int:
+    """Return the modification time of a file or folder [ns]; -1 if there is none."""
+    try:
+        return Path(file).expanduser().stat().st_mtime_ns
+    except (OSError, ValueError, RuntimeError):  # the text is no path
+        return -1

@@ -181,7 +181,6 @@ class Fold:
     sheets: Sequence[PageTable] = ()
     commands: Sequence[str] = ()
     terms: Mapping[str, str] | None = None
-    open: bool = False
 
 
 @dataclass(frozen=True)

@@ -187,13 +187,9 @@ class Page:
         query |= {"start": place.start} if place.start else {}
         query |= {"trace": "revised"} if place.revised else {}
         query |= {"show": ".".join(map(str, place.show))} if place.show else {}
-        return "#" + urlencode(query, errors="replace")
+        return f"#{urlencode(query, errors='replace')}"
 
     def opening(self, scene: PlayerScene, frame: int | None = None, **options: str) -> str:
-        """Return the address of a sequence, by default at its first frame with ground truth.
-
-        `options`: further parts of the address.
-        """
-        frame = scene.first if frame is None else frame
-        query = {"sequence": scene.name, "frame": frame, **options}
-        return "#" + urlencode(query, errors="replace")
+        """Return the address of a sequence, by default at its first frame with ground truth."""
+        query = {"sequence": scene.name, "frame": scene.first if frame is None else frame}
+        return f"#{urlencode(query | options, errors='replace')}"

@@ -417,11 +417,9 @@ addEventListener("keydown", (event) => {
   }
   if (target === byId("frame")) {
     if (!/^(Enter|Escape)$/.test(event.key)) return;
+    event.preventDefault();  // Escape leaves the field and keeps the player open
     if (event.key === "Enter") move(target.value || frame);
-    else {
-      event.preventDefault();  // Escape leaves the field and keeps the player open
-      target.value = frame;
-    }
+    else target.value = frame;
     target.blur();
     cameFrom?.focus();
     cameFrom = null;

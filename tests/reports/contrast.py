@@ -3,6 +3,11 @@
 import numpy as np
 
 
+def rgb(hexadecimal):
+    """Return red, green and blue, from 0 to 255, of `#rrggbb`."""
+    return tuple(bytes.fromhex(hexadecimal.lstrip("#")))
+
+
 def linear(colour):
     """Convert red, green and blue from 0 to 255 to linear light in [0, 1]."""
     parts = np.asarray(colour) / 255

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tests.reports.contrast import contrast
+from tests.reports.contrast import contrast, rgb
 from trackmark.reports.page import page as pages
 from trackmark.reports.page.content import (
     Chart,
@@ -24,7 +24,6 @@ from trackmark.reports.page.content import (
 )
 from trackmark.reports.page.film import ABSENT, encode_film, pack_boxes, quantise
 from trackmark.reports.page.page import write_page
-from trackmark.reports.palette import rgb
 from trackmark.reports.tables import Cell, Table
 
 BOXES = arrays(

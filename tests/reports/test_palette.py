@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.reports.contrast import contrast, linear
+from tests.reports.contrast import contrast, linear, rgb
 from trackmark.reports import page
 from trackmark.reports.figures import line_style
 from trackmark.reports.overlay import BACKGROUND
-from trackmark.reports.palette import DARK, LIGHT, colour, rgb
+from trackmark.reports.palette import DARK, LIGHT, colour
 
 GROUNDS = {"light": ("#f6f7f9", "#ffffff"), "dark": ("#101316", "#181c21")}  # pages and cards
 SHADES = {"light": LIGHT, "dark": DARK}

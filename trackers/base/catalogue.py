@@ -27,7 +27,7 @@ from trackmark.trackers.base.parameters import (
     closest_match,
     unknown_name_error,
 )
-from trackmark.trackers.base.plain import is_plain, to_plugin
+from trackmark.trackers.base.plain import missing_methods, to_plugin
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -379,7 +379,9 @@ def _only_tracker(module: ModuleType, file: Path) -> str:
         if isinstance(value, type) and value.__module__ == module.__name__
     }
     trackers = {key: value for key, value in defined.items() if issubclass(value, TrackerPlugin)}
-    trackers = trackers or {key: value for key, value in defined.items() if is_plain(value)}
+    trackers = trackers or {
+        key: value for key, value in defined.items() if not missing_methods(value)
+    }
     classes = [key for key in trackers if not inspect.isabstract(trackers[key])] or list(trackers)
     exported = [key for key in classes if key in getattr(module, "__all__", classes)]
     if len(exported) == 1:

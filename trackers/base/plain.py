@@ -23,7 +23,7 @@ OPTIONAL_METHODS = ("watch", "finish", "maps")
 """Methods of `Watcher`, `Finisher` and `Mapper`, which are called if a tracker has them."""
 
 _RANDOM = ("seed", "rng")
-_SIMPLE = {kind.__name__: kind for kind in (bool, int, float, str)}
+_SIMPLE = (bool, int, float, str)
 _FIELDS = tuple(field.name for field in fields(Estimate))
 
 
@@ -40,7 +40,7 @@ class PlainTracker(TrackerPlugin):
         make = type(self).make
         self._tracker = make(**parameters.model_dump(), **random_arguments(make, seed))
         name = type(self).__name__
-        require_methods(self._tracker, name)
+        _check_methods(self._tracker, name)
         self._mask_argument = mask_argument(self._tracker.init, name)
         for method in OPTIONAL_METHODS:
             if callable(getattr(self._tracker, method, None)):
@@ -60,19 +60,12 @@ class PlainTracker(TrackerPlugin):
         return to_estimate(self._tracker.update(image))
 
 
-def is_plain(tracker: Any) -> bool:
-    """Return whether a class or an object has the methods of a tracker but is not a plugin."""
-    kind = tracker if isinstance(tracker, type) else type(tracker)
-    return not issubclass(kind, TrackerPlugin) and not missing_methods(tracker)
-
-
 def missing_methods(tracker: Any) -> list[str]:
     """Return the methods of a tracker that a class or an object lacks."""
     return [name for name in ("init", "update") if not callable(getattr(tracker, name, None))]
 
 
-def require_methods(tracker: Any, name: str) -> None:
-    """Raise `TrackerError` if the class or object `tracker` lacks a method of a tracker."""
+def _check_methods(tracker: Any, name: str) -> None:
     if missing := missing_methods(tracker):
         raise TrackerError(
             f"tracker {name!r}: it lacks {', '.join(missing)}. Expected: a class with the methods "
@@ -107,18 +100,17 @@ def to_plugin(make: Callable[..., Any], name: str = "") -> type[PlainTracker]:
     own_name = getattr(make, "__name__", "tracker")
     name = name or own_name
     if isinstance(make, type):
-        require_methods(make, name)
+        _check_methods(make, name)
         mask_argument(partial(make.init, None), name)  # type: ignore[attr-defined]
-    for argument in _signature(make).values():
+    arguments = _signature(make)
+    for argument in arguments.values():
         variable = argument.kind in (argument.VAR_POSITIONAL, argument.VAR_KEYWORD)
-        required = argument.default is argument.empty and not variable
-        if required and argument.name not in _RANDOM:
+        if argument.default is argument.empty and not variable and argument.name not in _RANDOM:
             raise TrackerError(
                 f"tracker {name!r}: the argument {argument.name!r} has no default. Expected: "
                 "defaults for all arguments except seed and rng."
             )
-    takes_random = any(argument in _signature(make) for argument in _RANDOM)
-    default = Randomness.GENERATOR if takes_random else Randomness.NONE
+    default = Randomness.NONE if arguments.keys().isdisjoint(_RANDOM) else Randomness.GENERATOR
     declared: Any = getattr(make, "randomness", default)
     try:
         randomness = Randomness(declared)
@@ -156,13 +148,8 @@ def random_arguments(make: Callable[..., Any], seed: np.random.SeedSequence) -> 
 
     `seed` is an int in [0, 2³¹), which all libraries accept; `rng` is a generator.
     """
-    names = _signature(make)
-    arguments: dict[str, Any] = {}
-    if "seed" in names:
-        arguments["seed"] = int(seed.generate_state(1)[0]) >> 1
-    if "rng" in names:
-        arguments["rng"] = np.random.default_rng(seed)
-    return arguments
+    values = {"seed": int(seed.generate_state(1)[0]) >> 1, "rng": np.random.default_rng(seed)}
+    return {name: value for name, value in values.items() if name in _signature(make)}
 
 
 def mask_argument(init: Callable[..., Any], name: str) -> str:
@@ -195,6 +182,8 @@ def to_estimate(answer: Any) -> Estimate:
     """
     if isinstance(answer, Estimate):
         return answer
+    if hasattr(answer, "box"):
+        answer = {name: getattr(answer, name) for name in _FIELDS if hasattr(answer, name)}
     if isinstance(answer, Mapping):
         if "box" not in answer or not set(answer) <= set(_FIELDS):
             raise TrackerError(
@@ -202,9 +191,6 @@ def to_estimate(answer: Any) -> Estimate:
                 f"'box', and only fields of an Estimate ({', '.join(_FIELDS)})."
             )
         return Estimate(**{**answer, "box": _to_box(answer["box"])})
-    if hasattr(answer, "box"):
-        values = {name: getattr(answer, name) for name in _FIELDS if hasattr(answer, name)}
-        return Estimate(**values | {"box": _to_box(answer.box)})
     if isinstance(answer, tuple | list) and len(answer) == 2:
         return Estimate(_to_box(answer[0]), confidence=answer[1])
     return Estimate(_to_box(answer))
@@ -232,13 +218,10 @@ def _defaults(make: Callable[..., Any]) -> dict[str, Any]:
     """
     defaults = {}
     for name, argument in _signature(make).items():
-        value, annotation = argument.default, argument.annotation
-        annotation = _SIMPLE.get(annotation, annotation)  # text with `from __future__`
-        if type(value) is int and annotation is float:
+        value = argument.default
+        if type(value) is int and argument.annotation in (float, "float"):
             value = float(value)
-        simple = type(value) in _SIMPLE.values() and (
-            type(value) is not float or math.isfinite(value)
-        )
+        simple = type(value) in _SIMPLE and (type(value) is not float or math.isfinite(value))
         if simple and name not in _RANDOM and not name.startswith("_"):
             defaults[name] = value
     return defaults

@@ -132,9 +132,10 @@ def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
         assert "[####################] 3/3 runs, 2 failed, " in text
         return
     assert "\r" not in text
-    first, failed, *others, last = masked(text).splitlines()
+    first, *others, last = masked(text).splitlines()
     assert first == "HH:MM:SS start  two: 1 tracker, 1 sequence, 3 runs"
-    assert failed == "HH:MM:SS FAILED  a on cup, 0004.png: ValueError: empty"
+    # On a busy machine, a line of progress can come before the failure.
+    assert "HH:MM:SS FAILED  a on cup, 0004.png: ValueError: empty" in others
     assert "HH:MM:SS run  2/3  50%  1 failed  about N s left" in others
     assert last == "HH:MM:SS done  3/3 runs, 2 failed, N s, results/two"
 

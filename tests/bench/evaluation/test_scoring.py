@@ -36,7 +36,7 @@ def test_boxes_of_any_origin_are_scored():
 
 def test_unknown_preset_or_trace_is_refused(make_sequence):
     sequence = make_sequence()
-    with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\? Expected: .*native"):
+    with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\?"):
         bench.score(sequence.boxes, sequence, "otbx")
     with pytest.raises(ValueError, match="unknown trace"):
         bench.score(bench.evaluate_run("static", sequence), sequence, trace="later")
