@@ -109,6 +109,7 @@ def test_box_is_formatted_exactly():
         assert parse_region(format_region(formats, BOX), SHAPE)[0].tolist() == BOX.tolist()
     box, _ = parse_region(format_region(["polygon"], BOX), SHAPE)
     assert box == pytest.approx(BOX, abs=1e-14)  # opposite corners are sums
+    assert format_region(["rectangle", "mask"], BOX, np.eye(3, dtype=bool)).startswith("mask:0,0,3")
     box, mask = parse_region(format_region(["mask"], np.array([5.2, 6.4, 8.6, 0.2])), SHAPE)
     assert box.tolist() == [5, 6, 9, 1]
     assert mask.sum() == 9

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from trackmark import bench, datasets
+from trackmark.bench.engine import pool as pool_module
 from trackmark.bench.engine.dask import with_absolute_paths
 from trackmark.bench.engine.pool import Pool
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
@@ -203,8 +204,15 @@ def test_invalid_specification_is_explained(folder, text):
     assert INVALID[text] in str(raised.value)
 
 
-def test_worker_process_contains_failures(folder):
+def test_worker_process_contains_failures(folder, monkeypatch):
     """Failures cost their own runs; neither a process nor a file for frames remains."""
+    ended = []
+
+    def delete(pid):
+        ended.append(pid)
+        delete_frame_files(pid)
+
+    monkeypatch.setattr(pool_module, "delete_frame_files", delete)
     modes = ["", "exit", "hang"]
     texts = [specification(f"as=mine-{n}", f"4 {mode}") for n, mode in enumerate(modes)]
     specs = resolve_trackers(texts)
@@ -227,13 +235,8 @@ def test_worker_process_contains_failures(folder):
         if mode:
             assert f"plain.py 4 {mode}: the process " in run.failure
             assert run.failure.startswith("0004.png: ")
-    processes = {outcome.process for _, outcome in outcomes}
-    assert processes
-    assert not [file for pid in processes for file in frame_files(pid)]
-
-
-def frame_files(pid):
-    return list(Path("/dev/shm").glob(f"trackmark-frames-{pid}-*"))
+    assert len(ended) >= 2
+    assert not [file for pid in ended for file in Path("/dev/shm").glob(f"trackmark-*-{pid}-*")]
 
 
 def test_frame_files_of_a_killed_process_are_deleted(folder):
@@ -243,16 +246,23 @@ def test_frame_files_of_a_killed_process_are_deleted(folder):
     assert not file.exists()
 
 
-def test_failed_start_in_a_worker_is_an_error_of_the_sequence(folder):
-    code = "import os, sys\nif os.path.exists('used'): sys.exit('no licence left')\n"
-    (folder / "once.py").write_text(f"{code}open('used', 'w').close()\n{PLAIN.read_text()}")
-    text = f"trax:command={sys.executable} once.py 4:as=mine"
+@pytest.mark.parametrize("licences", [1, 2])
+def test_failed_start_in_a_worker_is_an_error_of_the_sequence(folder, licences):
+    """The process starts once for the plan and once for the run."""
+    code = f"import os, sys\nif len(os.listdir('used')) == {licences}: sys.exit('no licence')\n"
+    (folder / "used").mkdir()
+    file = folder / "licensed.py"
+    file.write_text(f"{code}open(f'used/{{os.getpid()}}', 'w').close()\n{PLAIN.read_text()}")
+    text = f"trax:command={sys.executable} licensed.py 4:as=mine"
     version = run_identity(resolve_trackers([text])[text], datasets.load("Noise"), 0).version
     unit = Unit(SequenceSource("Noise"), (Entry(text, 0, version),), "accuracy", 6, owner=text)
     with closing(Pool(Limits())) as pool:
-        ((_, error),) = pool.perform([unit])
-    assert "Noise: " in str(error)
-    assert "ended with status 1. The end of its output:\nno licence left" in str(error)
+        ((_, outcome),) = pool.perform([unit])
+    if licences == 2:
+        assert not outcome.runs[0].failure
+        return
+    assert "Noise: " in str(outcome)
+    assert "ended with status 1. The end of its output:\nno licence" in str(outcome)
 
 
 def test_command_can_end_with_a_file(folder):
