@@ -85,7 +85,7 @@ def test_curve_plot():
     text = html(CurvePlot({"One": chart, "Two": chart}))
     assert '<button type="button" aria-pressed="true" data-plot="plot-0">One</button>' in text
     assert '<div id="plot-1" class="plot"><figure class="chart" id="f" data-x="overlap"' in text
-    assert '<figcaption>c</figcaption><svg viewBox="0 0 440 330"' in text
+    assert '<figcaption>c</figcaption><svg viewBox="0 0 440 270"' in text
     assert '<li class="at">At overlap 0.9:</li><li>* a <b data-k="0">25 %</b></li>' in text
 
 
