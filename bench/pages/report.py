@@ -255,10 +255,11 @@ class _Content:
             else "All runs finished."
         ]
         if self.protocols:
+            others = ", ".join(sorted(self.protocols))
             words.append(
-                f"The player also shows runs with {', '.join(sorted(self.protocols))}: the protocol "
-                "is after the tracker's name. Frames that are not scored have no curve; a "
-                "triangle marks a restart. Charts show one-pass runs."
+                f"The player also shows runs with other protocols ({others}): the protocol "
+                "is after the tracker's name. Frames that are not scored have no curve; a triangle "
+                "marks a restart. Charts show one-pass runs."
             )
         if self.timed.empty and len(self.scored):
             words.append("Not measured: times without other load (`trackmark run --timing`).")
