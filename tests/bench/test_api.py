@@ -155,7 +155,6 @@ def test_failed_run_warns_and_can_raise(line):
         (type("Half", (), {"init": Plain.init}), {}, TrackerError, "'Half': it lacks update"),
         ([], {}, TrackerError, "no tracker is given"),
         ("statik", {}, TrackerError, "Did you mean 'static'"),
-        (Plain, {"jobs": 2}, ValueError, r"Use trackmark\.run"),
         (Plain, {"repetitions": 0}, ValueError, "repetitions is 0"),
         (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
     ],
