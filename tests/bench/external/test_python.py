@@ -156,7 +156,7 @@ def test_plugin_runs_where_trackmark_is_installed(noise):
     assert content(external) == content(bench.evaluate_run("static", noise))
 
 
-def test_invalid_interpreter_or_import_is_an_error_before_any_run(environment, tmp_path):
+def test_invalid_interpreter_or_import_is_an_early_error(environment, tmp_path):
     file = tmp_path / "needy.py"
     file.write_text("import no_such_library\n")
     for python, error in {
