@@ -125,7 +125,7 @@ def describe(kind: Any) -> Any:
 
 
 def libraries() -> Any:
-    """Return the versions of Python and of imported top-level modules outside its library."""
+    """Return the versions of Python and of imported modules that do not belong to Python."""
     versions = {"python": "%d.%d.%d" % sys.version_info[:3]}
     standard = tuple(sysconfig.get_path(key) + os.sep for key in ("stdlib", "platstdlib"))
     for name, module in list(sys.modules.items()):
