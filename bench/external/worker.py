@@ -174,6 +174,8 @@ def estimate_fields(answer: Any) -> Any:
     """Return the value that `update` returned, with the fields of an object as a dict."""
     if hasattr(answer, "box"):
         answer = {key: getattr(answer, key) for key in FIELDS if hasattr(answer, key)}
+    elif hasattr(answer, "__array__"):
+        answer = {"box": answer}  # as a list, two rows would be a box and a confidence
     if isinstance(answer, dict):
         answer = {key: value for key, value in answer.items() if key != "arrays"}
         if answer.get("mask") is not None:
