@@ -1,4 +1,4 @@
-"""Names and numbers of sequences of published datasets, to check whether a copy is complete."""
+"""Names and counts of the sequences in published datasets, to check whether a copy is complete."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

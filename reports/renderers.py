@@ -360,7 +360,10 @@ def _shorten_reasons(row: list[Cell]) -> list[Cell]:
 
 
 def _without_columns(table: Table, left_out: list[int], *, grouped: bool) -> Table:
-    """Return the table without some columns; `grouped`: first labels get separate lines."""
+    """Return the table without some columns.
+
+    `grouped`: each first label becomes a line of its own, above the rows that have it.
+    """
     columns = [column for column in range(len(table.heads)) if column not in left_out]
     heads = [table.heads[column] for column in columns]
     rows = [[row[column] for column in columns] for row in table.rows]

@@ -280,7 +280,8 @@ def load_results(
     if selected not in stored:
         others = ", ".join(map(title, untimed)) or "none"
         raise ResultsError(
-            f"{experiments[0]}: no run is by the protocol {title(selected)}. Stored are: {others}."
+            f"{experiments[0]}: no run used the protocol {title(selected)}. "
+            f"Stored protocols: {others}."
         )
     return Results(_StoredRuns(store, selected), selected, metrics, folder=experiments[0])
 

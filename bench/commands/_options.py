@@ -153,7 +153,7 @@ def _presets(context: click.Context, parameter: click.Parameter, text: str) -> l
 
 
 def metrics_option(group: str = "Output") -> Any:
-    """Return the field of --metrics: canonical names of presets."""
+    """Return the dataclass field of the option --metrics: canonical names of presets."""
     return option(
         "Comma-separated metrics presets; see `trackmark list metrics`.",
         group=group,
@@ -165,7 +165,7 @@ def metrics_option(group: str = "Output") -> Any:
 
 
 def protocol_option() -> Any:
-    """Return the field of --protocol."""
+    """Return the dataclass field of the option --protocol."""
     return option(
         "Evaluation protocol; see `trackmark list protocols`.  [default: one-pass]",
         metavar="NAME[:PARAMETER=VALUE]…",
@@ -173,7 +173,7 @@ def protocol_option() -> Any:
 
 
 def trace_option() -> Any:
-    """Return the field of --trace."""
+    """Return the dataclass field of the option --trace."""
     return option(
         "Boxes as returned frame by frame, or as revised later.",
         default="online",
@@ -182,7 +182,7 @@ def trace_option() -> Any:
 
 
 def truth_option() -> Any:
-    """Return the field of --truth."""
+    """Return the dataclass field of the option --truth."""
     return option(
         "Ground truth of a recorded sequence without its own: CSV with frame,x,y,width,height.",
         type=EXISTING_FILE,

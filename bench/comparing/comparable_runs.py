@@ -84,16 +84,16 @@ def of_protocol(
 
     `runs`: as `bench.load_runs` returns them. `stored`: stored name of the protocol. Timing runs
     are kept. `first_loss` is NaN except for one-pass runs. The title names the protocol, but
-    one-pass evaluation only if runs by other protocols exist. Raises `ComparisonError` if no run is
-    by the protocol.
+    one-pass evaluation only if runs by other protocols exist. Raises `ComparisonError` if no run
+    used the protocol.
     """
     protocols = runs["protocol"].astype(str)
     others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]
     if stored not in protocols.unique():
-        remedy = f" Stored runs are by {', '.join(others)}. Select one with --protocol." * bool(
+        remedy = f" Stored runs used {', '.join(others)}. Select one with --protocol." * bool(
             others
         )
-        raise ComparisonError(f"no stored run is by the protocol {title(stored)}.{remedy}")
+        raise ComparisonError(f"no stored run used the protocol {title(stored)}.{remedy}")
     if others or stored != STORED_ONE_PASS:
         measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
     if stored == STORED_ONE_PASS:

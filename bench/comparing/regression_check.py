@@ -128,7 +128,7 @@ def check(
 
 
 def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
-    """Return the change per tracker and sequence, before a decision."""
+    """Return the scores before and now per tracker and sequence, without a decision."""
     rows = []
     for tracker, entries in before.items():
         for name, old in entries.items():

@@ -121,7 +121,7 @@ def _run_texts(run: Run, rows: ResultRows, format_name: str, folder: Path) -> Ma
         protocols = [(name, load_format(name).segment_protocols) for name in format_names()]
         expected = "; ".join(f"{name} ({texts})" for name, texts in protocols if texts)
         raise ExchangeError(
-            f"{format_name}: the format cannot represent runs by {key.protocol!r}. "
+            f"{format_name}: the format cannot represent runs with the protocol {key.protocol!r}. "
             f"Expected: {expected}."
         )
     return write_segments(folder, key.sequence, _split_segments(run, rows))

@@ -317,7 +317,10 @@ def _stored_protocol(
 
 
 def _with_whole_segments(run: Run, sequence: ResultSequence) -> Run:
-    """Extend segments from the first target to the end to whole sequences, as in stored runs."""
+    """Extend some segments to all frames of the sequence, as in stored runs.
+
+    These are the segments that start at the first frame with a target and end at the last frame.
+    """
     first = int(_present(sequence).argmax())
     n = len(sequence.boxes)
     segments, inserted, row = [], [], 0

@@ -141,7 +141,7 @@ class Experiment:
                 raise ExperimentError(f"{self.name}: repetitions: {number}. Give 1 or more.")
         if not self.trackers or not self.sequences:
             raise ExperimentError(
-                f"{self.name}: no tracker or no sequence is given. Give at least one of both."
+                f"{self.name}: no tracker or no sequence is given. Give at least one of each."
             )
         for texts in (self.trackers, [source.text for source in self.sequences]):
             ((text, number),) = Counter(texts).most_common(1)
@@ -154,7 +154,7 @@ class Experiment:
             raise ExperimentError(f"{self.name}: {error}") from None
         if self.arrays and (self.timing or not one_pass):
             raise ExperimentError(
-                f"{self.name}: arrays are only stored by the protocol one-pass without timing. "
+                f"{self.name}: arrays are stored only for one-pass runs without timing. "
                 "Omit arrays, or change the protocol."
             )
         if self.timing and not one_pass:

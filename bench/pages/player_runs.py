@@ -187,7 +187,10 @@ def _present(boxes: Array) -> NDArray[np.bool_]:
 
 
 class _RunPart(NamedTuple):
-    """Run over all frames, or a segment; `judged`: shape (n,), None for one-pass runs."""
+    """Run over all frames, or a segment of a run.
+
+    `judged`: which frames are scored, shape (n,); None for one-pass runs.
+    """
 
     run: Run
     judged: NDArray[np.bool_] | None = None

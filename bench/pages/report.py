@@ -152,7 +152,7 @@ class _Content:
     def _compare(self) -> tuple[Comparison | None, Answer]:
         """Return the comparison of the trackers, if there is one, and the answer."""
         if self.summary is None:
-            return None, Answer("", ("There is no comparison: no run is by one pass.",))
+            return None, Answer("", ("There is no comparison: there are no one-pass runs.",))
         try:
             (heading, details), comparison = answer_on(
                 self.all_runs,
@@ -255,9 +255,10 @@ class _Content:
             else "All runs finished."
         ]
         if self.protocols:
+            others = ", ".join(sorted(self.protocols))
             words.append(
-                f"The player shows runs by {', '.join(sorted(self.protocols))} with the protocol "
-                "after the tracker's name. Frames that are not judged have no curve; a triangle "
+                f"The player also shows runs with other protocols ({others}): the protocol "
+                "is after the tracker's name. Frames that are not scored have no curve; a triangle "
                 "marks a restart. Charts show one-pass runs."
             )
         if self.timed.empty and len(self.scored):

@@ -299,13 +299,11 @@ def _folds(report: Report) -> Iterator[Fold]:
     )
     about = [VIDEOS, report.description.method, *result]
     yield Fold("differences", "What differs and why", words=[*about, *differs])
-    yield Fold(
-        "criteria", "The scenes", "criteria, and values", sheets=[PageTable(report.criteria)]
-    )
-    yield Fold("settings", "Settings", "parameters", sheets=[PageTable(report.settings)])
+    yield Fold("scenes", "The scenes", "criteria, and values", sheets=[PageTable(report.criteria)])
+    yield Fold("parameters", "Settings", "parameters", sheets=[PageTable(report.settings)])
     if report.sensitivity:
         tables = [PageTable(report.sensitivity)]
-        yield Fold("sensitivity", "Sensitivity", "open choices, without verdicts", sheets=tables)
+        yield Fold("choices", "Sensitivity", "open choices, without verdicts", sheets=tables)
     command = effort.command(report.description.name)
     yield Fold("command", "How to run it", command, times, commands=[command])
     if history:

@@ -93,7 +93,7 @@ def _check_states(overlaps: NDArray[np.float64], states: NDArray[Any] | None) ->
     if states is None:
         if (overlaps <= 0.0).any():
             raise ValueError(
-                "vot-supervised: the tracker failed and was not restarted. Expected: runs by "
+                "vot-supervised: the tracker failed and was not restarted. Expected: runs with "
                 "--protocol supervised."
             )
         states = np.full(len(overlaps), FrameState.TRACKED)

@@ -42,7 +42,7 @@ def bins_of(setting: str) -> LuvBins:
 
 
 def _right_choices(context: Context, setting: str, *, two_coloured: bool) -> str:
-    """Return in how many scenes of a class of targets the choice is right, as text."""
+    """Return in how many scenes with such targets the representation is right, as text."""
     values: list[float] = []
     for number, design in DESIGNS.items():
         if design.two_coloured == two_coloured:

@@ -97,7 +97,7 @@ def bridges_short_occlusions(judged: JudgedRun) -> float:
 
 @measure("share")
 def count_falls_at_exit(judged: JudgedRun) -> float:
-    """Return 1 if fewer than b N samples are positive within ten frames after the target leaves."""
+    """Return 1 if `few_positive` is true within ten frames after the target leaves, else 0."""
     left = int(np.flatnonzero(judged.present)[-1]) + 1
     return float(few_positive(judged)[left : left + BRIDGE + 1].any())
 

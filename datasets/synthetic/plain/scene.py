@@ -72,7 +72,10 @@ class TargetMotion:
         self._exit_axis, self._exit_high = edge % 2, edge >= 2
 
     def _set_board(self) -> None:
-        """Set width and speed of the board; it occludes most when the centres coincide."""
+        """Set width and speed of the occluding board.
+
+        The board occludes most of the target in the frame in which their centres coincide.
+        """
         self.occlusion_frame = round(self.parameters.length / 3)
         self.board_width = self._board_middle = self._board_velocity = 0.0
         if self.parameters.occlusion == 0:

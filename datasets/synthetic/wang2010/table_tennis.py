@@ -161,7 +161,7 @@ class PaintSheet:
         self.lay(np.asarray(colour, np.float64) * light[..., None], cover)
 
     def lay(self, colour: Array, coverage: Array) -> None:
-        """Paint a colour with a coverage over the sheet."""
+        """Paint a colour over the sheet; `coverage`: its opacity in [0, 1]."""
         below = self._coverage * (1 - coverage)
         total = coverage + below
         mixed = colour * coverage[..., None] + self._colour * below[..., None]

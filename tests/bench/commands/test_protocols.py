@@ -76,7 +76,7 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     assert "mean overlap, protocol tre:starts=3:least=9, 2 scenes, 1 run each" in text
     stored = ("compare", "--results", "results/compared")
     message = trackmark(*stored, status=2).stderr
-    assert "no stored run is by the protocol one-pass. Stored runs are by tre:starts" in message
+    assert "no stored run used the protocol one-pass. Stored runs used tre:starts" in message
     trackmark(*command)
     data = json.loads(trackmark(*stored, "--json").stdout)
     means = {row["tracker"]: row["mean"] for row in data["trackers"]}
@@ -140,4 +140,4 @@ def test_supervised_runs_are_imported_with_equal_scores(trackmark, workspace, ot
     assert theirs == pytest.approx(ours, abs=1e-3, nan_ok=True)
     trackmark(*run, "--protocol", "sre")
     message = trackmark(*export, "--protocol", "sre", status=2).stderr
-    assert "vot: the format cannot represent runs by 'sre'" in message
+    assert "vot: the format cannot represent runs with the protocol 'sre'" in message

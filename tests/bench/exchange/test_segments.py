@@ -155,7 +155,7 @@ def test_format_without_segments_names_formats_with_them(kind, protocol, sequenc
     store_run(evaluate_run("static", sequence, protocol=protocol), sequence, tmp_path / "first")
     with pytest.raises(
         ExchangeError,
-        match=r"cannot represent runs by .*Expected: otb-json \(tre, sre.*; vot \(anchors\)",
+        match=r"cannot represent runs with .*Expected: otb-json \(tre, sre.*; vot \(anchors\)",
     ):
         export_results(tmp_path / "first", kind, tmp_path / "there", print, protocol=protocol)
 

@@ -101,3 +101,30 @@ def curves_of(text, chart):
         y = least + (bottom - points[:, 1]) / (bottom - top) * (most - least)
         curves[labels[int(number)]] = x, y, places.split()
     return curves
+
+
+def violations(opened, axe):
+    """Return the rules that a page violates, with the first element."""
+    opened.run(f"{axe}; 0")
+    entries = opened.run("axe.run(document).then((result) => result.violations)")
+    return [(entry["id"], entry["nodes"][0]["html"][:200]) for entry in entries]
+
+
+def check_accessibility(chromium, axe, paths, width, dark):
+    for path in paths:
+        chromium.console.clear()
+        chromium.size(width, 900, dark=dark, mobile=width < 400, still=True)
+        chromium.open(path.as_uri())
+        chromium.run(
+            "document.querySelectorAll('details.fold').forEach((one) => { one.open = true; })"
+        )
+        assert chromium.run("document.documentElement.scrollWidth") <= width, (path, width)
+        cut = (
+            "[...document.querySelectorAll('main :is(td, th)')].filter((cell) => {"
+            " const { right } = cell.getBoundingClientRect();"
+            " return right > innerWidth && !cell.closest('.wide'); }).length"
+        )
+        assert chromium.run(cut) == 0, (path, width)
+        broken_rules = violations(chromium, axe)
+        assert not broken_rules, (path, broken_rules)
+        assert chromium.console == []

@@ -10,7 +10,12 @@ import numpy as np
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import canonical_name, write_experiment_page
+from tests.bench.pages.reading import (
+    canonical_name,
+    check_accessibility,
+    violations,
+    write_experiment_page,
+)
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
@@ -77,32 +82,6 @@ def many(write_extreme):
     """Provide a page of 11 trackers, nine of them with long names, on 14 sequences."""
     named = [f"FILE:Failing:as={LONG}{n}" for n in range(9)]
     return write_extreme("many", ["static", "camshift", *named], 14)
-
-
-def violations(opened, axe):
-    """Return the rules that a page violates, with the first element."""
-    opened.run(f"{axe}; 0")
-    entries = opened.run("axe.run(document).then((result) => result.violations)")
-    return [(entry["id"], entry["nodes"][0]["html"][:200]) for entry in entries]
-
-
-def check_accessibility(chromium, axe, paths, width, dark):
-    for path in paths:
-        chromium.console.clear()
-        chromium.size(width, 900, dark=dark, mobile=width < 400, still=True)
-        chromium.open(path.as_uri())
-        chromium.run(
-            "document.querySelectorAll('details.fold').forEach((one) => { one.open = true; })"
-        )
-        assert chromium.run("document.documentElement.scrollWidth") <= width, path
-        cut = (
-            "[...document.querySelectorAll('main :is(td, th)')].filter((cell) => {"
-            " const { right } = cell.getBoundingClientRect();"
-            " return right > innerWidth && !cell.closest('.wide'); }).length"
-        )
-        assert chromium.run(cut) == 0
-        assert violations(chromium, axe) == []
-        assert chromium.console == []
 
 
 def test_page_is_accessible_and_has_no_sideways_scroll(chromium, extremes, page, axe):

@@ -48,7 +48,7 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
             stored = bench.run_experiment(experiment, folder, jobs=1)
         if protocol == "real-time:seconds=0.1":
             text = write_experiment_page(stored, folder / "first").read_text()
-            assert "There is no comparison: no run is by one pass." in text
+            assert "There is no comparison: there are no one-pass runs." in text
     return stored, write_experiment_page(stored, folder, preset_report(stored, ["native"]).tables)
 
 

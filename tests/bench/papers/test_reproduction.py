@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from tests import browser
+from tests.bench.pages.reading import check_accessibility
 from trackmark import datasets
 from trackmark.bench.claims.claim_tests import Evidence
 from trackmark.bench.papers import evidence_frames, figures, markdown_page
@@ -349,6 +350,19 @@ def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
     (tiny.results / "tiny" / "report.json").write_text('{"claims": [{}]}')
     with pytest.raises(ResultsError, match=r"report.json: the report cannot be read"):
         write_front_page(tiny.results)
+
+
+@browser.needs_browser
+def test_paper_page_and_front_page_are_accessible(page, tiny, report, axe, tmp_path):
+    text = json.dumps(report_data(report, 75.0))
+    (tiny.results / "tiny" / "report.json").write_text(text)
+    front = write_front_page(tiny.results)
+    opened = browser.Browser(tmp_path)
+    try:
+        for width, dark in ((1280, False), (390, True), (320, False)):
+            check_accessibility(opened, axe, (page, front), width, dark)
+    finally:
+        opened.close()
 
 
 @browser.needs_browser

@@ -151,7 +151,7 @@ class CardPose:
         return np.asarray(self._place + self._scale * points @ self._turn.T)
 
     def onto_card(self, anchor: Array, fine: int) -> Array:
-        """Return the affine map from image positions to the card's samples, shape (2, 3)."""
+        """Return the affine map from image positions to samples of a flat card, shape (2, 3)."""
         back = fine / self._scale * self._turn.T
         return np.column_stack([back, fine * anchor - back @ self._place - 0.5])
 

@@ -101,7 +101,10 @@ class Ring:
     half_width: float  # [metres]
 
     def corners(self, cut: tuple[float, float]) -> Array:
-        """Return the eight corners, from the left end of the front; `cut` is (x, z) [metres]."""
+        """Return the eight corners, from the left end of the front.
+
+        `cut`: extent of a cut-off corner to the side and along the car [metres].
+        """
         wide, narrow = self.half_width, self.half_width - cut[0]
         ahead, behind = self.ahead - cut[1], self.behind + cut[1]
         outline = [(-narrow, self.ahead), (narrow, self.ahead), (wide, ahead), (wide, behind),
