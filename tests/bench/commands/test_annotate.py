@@ -29,7 +29,8 @@ def test_annotate_writes_a_ground_truth_that_runs(trackmark, workspace):
     text = trackmark("annotate", source, *BOTH, "--output", "truth.csv").stdout
     assert "truth.csv" in text
     assert "interpolated" in (workspace / "truth.csv").read_text()
-    trackmark("run", "--trackers", "static", "--sequences", source, "--truth", "truth.csv")
+    run = ("run", "--trackers", "static", "--sequences", source, "--truth", "truth.csv")
+    assert "Ground truth: truth.csv." in trackmark(*run).stderr
     scores = bench.load_runs(workspace / "results").iloc[0]
     assert scores["centre_error"] == pytest.approx(statistics.mean([1, 2, 3, 4]))
     assert (workspace / "truth-check.png").is_file()

@@ -91,7 +91,9 @@ def test_slower_tracker_is_reported(trackmark, workspace, committed_baseline):
     assert trackmark("check", "own", *AGAINST).stdout.count("as fast") == 2
     slow_down(workspace / "knob.py")
     files = ("--markdown", "pull.md", "--junit", "check.xml")
-    printed = trackmark("check", "own", *AGAINST, *files, status=1).stdout
+    done = trackmark("check", "own", *AGAINST, *files, status=1)
+    assert "--accept" not in done.stderr  # it replaces scores, and these are unchanged
+    printed = done.stdout
     assert printed.startswith("FAIL  2 of 2 scores unchanged; 1 tracker slower")
     assert "mine" in next(line for line in printed.splitlines() if line.startswith("slower"))
     assert "identical  " in printed  # the boxes are
@@ -123,6 +125,7 @@ def test_old_trackers_come_from_the_revision(
     (workspace / "knob.py").write_text((workspace / "other.py").read_text())
     message = trackmark("check", "own", *AGAINST, status=2).stderr
     assert "HEAD has no knob.py" in message
+    assert "git add knob.py" in message
 
 
 def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, committed_baseline, monkeypatch):
