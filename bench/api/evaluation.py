@@ -29,7 +29,6 @@ def evaluate(
     repetitions: int = 1,
     protocol: str = ONE_PASS,
     metrics: str = "native",
-    jobs: int = 1,
     seed: int | None = None,
     raise_errors: bool = False,
 ) -> Results:
@@ -38,11 +37,11 @@ def evaluate(
     Parameters
     ----------
     trackers : str, type, callable, object, dict or list
-        Specification such as `camshift:window=adaptive` or `matcher.py`; a class with the
-        methods `init(image, box)` and `update(image)`; a function that creates such an object; such
-        an object; a dict of these by name; or a list of these. An object is used for all sequences,
-        by calls of `init`. A class or a function gets the arguments `seed` (an int) and `rng` (a
-        generator) if it has arguments with these names.
+        Specification such as `camshift:window=adaptive` or `matcher.py`, or a class with the
+        methods `init(image, box)` and `update(image)`. A function that creates such an object, and
+        an object itself, are also trackers. A dict gives trackers names; a list has several. An
+        object is used for all sequences, by calls of `init`. A class or a function gets the
+        arguments `seed` (an int) and `rng` (a generator) if it has arguments with these names.
     sequences : str, Path, Sequence or list
         Name, path, pattern with `*` and `?`, suite or folder of sequences; a Sequence; or a list of
         these.
@@ -52,8 +51,6 @@ def evaluate(
         Protocol, for example `supervised:skip=10`; see docs/protocols.md.
     metrics : str
         Default metrics of the results: one of `trackmark.metrics.names()`.
-    jobs : int
-        Number of processes; only 1 is possible. `trackmark.run` uses several processes.
     seed : int, optional
         Selects other random numbers for all runs. Such results cannot be saved.
     raise_errors : bool
@@ -72,11 +69,6 @@ def evaluate(
     TrackerError, SequenceError, ProtocolError, ValueError
         For invalid or unknown names or values, and for a sequence without ground truth.
     """
-    if jobs != 1:
-        raise ValueError(
-            f"jobs is {jobs}. Expected: 1, as evaluate uses this process only. Use trackmark.run "
-            "for several processes; it stores the runs in a folder."
-        )
     if repetitions < 1:
         raise ValueError(f"repetitions is {repetitions}. Expected: 1 or more.")
     canonical_name(metrics)

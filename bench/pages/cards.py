@@ -1,5 +1,6 @@
 """Cards of a report page, built from the runs, tables and frames of an experiment."""
 
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -107,28 +108,28 @@ def _still(
     )
 
 
-def _first_clips(stage: SequenceRuns, n_trackers: int) -> list[PageRun]:
-    """Return the first finished run of each tracker that a crowded picture shows."""
-    first: dict[int, PageRun] = {}
-    for clip in sorted(stage.clips, key=lambda clip: clip.take.repetition):
+def _worst_clips(stage: SequenceRuns, n_trackers: int) -> list[PageRun]:
+    """Return the worst finished run of each tracker that a crowded picture shows."""
+    worst: dict[int, PageRun] = {}
+    for clip in sorted(stage.clips, key=lambda clip: -clip.worst["overlap", "online"][0]):
         if not clip.take.failure and (n_trackers <= CROWDED or clip.take.tracker < TOP):
-            first.setdefault(clip.take.tracker, clip)
-    return [first[tracker] for tracker in sorted(first)]
+            worst.setdefault(clip.take.tracker, clip)
+    return [worst[tracker] for tracker in sorted(worst)]
 
 
 def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> Loops | None:
-    """Return the frame with the lowest mean overlap of each sequence, the lowest first."""
+    """Return for each sequence the worst frame of a tracker with the lowest mean overlap."""
     moments = []
     for number, (stage, scene) in enumerate(zip(runs.stages, filmed, strict=True)):
-        clips = _first_clips(stage, len(runs.trackers))
+        clips = _worst_clips(stage, len(runs.trackers))
         means = pd.DataFrame([clip.overlaps for clip in clips]).mean()
         if scene.thumbnails and means.notna().any():
-            frame = int(means.argmin())
-            moments.append((means[frame], means.mean(), number, frame, clips))
+            worst = min(clips, key=lambda clip: means[clip.worst["overlap", "online"][1]])
+            frame = worst.worst["overlap", "online"][1]
+            moments.append((means[frame], means.mean(), number, frame, clips, worst.take))
     loops = []
-    for *_, number, frame, clips in sorted(moments, key=itemgetter(0, 1, 2))[:_MAX_CARDS]:
+    for *_, number, frame, clips, take in sorted(moments, key=itemgetter(0, 1, 2))[:_MAX_CARDS]:
         scene = filmed[number]
-        worst = min(clips, key=lambda clip: np.nan_to_num(clip.overlaps[frame], nan=np.inf)).take
         chips = [
             (clip.take.tracker, runs.labels[clip.take.tracker], _two(clip.overlaps[frame]))
             for clip in clips
@@ -142,7 +143,7 @@ def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> Loops | No
                 min(scene.frames - 1, frame + _REACH),
                 _still(scene, frame, clips, runs.labels),
                 chips,
-                PlayerPosition(number, worst.tracker, worst.repetition, frame),
+                PlayerPosition(number, take.tracker, take.repetition, frame),
             )
         )
     return Loops(loops) if loops else None
@@ -219,37 +220,43 @@ def _pair_cell(
 
 def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, Failures] | None:
     """Return the title and the cards of the runs that stopped or lost the target."""
-    failed, n_runs = [], 0
+    failed, badness_of = [], defaultdict[int, list[float]](list)
     for number, stage in enumerate(runs.stages):
-        n_runs += len(stage.clips)
         for clip in stage.clips:
-            first = -clip.worst["loss", "online"][0]
-            if clip.take.failure:
-                failed.append((False, clip.end, number, clip))
-            elif first < len(stage.truth):
-                failed.append((True, int(first), number, clip))
+            badness, _ = clip.worst["overlap", "online"]
+            badness_of[clip.take.tracker].append(badness)
+            if clip.take.failure or -clip.worst["loss", "online"][0] < len(stage.truth):
+                failed.append((badness, number, clip))
     if not failed:
         return None
-    lost = sum(is_lost for is_lost, *_ in failed)
-    counts = {"stopped": len(failed) - lost, "lost the target": lost}
+    stopped = sum(bool(clip.take.failure) for *_, clip in failed)
+    counts = {"stopped": stopped, "lost the target": len(failed) - stopped}
     parts = " and ".join(f"{n} {verb}" for verb, n in counts.items() if n)
-    cards = dict[tuple[int, int], FailureCard]()
-    for is_lost, frame, number, clip in sorted(failed, key=itemgetter(0, 1, 2)):
-        take, name = clip.take, runs.stages[number].name
-        if (number, take.tracker) in cards or len(cards) == _MAX_CARDS:
-            continue
+    worst = dict[tuple[int, int], PageRun]()  # by tracker and sequence
+    for _, number, clip in sorted(failed, key=itemgetter(0), reverse=True):
+        worst.setdefault((clip.take.tracker, number), clip)
+    turns, order = Counter[int](), dict[tuple[int, int], tuple[int, float]]()
+    for tracker, number in worst:  # one run of each tracker first, that of the best tracker first
+        order[tracker, number] = turns[tracker], float(np.mean(badness_of[tracker]))
+        turns[tracker] += 1
+    cards = []
+    for tracker, number in sorted(order, key=order.__getitem__)[:_MAX_CARDS]:
+        clip = worst[tracker, number]
+        take, frame = clip.take, clip.worst["overlap", "online"][1]
         reason = take.failure.partition("\n")[0]
         reason = reason if len(reason) <= _MAX_REASON else f"{reason[:_MAX_REASON]}…"
-        cards[number, take.tracker] = FailureCard(
-            take.tracker,
-            runs.labels[take.tracker],
-            name,
-            f"lost at frame {frame}" if is_lost else f"stopped: {reason}",
+        card = FailureCard(
+            tracker,
+            runs.labels[tracker],
+            runs.stages[number].name,
+            f"stopped: {reason}" if take.failure else f"lost at frame {frame}",
             _still(filmed[number], frame, [clip], runs.labels),
-            PlayerPosition(number, take.tracker, take.repetition, frame),
+            PlayerPosition(number, tracker, take.repetition, frame),
         )
+        cards.append(card)
+    n_runs = sum(map(len, badness_of.values()))
     title = f"Failures: of {n_runs} run{'s' * (n_runs > 1)}, {parts}"
-    return title, Failures([*cards.values()])
+    return title, Failures(cards)
 
 
 def sequence_folds(

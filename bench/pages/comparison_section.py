@@ -47,6 +47,8 @@ def parts_section(
     sequences = [stage.name for stage in runs.stages]
     units = units_of(sequences)
     masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
+    shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
+    masks = {part: mask for part, mask in masks.items() if part[0] in shared}
     groups = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
     means = groups.mean().where(groups.count() == groups.size())
     rows, values, places = [], list[list[float]](), []

@@ -290,13 +290,11 @@ def _worst(
         boxes = run.boxes_in(trace)[judged]
         overlaps = np.nan_to_num(overlap(truth[judged], boxes))
         distance = np.nan_to_num(centre_error(truth[judged], boxes), nan=np.inf, posinf=np.inf)
-        # Among frames with equal overlap, such as 0, the one with the largest error is the worst.
-        by_overlap = int(np.lexsort((-distance, overlaps))[0])
-        by_error = int(np.argmax(distance))
         first = row["scores"].get(f"{REVISED}first_loss" if trace == "revised" else "first_loss")
         first = len(run.boxes) if first is None else int(first)
-        worst["overlap", trace] = -float(overlaps.mean()), int(judged[by_overlap])
-        worst["centre_error", trace] = float(distance.mean()), int(judged[by_error])
+        by_overlap = first if first in judged else int(judged[np.argmin(overlaps)])
+        worst["overlap", trace] = -float(overlaps.mean()), by_overlap
+        worst["centre_error", trace] = float(distance.mean()), int(judged[np.argmax(distance)])
         worst["loss", trace] = -float(first), min(first, int(judged[-1]))
     return worst
 

@@ -221,7 +221,7 @@ class _Content:
             title, block = cards
             caption = (
                 "Lost: the centre is outside the true box for ten visible frames in a row. At most "
-                "six runs are shown."
+                "six runs are shown, first the worst of each tracker."
             )
             options = {"caption": caption, "span": 6, "nav": "Failures"}
             yield PageSection("failures", title, blocks=[block], **options)
@@ -273,9 +273,11 @@ class _Content:
         counts = {
             "tracker": runs["tracker"].nunique(),
             "sequence": runs["sequence"].nunique(),
-            "run": int((status != "missing").sum()),
+            "run": int(((status != "missing") & (runs["protocol"] != TIMING)).sum()),
         }
         parts = [f"{n} {word}{'s' * (n != 1)}" for word, n in counts.items()]
+        if n_timed := int(((status != "missing") & (runs["protocol"] == TIMING)).sum()):
+            parts[-1] += f" and {n_timed} timing run{'s' * (n_timed != 1)}"
         if n_failed := int((status == "failed").sum()):
             parts[-1] += f", {n_failed} failed"
         days = sorted({entry["date"] for entry in self.runs.circumstances if entry["date"]})

@@ -45,7 +45,7 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     lines = trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
     assert lines.stderr.splitlines()[-2] == "report/report.html"
     count = len([*(workspace / "report").glob("*.csv")])
-    assert f"Beside it: {count} tables as .txt, .md, .csv and .tex" in lines.stderr
+    assert f"In its folder: {count} tables as .txt, .md, .csv and .tex" in lines.stderr
     output = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     tables = {entry["table"]: entry["rows"] for entry in map(json.loads, output.splitlines())}
     page = (workspace / "report" / "report.html").read_text()
@@ -153,11 +153,10 @@ def test_number_opens_the_worst_frame_of_the_worst_run(results, page):
     for row, run, truth in one_pass_runs(results):
         judged = np.arange(1, len(truth.boxes))
         overlaps = overlap(truth.boxes[1:], run.boxes[1:])
-        errors = centre_error(truth.boxes[1:], run.boxes[1:])
-        least = judged[overlaps == overlaps.min()]
-        furthest = int(least[np.argmax(errors[least - 1])])
+        loss, least = int(row["scores"]["first_loss"]), int(judged[overlaps.argmin()])
+        frame = loss if loss < len(truth.boxes) else least
         key = row["sequence"], row["tracker"]
-        worst.setdefault(key, []).append((overlaps.mean(), row["repetition"], furthest))
+        worst.setdefault(key, []).append((overlaps.mean(), row["repetition"], frame))
     assert len(worst) == 18
     for (sequence, tracker), runs in worst.items():
         _, repetition, frame = min(runs)
