@@ -70,6 +70,8 @@ def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     assert {name for _, name in names} == {"line", "samples/face"}
     with pytest.raises(TrackerError, match="two different trackers are called 'Plain'"):
         tm.evaluate([Plain, Plain()], line)
+    with pytest.raises(ValueError, match=r"jobs is 2\..*Use trackmark.run"):
+        tm.evaluate("static", line, jobs=2)
 
 
 def test_score_takes_metrics_and_warns_of_preset(face):
