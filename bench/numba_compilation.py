@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-SENTENCE = "Compiling kernels for the first use on this machine; later runs use the compiled ones."
+SENTENCE = "Compiling kernels that this machine has not used yet; later runs use the compiled ones."
 
 
 @cache

@@ -361,7 +361,7 @@ def failure_notes(
 def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
     """Return notes on failed and missing runs and malformed boxes by tracker.
 
-    `score`: column in which counted failed runs have a value.
+    `score`: column of scores; failed runs with a value in this column have the worst score.
     """
     worst = "the worst score" if (counted(runs, score) & (runs["status"] == "failed")).any() else ""
     notes = [f"{tracker}: {note}" for tracker, note in failure_notes(runs, worst).items()]

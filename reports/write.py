@@ -51,7 +51,7 @@ def list_written_files(paths: Collection[Path], first: str = "report.html") -> l
     """Return lines that name the file to open first and count the other files by kind.
 
     >>> list_written_files([Path("a/b.csv"), Path("a/c.png"), Path("a/c.txt")], "c.txt")
-    ['a/c.txt', 'Beside it: 1 table as .txt, .md, .csv and .tex, 1 picture (.png).']
+    ['a/c.txt', 'In its folder: 1 table as .txt, .md, .csv and .tex, 1 picture (.png).']
     """
     if not paths:
         return []
@@ -64,7 +64,7 @@ def list_written_files(paths: Collection[Path], first: str = "report.html") -> l
     parts += [f"{_count(len(frames), 'file')} of frames"] if frames else []
     counted = {path for path in paths if path.stem in tables or path.suffix in _FIGURE_SUFFIXES}
     parts += [path.name for path in paths if path not in {opened, *frames, *counted}]
-    where = "Beside it" if opened else next(iter(paths)).parent
+    where = "In its folder" if opened else next(iter(paths)).parent
     others = [f"{where}: {', '.join(parts)}."] if parts else []
     return [str(opened), *others] if opened else others
 

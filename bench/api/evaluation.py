@@ -38,11 +38,11 @@ def evaluate(
     Parameters
     ----------
     trackers : str, type, callable, object, dict or list
-        Specification such as `camshift:window=adaptive` or `matcher.py`; a class with the
-        methods `init(image, box)` and `update(image)`; a function that creates such an object; such
-        an object; a dict of these by name; or a list of these. An object is used for all sequences,
-        by calls of `init`. A class or a function gets the arguments `seed` (an int) and `rng` (a
-        generator) if it has arguments with these names.
+        Specification such as `camshift:window=adaptive` or `matcher.py`, or a class with the
+        methods `init(image, box)` and `update(image)`. A function that creates such an object, and
+        an object itself, are also trackers. A dict gives trackers names; a list has several. An
+        object is used for all sequences, by calls of `init`. A class or a function gets the
+        arguments `seed` (an int) and `rng` (a generator) if it has arguments with these names.
     sequences : str, Path, Sequence or list
         Name, path, pattern with `*` and `?`, suite or folder of sequences; a Sequence; or a list of
         these.

@@ -127,15 +127,14 @@ class Results:
             data = self._mean_table(preset, runs).data
             index, columns = ["tracker"], {"": "mean", "_low": "low", "_high": "high"}
         wide = data.set_index([*index, "measure"])[list(columns.values())].unstack("measure")  # noqa: PD010
-        rows = data[index].drop_duplicates()
-        order = rows[index[0]] if len(index) == 1 else pd.MultiIndex.from_frame(rows)
+        order = data.drop_duplicates(index).set_index(index).index
         return pd.DataFrame(
             {
                 f"{measure.name}{end}": wide[column, measure.name]
                 for measure in measures_of(preset)
                 for end, column in columns.items()
             }
-        ).loc[order.to_list() if len(index) == 1 else order]
+        ).loc[order]
 
     @property
     def failures(self) -> pd.DataFrame:

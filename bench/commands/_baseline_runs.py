@@ -31,6 +31,7 @@ class BaselineRunner:
     digests: Mapping[str, str] = field(
         default_factory=dict
     )  # expected digests of the sequences, by name
+    show_replaced: bool = True  # whether to print the scores of stored runs that are replaced
     opened_sequences: "KnownSequences" = field(default_factory=dict)
 
     @property
@@ -80,11 +81,17 @@ class BaselineRunner:
             executions.append(execution)
             for label, count in zip(labels, execution.plan.repetitions.tolist(), strict=True):
                 counts |= {(label, name): count for name in names}
-        title = f"{self.name}: {len(sequences)} trackers{', seed 0 repeated' * temporary}"
+        trackers = "1 tracker" if len(sequences) == 1 else f"{len(sequences)} trackers"
+        title = f"{self.name}: {trackers}{', seed 0 repeated' * temporary}"
         with RunProgress(title, None if temporary else self.folder) as progress:
             progress.expect(*executions)
             for execution in executions:
-                execute_runs(execution, progress=progress, temporary=temporary)
+                execute_runs(
+                    execution,
+                    progress=progress,
+                    show_replaced=self.show_replaced,
+                    temporary=temporary,
+                )
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         return stored_entries(self.folder, {pair: counts[pair] for pair in pairs}, self.sources)
 

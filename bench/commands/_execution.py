@@ -1,7 +1,7 @@
 """Execution of the missing runs of an experiment, with progress and messages."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -51,6 +51,7 @@ def execute_runs(
     *,
     progress: RunProgress | None = None,
     remark: str = "",
+    show_replaced: bool = True,
     temporary: bool = False,
     keep_errors: bool = False,
 ) -> None:
@@ -58,13 +59,13 @@ def execute_runs(
 
     `on_row`: called with the index row of each run. `progress`: progress of several executions,
     which expects the runs of this execution. `remark`: end of the message on runs that will
-    be replaced. `temporary`: the caller removes the results folder, so Ctrl-C prints nothing.
-    Raises `SequenceError` if a sequence cannot be read. With `keep_errors`, the message is only
-    added to `execution.errors`.
+    be replaced. `show_replaced`: whether to print the scores of these runs. `temporary`: the caller
+    removes the results folder, so Ctrl-C prints nothing. Raises `SequenceError` if a sequence
+    cannot be read. With `keep_errors`, the message is only added to `execution.errors`.
     """
     from trackmark.datasets import SequenceError
 
-    with _replacement_messages(execution, remark):
+    with _replacement_messages(execution, remark) if show_replaced else nullcontext():
         try:
             with ExitStack() as stack:
                 if progress is None:
@@ -89,8 +90,8 @@ def run_title(execution: "Execution") -> str:
     plan, missing = execution.plan, execution.units.runs
     stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
     numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
-    counts = ", ".join(f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
-    return f"{execution.experiment.name}: {counts}{stored}"
+    trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
+    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{stored}"
 
 
 def run_experiment(

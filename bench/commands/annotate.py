@@ -91,8 +91,11 @@ def command(options: AnnotateOptions) -> None:
     sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="")
     default = video / "truth.csv" if video.is_dir() else video.with_suffix(".csv")
     target = options.output or default
-    _check_target(target, replace=options.force or options.pick)
     height, width = sequence[0].shape[:2]
+    check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
+    if not options.pick:
+        truth = _truth(drawing, len(sequence), (width, height))
+    _check_target(target, replace=options.force or options.pick)
     notes = [options.note] if options.note else []
 
     def save(drawing: Drawing) -> None:
@@ -116,7 +119,7 @@ def command(options: AnnotateOptions) -> None:
         check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
         with BoxPicker(sequence, target, draft, saved, drawing, save) as picker:
             drawing = picker.run()
-    truth = _truth(drawing, len(sequence), (width, height))
+        truth = _truth(drawing, len(sequence), (width, height))
     strip = target.with_name(f"{target.stem}-check.png")
     if target.resolve().parent == video.resolve():  # there, a picture would be read as a frame
         strip = video.resolve().with_name(f"{video.resolve().name}-check.png")
@@ -136,7 +139,13 @@ def _marked(texts: tuple[str, ...], keys: Path | None) -> dict[int, list[float]]
     """Return the boxes of key frames; a box of --box replaces that frame's box of --keys."""
     from trackmark.datasets import truth_file
 
-    marked = dict(_parse_box(text) for text in texts)
+    marked: dict[int, list[float]] = {}
+    for frame, box in map(_parse_box, texts):
+        if frame in marked:
+            raise click.BadParameter(
+                f"frame {frame} has two boxes. Give one box per frame.", param_hint="--box"
+            )
+        marked[frame] = box
     # Frames that the file omits have NaN boxes.
     rows = [] if keys is None else truth_file.read(keys).boxes.tolist()
     return {frame: box for frame, box in enumerate(rows) if box[0] == box[0]} | marked
@@ -206,8 +215,10 @@ def _truth(drawing: "Drawing", n_frames: int, size: tuple[int, int]) -> "GroundT
     """Return the ground truth of all frames."""
     from trackmark.datasets.annotation import interpolate
 
-    if len(drawing.boxes) == 1 and n_frames > 1:
-        raise ExperimentError("1 key frame is given. Mark the target in two frames or more.")
+    n_boxes = len(drawing.boxes)
+    if n_boxes < 2 <= n_frames:
+        count = "1 key frame is" if n_boxes else "no key frames are"
+        raise ExperimentError(f"{count} given. Mark the target in two frames or more.")
     return interpolate(drawing.boxes, n_frames, drawing.absent, size)
 
 

@@ -60,7 +60,7 @@ def command(options: DemoOptions) -> int:
     timed = replace(experiment, timing=True, repetitions=1)
     executions = [plan_experiment(runs, engine_options) for runs in (timed, experiment)]
     title = (
-        f"Demo: {len(experiment.trackers)} trackers, {len(experiment.sequences)} sequences, "
+        f"Demo: {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
         f"{sum(execution.units.runs for execution in executions)} runs (about 1 minute)"
     )
     with RunProgress(title, results) as runs_progress:
@@ -82,5 +82,9 @@ def command(options: DemoOptions) -> int:
         write_report_page(results, page, report_tables, title, names, progress, figures=figures)
     program = os.path.relpath(sys.argv[0])
     click.echo(f"\nReport  {page}  (open it in a browser; tables and plots are in the same folder)")
-    print_hint(f"Next    {program} run --trackers camshift --sequences my-video.mp4 --truth FILE")
+    print_hint(
+        "Next    try your own tracker or video, as README.md shows:\n"
+        f"        {program} run --trackers matcher.py,camshift --sequences 'samples/*'\n"
+        f"        {program} annotate cup.mp4 --pick"
+    )
     return 0

@@ -33,6 +33,7 @@ from trackmark.bench.commands._terminal import complain
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
+    SequenceSource,
     default_name,
     experiment_names,
     read_experiment,
@@ -270,8 +271,18 @@ def _print_hints(execution: "Execution") -> None:
     for name in filter(None, dict.fromkeys(formats.values())):
         first, *others = [text for text in texts if formats[text] == name]
         more = f" and {len(others)} more" if others else ""
-        print_hint(f"{first}{more}: read as {name}.")
+        truth = _truth_file(execution.experiment.sequences[texts.index(first)], name)
+        print_hint(f"{first}{more}: read as {name}.{truth}")
     print_hint(f"Next  {shlex.join(['trackmark', 'report', str(execution.folder)])}")
+
+
+def _truth_file(source: SequenceSource, layout: str) -> str:
+    """Return a sentence on the ground-truth file that was read; empty if the layout names it."""
+    path = Path(source.text).expanduser()
+    default = path / "truth.csv" if path.is_dir() else path.with_suffix(".csv")
+    is_read = layout.endswith("a given ground-truth file") and default.is_file()
+    file = source.truth or (default if is_read else None)
+    return f" Ground truth: {file}." if file else ""
 
 
 def _print_details(execution: "Execution") -> None:
@@ -305,6 +316,7 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     """Print the numbers of stored and missing runs, and the estimated time of the missing runs."""
     from trackmark.bench.execution.estimate import estimate, read_measured_times, words
     from trackmark.bench.execution.plan import State
+    from trackmark.trackers.base.interface import Randomness
 
     plan, units = execution.plan, execution.units
     result = estimate(units, read_measured_times(execution.output), execution.limits)
@@ -333,11 +345,15 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     click.echo(f"{'tracker':{width}}" + "".join(f"{state:>9}" for state in states))
     for label, counts in [*by_tracker.items(), ("in all", total)]:
         click.echo(f"{label:{width}}" + "".join(f"{counts[state]:9}" for state in states))
-    click.echo(
-        f"\n{units.runs} of {len(plan)} runs on {len(plan.sequences)} sequences are to be run, in "
-        f"{len(units)} units of work on {units.workers} workers.\nRuns go to {execution.folder}."
-    )
+    randomness = {spec.randomness for spec in plan.trackers.values()}
+    if execution.experiment.repetitions > 1 and Randomness.NONE in randomness:
+        click.echo("\nDeterministic trackers run once on each sequence.")
+    numbers = (units.runs, "missing run"), (len(plan.sequences), "sequence")
+    runs, sequences = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
+    workers = "1 worker" if units.workers == 1 else f"{units.workers} workers"
+    time = f", about {words(result)} on {workers}" if units.runs else ""
+    click.echo(f"\n{runs} on {sequences}{time}.\nRuns go to {execution.folder}.")
     if units.runs:
-        click.echo(f"This will take {words(result)}, estimated from:")
+        click.echo("The time is estimated from:")
         for basis, number in bases.items():
-            click.echo(f"  {_BASES[basis]}: {number} runs")
+            click.echo(f"  {_BASES[basis]}: {number} run{'s' * (number != 1)}")

@@ -189,8 +189,8 @@ def table(result: Check, *, whole: bool = False) -> Table:
     visible = [row for row in result.sequences if whole or row.change.label != "identical"]
     return Table(
         name="check",
-        caption="Mean overlap before and now. The intervals of all sequences hold jointly at 95 %, "
-        "and so do the intervals of all means.",
+        caption="Mean overlap before and now. The intervals of all sequences hold together at 95 "
+        "%, and so do the intervals of all means.",
         heads=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
         n_labels=3,
         rows=[_row(row) for row in [*visible, *result.means]],

@@ -215,14 +215,16 @@ def failure_lines(runs: pd.DataFrame, folder: Path) -> list[str]:
     if failed.empty:
         return []
     notes = failed_runs(runs, "0").notes
-    lines = [f"{len(failed)} of {len(runs)} runs FAILED."]
+    lines = [f"{len(failed)} of {len(runs)} run{'s' * (len(runs) != 1)} FAILED:"]
     first = failed.drop_duplicates("tracker")
+    with_scores = set(runs["tracker"][runs["status"] != "failed"])
     for row in first.head(_MAX_FAILURES).to_dict("records"):
         reason = str(row["failure"]).partition("\n")[0]
-        lines.append(one_line(f"FAILED  {row['tracker']} on {row['sequence']}, {reason}"))
+        lines.append(one_line(f"        {row['tracker']} on {row['sequence']}, {reason}"))
         if place := tracker_line(str(row["failure"])):
             lines.append(one_line(f"        {place}"))
-        lines.append(f"        {notes[row['tracker']].partition(':')[0]}")
+        if row["tracker"] in with_scores:  # the answer names the other trackers
+            lines.append(f"        {notes[row['tracker']].partition(':')[0]}")
     others = len(first) - _MAX_FAILURES
     lines += [f"        and runs of {others} more trackers"] if others > 0 else []
     return [*lines, f"Log     {shlex.join(['trackmark', 'results', 'failures', str(folder)])}"]

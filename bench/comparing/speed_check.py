@@ -186,7 +186,10 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
         raise BaselineError(f"{revision} of {file.parent} cannot be extracted: {error}") from error
     then = target / file.name
     if not then.is_file():
-        raise BaselineError(f"{revision} has no {file.name} in {file.parent}.")
+        raise BaselineError(
+            f"{revision} has no {file.name} in {file.parent}. Commit it first (git add "
+            f"{file.name}; git commit), or give a revision that contains it."
+        )
     if place is None:
         return replace(now, home=str(folder), revision=revision)
     name = f"{then}:{class_name}" if class_name else str(then)

@@ -1,19 +1,6 @@
 """Definitions of trackers in processes of their own, from a specification or a table of a file.
 
-```toml
-[mine]
-file = "my_tracker.py"                         # with `:Class` if the file has several trackers
-python = "envs/torch/bin/python"               # by default this interpreter
-# trax = "./build/tracker --fast"              # in place of `file`: a command that speaks TraX
-# folder = "."                                 # TraX: working directory; by default of this file
-# confidence = false                           # TraX: ignore confidences
-# stochastic = true                            # TraX: repeat the tracker
-parameters = { size = 2.0 }
-environment = { CUDA_VISIBLE_DEVICES = "0" }
-start_timeout = 300                            # start, creation and `init` [s]
-frame_timeout = 60                             # `update` [s]
-version = "1.2"                                # replaces the digest of the source
-```
+docs/external.md describes the keys of such a table.
 """
 
 import hashlib
@@ -132,7 +119,21 @@ def open_external(name: str, options: Mapping[str, str]) -> ExternalTracker:
 def _open_python(
     owner: str, definition: Definition, folder: Path, requested_name: str
 ) -> ExternalTracker:
-    tracker = _python_class(owner, definition, folder)
+    place = in_file(definition.file)
+    if place is None:
+        raise TrackerError(f"{owner}: {definition.file!r} is not a Python file (.py).")
+    file = (folder / place[0]).absolute()
+    if not file.is_file():
+        raise TrackerError(f"{file}: this tracker file does not exist.")
+    tracker = PythonClass(
+        python=_interpreter(definition.python, folder) if definition.python else sys.executable,
+        file=file.resolve(),
+        class_name=place[1],
+        digest=_digest(file),
+        environment=tuple(sorted(definition.environment.items())),
+        start_seconds=definition.start_timeout,
+        frame_seconds=definition.frame_timeout,
+    )
     plugin, libraries = python.load_plugin(tracker)
     source_version = definition.version or f"{tracker.digest}-{plugin.__name__}"
     return ExternalTracker(
@@ -241,24 +242,6 @@ def _validate(owner: str, table: Mapping[str, Any]) -> Definition:
     if definition.file and definition.trax:
         raise TrackerError(f"{owner}: the keys 'file' and 'trax' exclude each other. Give one.")
     return definition
-
-
-def _python_class(owner: str, definition: Definition, folder: Path) -> PythonClass:
-    place = in_file(definition.file)
-    if place is None:
-        raise TrackerError(f"{owner}: {definition.file!r} is not a Python file (.py).")
-    file = (folder / place[0]).absolute()
-    if not file.is_file():
-        raise TrackerError(f"{file}: this tracker file does not exist.")
-    return PythonClass(
-        python=_interpreter(definition.python, folder) if definition.python else sys.executable,
-        file=file.resolve(),
-        class_name=place[1],
-        digest=_digest(file),
-        environment=tuple(sorted(definition.environment.items())),
-        start_seconds=definition.start_timeout,
-        frame_seconds=definition.frame_timeout,
-    )
 
 
 def _interpreter(python: str, folder: Path) -> str:

@@ -4,12 +4,7 @@
 `read_line` returns the next line of its stdout; both have a time limit. The end of the other output
 (stderr, and lines of stdout without the mark of the protocol) is part of every failure. `close`
 ends the process and everything that it started; the garbage collector and the end of this process
-do so as well. A failed process is closed before the error is raised:
-
-    process = LineProcess(["./build/tracker", "--fast"], environment={"OMP_NUM_THREADS": "1"})
-    process.send(message, seconds=60)
-    line = process.read_line(seconds=300, mark=b"@@TRAX:")  # skips and keeps other lines
-    raise process.fail("answered with the region 'nonsense,1'")
+do so as well. A failed process is closed before the error is raised.
 """
 
 import os
@@ -42,7 +37,6 @@ _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
 _STACK_SECONDS = 1.0  # until the first part of a stack is written
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
-
 
 SHARED_MEMORY = "/dev/shm"  # noqa: S108  # names of files in it have a random part
 

@@ -20,7 +20,7 @@ from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.external.process import ExternalTrackerError, LineProcess, frame_file_options
 from trackmark.bench.external.worker import pack, unpack
 from trackmark.trackers import Box, Estimate, Image, Mask, Randomness
-from trackmark.trackers.base.plain import create_parameters, random_arguments
+from trackmark.trackers.base.plain import create_parameters, random_arguments, to_estimate
 
 WORKER = Path(__file__).with_name("worker.py")
 
@@ -68,9 +68,17 @@ class _Session:
         self.is_usable = True  # False while an answer is pending
         self.description = self.ask(tracker.start_seconds, "describe")
 
-    def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
+    def ask(
+        self, seconds: float, operation: str, image: Image | None = None, **arguments: Any
+    ) -> dict[str, Any]:
         """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
         self.is_usable = False
+        if image is not None:
+            arguments["shape"] = image.shape
+            data = np.ascontiguousarray(image).data
+            # Writing reports a full disk as an error; through a memory map, it would be a signal.
+            if os.pwrite(self._frames.fileno(), data, 0) != image.nbytes:
+                raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
         request = json.dumps({"op": operation, **arguments}, default=int)
         self._process.send(request.encode() + b"\n", seconds)
         line = self._process.read_line(seconds)
@@ -82,15 +90,6 @@ class _Session:
             raise self._process.fail(f"raised {answer['error']}")
         self.is_usable = True
         return answer
-
-    def ask_frame(
-        self, seconds: float, operation: str, image: Image, **arguments: Any
-    ) -> dict[str, Any]:
-        """Return the answer to a request with an image."""
-        # Writing reports a full disk as an error; through a memory map, it would be a signal.
-        if os.pwrite(self._frames.fileno(), np.ascontiguousarray(image).data, 0) != image.nbytes:
-            raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
-        return self.ask(seconds, operation, shape=image.shape, **arguments)
 
     def close(self) -> None:
         self._process.close()
@@ -133,7 +132,7 @@ class PythonPlugin(ExternalPlugin):
             self.tracker.start_seconds,
             "create",
             parameters=parameters.model_dump(),
-            **random_arguments(_takes_seed, seed),
+            **random_arguments(lambda seed: seed, seed),
             entropy=seed.entropy,
             spawn_key=seed.spawn_key,
         )
@@ -145,14 +144,13 @@ class PythonPlugin(ExternalPlugin):
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        answer = self._call("update", image)
-        keys = ("visible", "confidence", "details")
-        fields: dict[str, Any] = {key: answer[key] for key in keys if key in answer}
-        if "mask" in answer:
-            fields["mask"] = unpack(*answer["mask"])
-        if "revised" in answer:
-            fields["revised"] = _revised(answer)
-        return Estimate(np.array(answer["box"]), **fields)
+        estimate = self._call("update", image)["estimate"]
+        if isinstance(estimate, dict):
+            if estimate.get("mask"):
+                estimate["mask"] = unpack(*estimate["mask"])
+            if estimate.get("revised"):
+                estimate["revised"] = _revised(estimate)
+        return to_estimate(estimate)
 
     def close(self) -> None:
         """See `ExternalPlugin.close`."""
@@ -167,13 +165,9 @@ class PythonPlugin(ExternalPlugin):
     def _call(self, operation: str, image: Image, **arguments: Any) -> dict[str, Any]:
         limits = self.tracker
         seconds = limits.start_seconds if operation == "init" else limits.frame_seconds
-        answer = self._session.ask_frame(seconds, operation, image, **arguments)
+        answer = self._session.ask(seconds, operation, image, **arguments)
         self.call_times = answer["wall"], answer["cpu"]
         return answer
-
-
-def _takes_seed(seed: int) -> None:
-    """Declare an argument for `random_arguments`."""
 
 
 def _revised(answer: Mapping[str, Any]) -> dict[int, Box]:

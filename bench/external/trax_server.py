@@ -4,7 +4,7 @@ It writes version 4 of the protocol (see `bench.external.trax`), reads images by
 with rectangles. The state of a frame has the property `confidence` if the tracker returns one.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from math import isnan
 from pathlib import Path
 from typing import BinaryIO
@@ -40,60 +40,56 @@ def serve(
     hello = {"version": 4, "name": name, "identifier": name, "family": "trackmark", **FORMATS}
     properties = {f"trax.{key}": value for key, value in hello.items()}
     answers.write(format_message("hello", properties=properties))
-    session = _Session(make)
     try:
-        for line in requests:
-            if MARK in line:
-                answer = session.answer(line)
-                if answer is None:
-                    return
-                answers.write(answer)
+        for answer in _states(make, requests):
+            answers.write(answer)
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
         answers.write(format_message("quit", properties={"trax.reason": reason[:MAX_REASON]}))
         raise
 
 
-class _Session:
-    """Conversation with a client: the current tracker, and the region of `initialize`.
-
-    In version 4 of the protocol, the image of an initialisation comes with the next `frame`.
-    """
-
-    def __init__(self, make: Callable[[], Tracker]) -> None:
-        self._make, self._region = make, ""
-        self._tracker: Tracker | None = None
-
-    def answer(self, line: bytes) -> bytes | None:
-        """Return the answer to a request, which can be empty; None for `quit`."""
+def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[bytes]:
+    """Yield the message with the state of the tracker for each frame, until `quit`."""
+    tracker, region = None, ""
+    for line in requests:
+        if MARK not in line:
+            continue
         request = parse_message(line)
         if request.name == "quit":
-            return None
+            return
         if request.name == "initialize" and request.values:
-            self._region = request.values[-1]
-            return b""
-        if request.name == "frame" and request.values:
-            return self._state(_read_image(request.values[0]))
-        text = line.decode(errors="replace")[:80]
-        raise TrackerError(f"the client sent {text!r}. Expected: initialize or frame.")
-
-    def _state(self, image: Image) -> bytes:
-        """Initialise or update the tracker; return the message with its state."""
-        properties: dict[str, object] = {}
-        if self._region:
-            box, mask = parse_region(self._region, image.shape)
-            if box is None:
-                raise TrackerError(f"the client initialises with {self._region!r}: no target.")
-            self._region, self._tracker = "", self._make()
-            self._tracker.init(image, box, mask)
-        elif self._tracker is None:
+            region = request.values[-1]  # the image comes with the next `frame`
+            continue
+        if request.name != "frame" or not request.values:
+            text = line.decode(errors="replace")[:80]
+            raise TrackerError(f"the client sent {text!r}. Expected: initialize or frame.")
+        image = _read_image(request.values[0])
+        if region:
+            tracker = make()
+            yield _initialise(tracker, image, region)
+        elif tracker is None:
             raise TrackerError("the client sent a frame before initialize.")
         else:
-            estimate = self._tracker.update(image)
-            box = check_box(estimate.box)
-            if not isnan(estimate.confidence):
-                properties["confidence"] = float(estimate.confidence)
-        return format_message("state", format_region(["rectangle"], box), properties=properties)
+            yield _update(tracker, image)
+        region = ""
+
+
+def _initialise(tracker: Tracker, image: Image, region: str) -> bytes:
+    """Initialise a tracker; return the message with its state."""
+    box, mask = parse_region(region, image.shape)
+    if box is None:
+        raise TrackerError(f"the client initialises with {region!r}: no target.")
+    tracker.init(image, box, mask)
+    return format_message("state", format_region(["rectangle"], box))
+
+
+def _update(tracker: Tracker, image: Image) -> bytes:
+    """Update a tracker; return the message with its state."""
+    estimate = tracker.update(image)
+    region = format_region(["rectangle"], check_box(estimate.box))
+    confidence = {} if isnan(estimate.confidence) else {"confidence": float(estimate.confidence)}
+    return format_message("state", region, properties=confidence)
 
 
 def _read_image(address: str) -> Image:

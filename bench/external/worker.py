@@ -10,7 +10,7 @@ stderr. After an exception, the answer is `error`, the traceback is on stderr, a
 | create: parameters, seed, entropy, spawn_key | |
 | watch: shape | wall, cpu |
 | init: shape, box, mask | wall, cpu |
-| update: shape | wall, cpu, box and other fields of an estimate |
+| update: shape | wall, cpu, estimate: the returned value |
 | finish | wall, cpu, revised |
 
 FRAMES is the descriptor of a file with the image of each request: BGR bytes of the shape `shape`.
@@ -38,7 +38,7 @@ from typing import Any, Iterable
 import numpy as np
 
 RANDOM = ("seed", "rng")  # arguments of `__init__` that are not parameters
-FIELDS = ("visible", "confidence", "mask", "details", "revised")  # of an estimate, besides the box
+FIELDS = ("box", "visible", "confidence", "mask", "details", "revised")  # of an estimate
 
 
 def load(path: str, name: str) -> Any:
@@ -125,7 +125,7 @@ def describe(kind: Any) -> Any:
 
 
 def libraries() -> Any:
-    """Return the versions of Python and of imported top-level modules outside its library."""
+    """Return the versions of Python and of imported modules that do not belong to Python."""
     versions = {"python": "%d.%d.%d" % sys.version_info[:3]}
     standard = tuple(sysconfig.get_path(key) + os.sep for key in ("stdlib", "platstdlib"))
     for name, module in list(sys.modules.items()):
@@ -171,32 +171,23 @@ def init_arguments(tracker: Any, box: Any, mask: Any) -> Any:
 
 
 def estimate_fields(answer: Any) -> Any:
-    """Return the fields of an estimate, as JSON, from the value that `update` returned."""
+    """Return the value that `update` returned, with the fields of an object as a dict."""
+    if hasattr(answer, "box"):
+        answer = {key: getattr(answer, key) for key in FIELDS if hasattr(answer, key)}
+    elif hasattr(answer, "__array__"):
+        answer = {"box": answer}  # as a list, two rows would be a box and a confidence
     if isinstance(answer, dict):
-        values = dict(answer)
-    elif hasattr(answer, "box"):
-        values = {key: getattr(answer, key) for key in ("box",) + FIELDS if hasattr(answer, key)}
-    elif isinstance(answer, (tuple, list)) and len(answer) == 2:
-        values = {"box": answer[0], "confidence": answer[1]}
-    else:
-        values = {"box": answer}
-    if "box" not in values or not set(values) <= {"box", "arrays"}.union(FIELDS):
-        raise ValueError(
-            "update returned a dict with the keys %s. Expected: 'box', and only fields of an "
-            "Estimate (%s)." % (", ".join(map(repr, values)), ", ".join(FIELDS))
-        )
-    fields = {"box": np.asarray(values["box"]).tolist()}
-    if "visible" in values:
-        fields["visible"] = bool(values["visible"])
-    if "confidence" in values:
-        fields["confidence"] = float(values["confidence"])
-    if values.get("mask") is not None:
-        fields["mask"] = pack(np.asarray(values["mask"]))
-    if values.get("details"):
-        fields["details"] = {key: float(value) for key, value in values["details"].items()}
-    if values.get("revised"):
-        fields["revised"] = revised_fields(values["revised"])
-    return fields
+        answer = {key: value for key, value in answer.items() if key != "arrays"}
+        if answer.get("mask") is not None:
+            answer["mask"] = pack(np.asarray(answer["mask"]))
+        if answer.get("revised"):
+            answer["revised"] = revised_fields(answer["revised"])
+    return answer
+
+
+def to_json(value: Any) -> Any:
+    """Return an array or a number of NumPy or of another library as JSON."""
+    return np.asarray(value, np.float64).tolist()
 
 
 def revised_fields(revised: Any) -> Any:
@@ -255,7 +246,7 @@ def respond(requests: Iterable[str], frames: Any, kind: Any) -> Iterable[Any]:
         result = method(*arguments, **keywords)
         answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
         if operation == "update":
-            answer.update(estimate_fields(result))
+            answer["estimate"] = estimate_fields(result)
         elif operation == "finish":
             answer["revised"] = revised_fields(result)
         yield answer
@@ -279,7 +270,7 @@ def main() -> None:
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
 
     def write(answer: Any) -> None:
-        answers.write(json.dumps(answer) + "\n")
+        answers.write(json.dumps(answer, default=to_json) + "\n")
         answers.flush()
 
     try:

@@ -95,7 +95,10 @@ class _Side:
         self._method: Any = None
 
     def turn(self, number: int, start: int, stop: int) -> float:
-        """Return the CPU time of updates on images of a clip [s]; start 0 begins the clip again."""
+        """Return the CPU time of the updates on images `start` to `stop` of a clip [s].
+
+        If `start` is 0, the method restarts from its state after `init`.
+        """
         if start == 0:
             self._method = deepcopy(self._initialised[number])
         update, images = self._method.update, self._clips[number][1][start + 1 : stop + 1]

@@ -132,7 +132,8 @@ def _runner_up(
     second = behind[0]
     text = f"{second.name} follows with {second.mean:.{digits}f}{measured.suffix}"
     if second.reason and second.interval:
-        text += f" (difference: {second.reason})"
+        reason = second.reason.replace("interval", "the interval of the difference", 1)
+        text += f" ({reason})"
     if faster := _times_faster(first.milliseconds / second.milliseconds):
         text += f" and is {faster} faster"
     elif slower := _times_faster(second.milliseconds / first.milliseconds):

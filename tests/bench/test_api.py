@@ -48,10 +48,6 @@ def face():
     return tm.load_sequence("samples/face")
 
 
-def boxes_of(tracker, sequence):
-    return tm.evaluate(tracker, sequence).runs[Plain.__name__, sequence.name, 0].boxes
-
-
 def test_class_without_seed_gives_a_finished_run(line):
     results = tm.evaluate(Plain, line)
     assert results["Plain", "line"].status == "finished"
@@ -73,6 +69,8 @@ def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     assert {name for _, name in names} == {"line", "samples/face"}
     with pytest.raises(TrackerError, match="two different trackers are called 'Plain'"):
         tm.evaluate([Plain, Plain()], line)
+    with pytest.raises(ValueError, match=r"jobs is 2\..*Use trackmark.run"):
+        tm.evaluate("static", line, jobs=2)
 
 
 def test_score_takes_metrics_and_warns_of_preset(face):
@@ -83,17 +81,6 @@ def test_score_takes_metrics_and_warns_of_preset(face):
         assert tm.score(run, face, preset="otb") == expected
     assert set(tm.metrics.names()) >= {"native", "otb"}
     assert "Wu" in tm.metrics.describe("otb")
-
-
-@pytest.mark.parametrize("kind", [list, tuple, np.asarray])
-def test_update_returns_four_numbers_of_any_kind(kind, line):
-    class Returns(Plain):
-        def update(self, image):
-            return kind(self.box.tolist())
-
-    run = tm.evaluate({"Plain": Returns}, line)["Plain", "line"]
-    assert run.status == "finished"
-    np.testing.assert_array_equal(run.boxes, boxes_of(Plain, line))
 
 
 def test_init_gets_the_mask_only_if_it_takes_one(face):
@@ -170,7 +157,6 @@ def test_failed_run_warns_and_can_raise(line):
         (type("Half", (), {"init": Plain.init}), {}, TrackerError, "'Half': it lacks update"),
         ([], {}, TrackerError, "no tracker is given"),
         ("statik", {}, TrackerError, "Did you mean 'static'"),
-        (Plain, {"jobs": 2}, ValueError, r"Use trackmark\.run"),
         (Plain, {"repetitions": 0}, ValueError, "repetitions is 0"),
         (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
     ],

@@ -41,6 +41,9 @@ def test_annotating_again_reads_images_after_the_last_row(trackmark, one_line, w
     assert len((source / "truth.csv").read_text().splitlines()) > 3
     again = ("annotate", source, *BOTH)
     assert "--force" in one_line(trackmark(*again, status=2))
+    # A wrong box is reported first.
+    for box, message in (("4:1,2,3,4", "frame 4 has two boxes"), ("9:1,2,3,4", "frame 9 is out")):
+        assert message in trackmark(*again, "--box", box, status=2).stderr
     trackmark(*again, "--force", "--absent", "2-3")
     assert "3 of 5 frames" in trackmark("describe", source).stdout
     assert (source.parent / "img-check.png").is_file()

@@ -113,6 +113,7 @@ def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_f
     assert "identical  static  2 sequences" in lines
     assert "REGRESSION: mine is worse on " in printed.stdout
     assert "Accept  trackmark check own --accept mine --because '…'" in printed.stderr
+    assert "Scores" not in printed.stderr
     assert "REGRESSION" in (workspace / "pull.md").read_text()
     assert "failure" in (workspace / "check.xml").read_text()
     trackmark("check", "own", "--accept", "mine", "--because", "smaller boxes\x7f")

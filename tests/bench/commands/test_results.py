@@ -77,7 +77,7 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
     page, others = done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
     pictures = "6 pictures (.svg), 6 pictures (.pdf), 1 picture (.png), report.md, report.tex."
-    assert others == f"Beside it: 7 tables as .txt, .md, .csv and .tex, {pictures}"
+    assert others == f"In its folder: 7 tables as .txt, .md, .csv and .tex, {pictures}"
     suffixes = {file.suffix for file in (workspace / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
     assert {file.stem for file in (workspace / "report").glob("*.png")} == {"strip-Small"}

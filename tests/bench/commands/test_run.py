@@ -34,7 +34,7 @@ camshift  0.97  ##########  100 %  0.2 px  N ms
 2 of 2 runs are in results/mine.
 """
 RUN_PROGRESS = """\
-HH:MM:SS start  mine: 2 trackers, 1 sequence, 2 runs
+HH:MM:SS start  mine: 2 trackers on 1 sequence, 2 runs
 HH:MM:SS done  2/2 runs, 0 failed, N s, results/mine
 data/Small: read as a folder with img/ and groundtruth_rect.txt (OTB).
 Next  trackmark report results/mine
@@ -142,11 +142,12 @@ def test_failed_runs_are_listed_by_the_printed_command(
     name = '=evil"<b>'
     done = trackmark_process(*KNOB, "--name", name, status=1)
     assert done.stdout.splitlines()[:4] == [
-        "1 of 2 runs FAILED.",
-        "FAILED  knob.py:Knob on Small, 0002.png: ValueError: no idea",
+        "1 of 2 runs FAILED:",
+        "        knob.py:Knob on Small, 0002.png: ValueError: no idea",
         "        knob.py, line 24, in update",
-        "        1 of 1 runs failed (left out)",
+        f"Log     trackmark results failures {shlex.quote(f'results/{name}')}",
     ]
+    assert done.stdout.count("failed") == 3  # in the answer, in the table and at the end
     assert "last words" not in done.stdout + done.stderr
     verbose = trackmark_process(*KNOB, "--name", name, "--verbose", status=1).stdout
     assert "Output of knob.py:Knob on Small:\n  | last words\n" in verbose
@@ -272,7 +273,7 @@ def test_failures_of_replaced_runs_are_printed_once_each(trackmark, break_tracke
     done = trackmark(*knob, status=1)
     stderr = "\n".join(messages(done))
     assert [text in stderr for text in ("no idea", "still none")] == [True, False]
-    assert stderr.count("runs failed (") == done.stdout.count("runs failed (") == 1
+    assert stderr.count("runs failed (") == done.stdout.count("FAILED") == 1
     assert "replacement of 1 run" in stderr
 
 
@@ -309,7 +310,8 @@ def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, workspace):
     )  # as a run's folder is, this is not hidden
     knob = (*MINE, "static,_knob.py:Knob", *SMALL, "--seeds")
     text = trackmark(*knob, 3, "--dry-run").stdout
-    assert "4 of 4 runs on 1 sequences are to be run" in text
+    assert "Deterministic trackers run once on each sequence." in text
+    assert re.search(r"4 missing runs on 1 sequence, about .* on \d workers?\.", text)
     assert "first frames on the shortest sequence" in text
     assert not (workspace / "results").exists()
     trackmark(*knob, 2)

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -40,13 +41,8 @@ def environment(tmp_path_factory):
 def other_python():
     """Return an interpreter of another version with NumPy and without trackmark."""
     pattern = "bin/python3.*[0-9]"
-    named = [Path(path) for path in [os.environ.get("OTHER_PYTHON")] if path]
-    folders = [
-        *named,
-        *Path.home().glob(f".pyenv/versions/*/{pattern}"),
-        *Path("/usr").glob(pattern),
-    ]
-    for python in folders:
+    installed = [*Path.home().glob(f".pyenv/versions/*/{pattern}"), *Path("/usr").glob(pattern)]
+    for python in filter(None, [os.environ.get("OTHER_PYTHON"), *installed]):
         if _version(python) not in ("", str(sys.version_info[:3])):
             return python
     pytest.skip("no Python of another version has NumPy; name one: OTHER_PYTHON=/path/to/python")
@@ -76,3 +72,14 @@ def clock_of_hangs(tmp_path, monkeypatch):
         return seconds
 
     monkeypatch.setattr(process, "monotonic", monotonic)
+
+
+def living(program):
+    """Return the ids of running processes of a program; their environment names this test."""
+    ids = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            marked = os.environ["HANGS"].encode() in (folder / "environ").read_bytes()
+            if marked and program.encode() in (folder / "cmdline").read_bytes():
+                ids.append(int(folder.name))
+    return ids

@@ -1,31 +1,24 @@
 """Trackers of Python files in another interpreter."""
 
 import ast
-import os
 import re
 import subprocess
 import sys
 import time
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.bench.external.conftest import FILE
+from tests.bench.external.conftest import FILE, living
 from trackmark import bench, datasets
-from trackmark.bench.engine.dask import with_absolute_paths
-from trackmark.bench.engine.pool import Pool
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit
-from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import describe_tracker, resolve_trackers
-from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.external.python import WORKER
 from trackmark.trackers import Randomness, TrackerError, static
 
 FAILURES = {
     "raise": r"the process raised ValueError: broken\. .*last words.*, in misbehave",
-    "exit": r"the process ended with status 7\..*last words",
     "sys.exit": r"the process ended with status 3\.",
     "signal": r"the process ended by signal 11 .*last words.*in misbehave",
     "nan": r"the box \[nan, 1\.0, 2\.0, 3\.0\] is invalid",
@@ -52,40 +45,24 @@ def content(run):
     return run.failure, rows, details, revised, segmentation
 
 
-def living_workers():
-    """Return the command lines of worker processes that this process has started."""
-    lines = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            line = (folder / "cmdline").read_bytes().decode()
-            marked = os.environ["HANGS"].encode() in (folder / "environ").read_bytes()
-        except OSError:
-            continue
-        lines += [line] if marked and str(WORKER) in line else []
-    return lines
-
-
-@pytest.mark.parametrize("mode", ["calm", "rich", "flood"])
-def test_boxes_equal_those_in_process(environment, noise, mode):
+@pytest.mark.parametrize(
+    ("mode", "protocol"), [("calm", "tre:starts=3"), ("rich", "one-pass"), ("flood", "one-pass")]
+)
+def test_boxes_equal_those_in_process(environment, noise, mode, protocol):
+    """Each segment of a protocol has a new tracker in the same process."""
     texts = [f"{FILE}:mode={mode}", f"{FILE}:python={environment}:mode={mode}"]
-    in_process, external = (bench.evaluate_run(text, noise, repetition=3) for text in texts)
+    in_process, external = (
+        bench.evaluate_run(text, noise, repetition=3, protocol=protocol) for text in texts
+    )
     assert not in_process.failure
     assert content(external) == content(in_process)
     assert external.identity.tracker == in_process.identity.tracker
+    assert len(living(str(WORKER))) == 1
 
 
 def test_other_version_gives_equal_boxes(other_python, noise):
     external = bench.evaluate_run(f"{FILE}:python={other_python}", noise)
     assert content(external) == content(bench.evaluate_run(str(FILE), noise))
-
-
-def test_each_segment_has_a_new_tracker(environment, noise):
-    texts = [str(FILE), f"{FILE}:python={environment}"]
-    in_process, external = (
-        bench.evaluate_run(text, noise, protocol="tre:starts=3") for text in texts
-    )
-    assert content(external) == content(in_process)
-    assert len(living_workers()) == 1  # reused
 
 
 @pytest.mark.parametrize("mode", FAILURES)
@@ -98,28 +75,6 @@ def test_failure_names_command_and_last_output(environment, noise, mode):
     assert mode in ("nan", "garbage") or f"{environment}/bin/python" in reason
 
 
-def test_worker_process_contains_failures(environment, noise, tmp_path):
-    """Failures cost their own runs; no process remains."""
-    modes = ["calm", "raise", "exit", "signal", "flood", "calm"]
-    texts = [f"{FILE}:python={environment}:mode={mode}" for mode in modes]
-    specs = resolve_trackers(texts)
-    assert living_workers() == []
-    source = SequenceSource(str(tmp_path / "Noise"))
-    units = []
-    for text in texts:
-        version = run_identity(specs[text], noise, 0).version
-        seconds = specs[text].call_seconds
-        entries = (Entry(text, 0, version),)
-        units.append(Unit(source, entries, "accuracy", 8, owner=text, call_seconds=seconds))
-    with closing(Pool(Limits())) as pool:
-        runs = [outcome.runs[0] for _, outcome in pool.perform(units)]
-    assert living_workers() == []
-    failed = [(run.identity.parameters["mode"], bool(run.failure)) for run in runs]
-    harmful = {"raise", "exit", "signal"}
-    assert failed == [(mode, mode in harmful) for mode in modes]
-    assert content(runs[0]) == content(bench.evaluate_run(texts[0], noise))
-
-
 def test_hung_worker_ends_with_its_harness(environment, clock_of_hangs, tmp_path, otb):
     """A killed harness cannot end its workers."""
     otb(tmp_path / "Noise", 8)
@@ -127,10 +82,10 @@ def test_hung_worker_ends_with_its_harness(environment, clock_of_hangs, tmp_path
     code = f"from trackmark import bench; bench.evaluate_run({text!r}, {str(tmp_path / 'Noise')!r})"
     harness = subprocess.Popen([sys.executable, "-c", code])
     wait_until((tmp_path / "hangs").exists)
-    assert len(living_workers()) == 1
+    assert len(living(str(WORKER))) == 1
     harness.kill()
     harness.wait()
-    wait_until(lambda: not living_workers())
+    wait_until(lambda: not living(str(WORKER)))
 
 
 def wait_until(condition):
@@ -201,25 +156,15 @@ def test_plugin_runs_where_trackmark_is_installed(noise):
     assert content(external) == content(bench.evaluate_run("static", noise))
 
 
-ERRORS = {
-    ":python=no/such/python": r"no/such/python .*worker.py .*cannot be started: .*No such file",
-    ":python=/bin/false": r"ended with status 1",
-    ":Missing:python={0}": r"raised AttributeError: module .* has no attribute 'Missing'",
-    ":python={0}:start_timeout=0": r"start_timeout='0': Input should be greater than 0",
-}
-
-
-@pytest.mark.parametrize("rest", ERRORS)
-def test_invalid_tracker_is_an_error_before_any_run(environment, rest):
-    with pytest.raises(TrackerError, match=ERRORS[rest]):
-        resolve_trackers([f"{FILE}{rest}".format(environment)])
-
-
-def test_missing_library_is_named_with_the_command(environment, tmp_path):
+def test_invalid_interpreter_or_import_is_an_early_error(environment, tmp_path):
     file = tmp_path / "needy.py"
     file.write_text("import no_such_library\n")
-    with pytest.raises(TrackerError, match=r"python -X.*needy.py: .*No module named 'no_such_lib"):
-        resolve_trackers([f"{file}:python={environment}"])
+    for python, error in {
+        "no/such/python": r"no/such/python .*worker.py .*cannot be started: .*No such file",
+        environment: r"python -X.*needy.py: .*No module named 'no_such_lib",
+    }.items():
+        with pytest.raises(TrackerError, match=error):
+            resolve_trackers([f"{file}:python={python}"])
 
 
 TABLE = """
@@ -245,9 +190,6 @@ def test_table_of_a_file_defines_a_tracker(environment, tmp_path, noise, monkeyp
     assert parse_tracker(f"{file}:mine:step=3").label == "mine:step=3"
     monkeypatch.chdir(tmp_path)
     assert not bench.evaluate_run("trackers.toml:mine", noise).failure
-    unit = Unit(SequenceSource("Noise"), (Entry("trackers.toml:mine:step=3", 0, ""),), "", 8)
-    (entry,) = with_absolute_paths(unit).entries
-    assert entry.tracker == f"{file}:mine:step=3"
 
 
 TABLE_ERRORS = {
@@ -255,6 +197,7 @@ TABLE_ERRORS = {
     "[mine]\nfiles = 'a.py'": r"unknown key of .*trackers.toml:mine 'files'\. Did you mean 'file'",
     "[mine]\npython = 'p'": r"trackers.toml:mine: the key 'file' is missing",
     "[mine]\nfile = 'a.py'\nframe_timeout = 'x'": r"mine: frame_timeout='x': .*valid number",
+    "[mine]\nfile = 'a.py'\ntrax = 'b'": r"the keys 'file' and 'trax' exclude each other",
     "mine = 1": r"mine is a value\. Expected: a table \[mine\]",
     "[mine": r"trackers.toml: Expected",
 }

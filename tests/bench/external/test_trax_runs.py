@@ -1,4 +1,4 @@
-"""Runs of trackers that speak TraX: specifications, files of trackers, identity and failures."""
+"""Runs of trackers that speak TraX; failures of external trackers in worker processes."""
 
 import os
 import shutil
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bench.external.conftest import FILE, living
 from trackmark import bench, datasets
 from trackmark.bench.engine import pool as pool_module
 from trackmark.bench.engine.dask import with_absolute_paths
@@ -39,22 +40,6 @@ def specification(options="as=mine", arguments="4"):
     return f'trax:command="{sys.executable} plain.py {arguments}":{options}'
 
 
-def living_trackers():
-    """Return the ids of running trackers; their environment has the marker of this test."""
-    ids = []
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            marked = os.environ["HANGS"].encode() in (process / "environ").read_bytes()
-            ids += (
-                [process.name]
-                if marked and b"plain.py" in (process / "cmdline").read_bytes()
-                else []
-            )
-        except OSError:
-            continue
-    return ids
-
-
 def test_run_equals_that_of_static_in_process(folder):
     sequence = datasets.load("Noise")
     run, expected = (bench.evaluate_run(text, sequence) for text in (specification(), "static"))
@@ -64,7 +49,7 @@ def test_run_equals_that_of_static_in_process(folder):
     assert run.circumstances["clock"] == TRANSFER_CLOCK
     segments = bench.evaluate_run(specification(), sequence, protocol="tre:starts=3")
     assert not segments.failure
-    assert not living_trackers()
+    assert not living("plain.py")
 
 
 def test_identity_depends_on_command_and_files(folder):
@@ -190,7 +175,6 @@ INVALID = {
     "trackers.ini:modul": "unknown tracker of trackers.ini 'modul'. Did you mean 'module'?",
     "nothing.ini:mine": "nothing.ini: No such file or directory.",
     "broken.ini:mine": "broken.ini: File contains no section headers.",
-    "both.toml:mine": "the keys 'file' and 'trax' exclude each other. Give one.",
 }
 
 
@@ -198,13 +182,12 @@ INVALID = {
 def test_invalid_specification_is_explained(folder, text):
     (folder / "trackers.ini").write_text(VOT.format(python=sys.executable, folder=folder))
     (folder / "broken.ini").write_text("command = x")
-    (folder / "both.toml").write_text("[mine]\ntrax = 'a'\nfile = 'b.py'")
     with pytest.raises(TrackerError) as raised:
         parse_tracker(text)
     assert INVALID[text] in str(raised.value)
 
 
-def test_worker_process_contains_failures(folder, monkeypatch):
+def test_worker_process_contains_failures(folder, environment, monkeypatch):
     """Failures cost their own runs; neither a process nor a file for frames remains."""
     ended = []
 
@@ -213,29 +196,29 @@ def test_worker_process_contains_failures(folder, monkeypatch):
         delete_frame_files(pid)
 
     monkeypatch.setattr(pool_module, "delete_frame_files", delete)
-    modes = ["", "exit", "hang"]
-    texts = [specification(f"as=mine-{n}", f"4 {mode}") for n, mode in enumerate(modes)]
+    texts = {
+        specification("as=calm"): "",
+        specification("as=exit", "4 exit"): "plain.py 4 exit: the process ended with status 7",
+        specification("as=hang", "4 hang"): "plain.py 4 hang: the process did not answer in 3 s",
+        f"{FILE}:python={environment}:mode=raise": "the process raised ValueError: broken",
+        f"{FILE}:python={environment}": "",
+    }
     specs = resolve_trackers(texts)
-    assert not living_trackers()
+    assert not living("plain")
     units = []
-    for text, mode in zip(texts, modes, strict=True):
-        limit = ":frame_timeout=3" if mode == "hang" else ""
-        version = run_identity(specs[text], datasets.load("Noise"), 0).version
-        entries = (Entry(text + limit, 0, version),)
-        seconds = specs[text].call_seconds
-        source = SequenceSource("Noise")
+    for text, spec in specs.items():
+        limit = ":frame_timeout=3" if "hang" in text else ""
+        version = run_identity(spec, datasets.load("Noise"), 0).version
+        entries, source = (Entry(text + limit, 0, version),), SequenceSource("Noise")
+        seconds = spec.call_seconds
         units.append(Unit(source, entries, "accuracy", 6, owner=text, call_seconds=seconds))
     with closing(Pool(Limits())) as pool:
-        outcomes = list(pool.perform(units))
-    assert not living_trackers()
-    runs = {run.identity.tracker: run for _, outcome in outcomes for run in outcome.runs}
-    for number, mode in enumerate(modes):
-        run = runs[f"mine-{number}"]
-        assert bool(run.failure) == bool(mode), run.failure
-        if mode:
-            assert f"plain.py 4 {mode}: the process " in run.failure
-            assert run.failure.startswith("0004.png: ")
-    assert len(ended) >= 2
+        failures = {unit.owner: outcome.runs[0].failure for unit, outcome in pool.perform(units)}
+    assert not living("plain")
+    for text, failure in failures.items():
+        assert bool(failure) == bool(texts[text])
+        assert texts[text] in failure
+    assert ended
     assert not [file for pid in ended for file in Path("/dev/shm").glob(f"trackmark-*-{pid}-*")]
 
 
@@ -246,21 +229,17 @@ def test_frame_files_of_a_killed_process_are_deleted(folder):
     assert not file.exists()
 
 
-@pytest.mark.parametrize("licences", [1, 2])
-def test_failed_start_in_a_worker_is_an_error_of_the_sequence(folder, licences):
-    """The process starts once for the plan and once for the run."""
-    code = f"import os, sys\nif len(os.listdir('used')) == {licences}: sys.exit('no licence')\n"
+def test_failed_start_in_a_worker_is_an_error_of_the_sequence(folder):
+    """The process starts once for the plan and once for the run, which gets no licence here."""
     (folder / "used").mkdir()
     file = folder / "licensed.py"
-    file.write_text(f"{code}open(f'used/{{os.getpid()}}', 'w').close()\n{PLAIN.read_text()}")
+    code = "import os, sys\nif os.listdir('used'): sys.exit('no licence')\n"
+    file.write_text(f"{code}open('used/1', 'w').close()\n{PLAIN.read_text()}")
     text = f"trax:command={sys.executable} licensed.py 4:as=mine"
     version = run_identity(resolve_trackers([text])[text], datasets.load("Noise"), 0).version
     unit = Unit(SequenceSource("Noise"), (Entry(text, 0, version),), "accuracy", 6, owner=text)
     with closing(Pool(Limits())) as pool:
         ((_, outcome),) = pool.perform([unit])
-    if licences == 2:
-        assert not outcome.runs[0].failure
-        return
     assert "Noise: " in str(outcome)
     assert "ended with status 1. The end of its output:\nno licence" in str(outcome)
 
@@ -270,7 +249,15 @@ def test_command_can_end_with_a_file(folder):
     assert (name, options) == ("trax", {"command": "./server cfg.toml my.py", "as": "mine"})
 
 
-def test_specification_for_another_folder_names_its_own(folder):
-    unit = Unit(SequenceSource("Noise"), (Entry(specification(), 0, ""),), "accuracy", 6)
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (specification(), f"{specification()}:folder={{folder}}"),
+        ("a.toml:mine:step=3", "{folder}/a.toml:mine:step=3"),
+        ("a.py:python=./env", "{folder}/a.py:python={folder}/env"),
+    ],
+)
+def test_specification_for_another_folder_has_absolute_paths(folder, text, expected):
+    unit = Unit(SequenceSource("Noise"), (Entry(text, 0, ""),), "accuracy", 6)
     (entry,) = with_absolute_paths(unit).entries
-    assert entry.tracker == f"{specification()}:folder={folder}"
+    assert entry.tracker == expected.format(folder=folder)

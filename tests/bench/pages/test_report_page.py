@@ -45,7 +45,7 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     lines = trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
     assert lines.stderr.splitlines()[-2] == "report/report.html"
     count = len([*(workspace / "report").glob("*.csv")])
-    assert f"Beside it: {count} tables as .txt, .md, .csv and .tex" in lines.stderr
+    assert f"In its folder: {count} tables as .txt, .md, .csv and .tex" in lines.stderr
     output = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     tables = {entry["table"]: entry["rows"] for entry in map(json.loads, output.splitlines())}
     page = (workspace / "report" / "report.html").read_text()

@@ -89,3 +89,8 @@ def test_lower_scores_can_be_better():
         "better than a."
     )
     assert details == ("c follows with 8.0 px.",)
+    second = ranked("b", 0.4, "inconclusive", (0, 1), reason="interval contains 0; 9 needed")
+    _, details = answer([ranked("a", 0.5), second], Measured(8))
+    assert (
+        details[0] == "b follows with 0.40 (the interval of the difference contains 0; 9 needed)."
+    )

@@ -46,7 +46,6 @@ int main(int count, char **values) {
         }
         int32_t width = width_of(given.at(0));
         if (frame == 3 && mode == "signal") std::abort();
-        if (frame == 3 && mode == "image") width_of("file:///no/image");
         std::cout << "width " << width << "\n@@TRAX:state \"" << region << "\"" << std::endl;
         ++frame;
     }
