@@ -29,6 +29,7 @@ def evaluate(
     repetitions: int = 1,
     protocol: str = ONE_PASS,
     metrics: str = "native",
+    jobs: int = 1,
     seed: int | None = None,
     raise_errors: bool = False,
 ) -> Results:
@@ -51,6 +52,8 @@ def evaluate(
         Protocol, for example `supervised:skip=10`; see docs/protocols.md.
     metrics : str
         Default metrics of the results: one of `trackmark.metrics.names()`.
+    jobs : int
+        Number of processes; only 1 is possible. `trackmark.run` uses several processes.
     seed : int, optional
         Selects other random numbers for all runs. Such results cannot be saved.
     raise_errors : bool
@@ -69,6 +72,11 @@ def evaluate(
     TrackerError, SequenceError, ProtocolError, ValueError
         For invalid or unknown names or values, and for a sequence without ground truth.
     """
+    if jobs != 1:
+        raise ValueError(
+            f"jobs is {jobs}. Expected: 1, as evaluate uses this process only. Use trackmark.run "
+            "for several processes; it stores the runs in a folder."
+        )
     if repetitions < 1:
         raise ValueError(f"repetitions is {repetitions}. Expected: 1 or more.")
     canonical_name(metrics)

@@ -15,6 +15,7 @@ import pandas as pd
 from trackmark.bench.comparing.comparable_runs import compared_measure, same_boxes, scored_runs
 from trackmark.bench.comparing.comparison import Comparison
 from trackmark.bench.comparing.comparison import compare as compare_runs
+from trackmark.bench.comparing.tables import screen_lines
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
@@ -29,7 +30,7 @@ from trackmark.bench.store.results import Results as Store
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
 from trackmark.bench.store.truth import find_attributes, write_truth
 from trackmark.datasets import Sequence
-from trackmark.reports.renderers import to_html
+from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table, sequence_table
 
 RunName: TypeAlias = tuple[str, str, int]
@@ -74,6 +75,11 @@ class Results:
         self._sequences, self._in_memory = list(sequences), in_memory or {}
 
     def __getitem__(self, key: tuple[str, str] | RunName) -> Run:
+        if not (isinstance(key, tuple) and len(key) in (2, 3)):
+            raise TypeError(
+                f"results[{key!r}]: expected tracker and sequence, for example "
+                "results['camshift', 'face']; the attribute `runs` has all names."
+            )
         tracker, name, repetition = (*key, 0)[:3]
         sequences = list(dict.fromkeys(sequence for _, sequence, _ in self.runs))
         ends = [sequence for sequence in sequences if sequence.rpartition("/")[2] == name]
@@ -138,13 +144,14 @@ class Results:
 
     @property
     def failures(self) -> pd.DataFrame:
-        """Failed runs: tracker, sequence, repetition, name of the frame, and error."""
+        """Failed runs: tracker, sequence, error, name of the frame, and repetition."""
         rows = []
         for (tracker, sequence, repetition), run in self.runs.items():
             if run.failure:
                 frame, _, error = run.failure.splitlines()[0].partition(": ")
-                rows.append([tracker, sequence, repetition, frame, error])
-        return pd.DataFrame(rows, columns=["tracker", "sequence", "repetition", "frame", "error"])
+                rows.append([tracker, sequence, error, frame, repetition])
+        # If a line is too narrow, pandas omits the column in the middle.
+        return pd.DataFrame(rows, columns=["tracker", "sequence", "error", "frame", "repetition"])
 
     def save(self, folder: str | Path) -> Path:
         """Store runs in memory in a new folder, as `trackmark run` does; return the folder.
@@ -203,6 +210,10 @@ class Results:
         undefined = preset != PRESET  # scores that are undefined in some runs, as in `report`
         measures = measures_of(preset)
         return mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
+
+    def __str__(self) -> str:
+        """Return the means as a table in the width of the terminal."""
+        return "\n".join(terminal_lines(self._mean_table(*self._with_worst_scores())))
 
     def __repr__(self) -> str:
         place = "in memory" if self.folder is None else f"in {self.folder}"
@@ -285,6 +296,13 @@ def load_results(
     return Results(_StoredRuns(store, selected), selected, metrics, folder=experiments[0])
 
 
+class PrintedComparison(Comparison):
+    """Comparison that prints like `trackmark compare`: answer, standings and pairs."""
+
+    def __str__(self) -> str:
+        return "\n".join(screen_lines(self))
+
+
 def compare(
     results: Results,
     baseline: str | None = None,
@@ -308,7 +326,7 @@ def compare(
     Returns
     -------
     Comparison
-        Differences with intervals and decisions; a notebook displays them as a table.
+        Differences with intervals and decisions; `print` and notebooks show them as a table.
 
     Raises
     ------
@@ -319,7 +337,7 @@ def compare(
     runs = load_runs(folder)
     measure = compared_measure(preset, metric, margin)
     table, measure = scored_runs(folder, runs, stored, preset, measure)
-    return compare_runs(
+    comparison = compare_runs(
         table,
         measure,
         against=baseline,
@@ -327,3 +345,4 @@ def compare(
         same_boxes=same_boxes(folder, runs, stored),
         not_repeatable=not_repeatable(runs),
     )
+    return PrintedComparison(**vars(comparison))

@@ -36,7 +36,16 @@ from trackmark.bench.protocols import (
     stored_protocol,
 )
 from trackmark.datasets import Sequence
-from trackmark.trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
+from trackmark.trackers import (
+    Box,
+    Estimate,
+    Finisher,
+    Mapper,
+    Mask,
+    Tracker,
+    TrackerError,
+    Watcher,
+)
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -376,6 +385,9 @@ class Recorder:
             raise NotAttributableError("the memory is exhausted") from error
         # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
+        message = message.removeprefix(f"{type(error).__module__}.")
+        if type(error) in (MalformedEstimateError, TrackerError):  # the message suffices
+            message = message.removeprefix(f"{type(error).__name__}: ")
         trace = "".join(traceback.format_exception(error))
         if isinstance(error, ExternalTrackerError):  # the stack of the harness is of no interest
             message, trace = str(error).replace("\n", " "), str(error)

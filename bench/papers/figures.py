@@ -148,8 +148,8 @@ def _draw_strip(strip: Strip, entry: FigureEntry, context: Context) -> tuple[str
     frame_numbers = ", ".join(map(str, entry.frames))
     words = (
         f"Frames {frame_numbers} of {strip.sequence.name}, with the centre error in brackets. This "
-        f"scene has the median error of {entry.trackers[0]} as recommended. Each row states in how "
-        "many scenes the target is tracked and lost in the same frames as here."
+        f"scene has the median error of {entry.trackers[0]} as recommended. The title of each row "
+        "counts the scenes with the same result (tracked or lost) in all of these frames."
     )
     return words, np.vstack(rows)
 

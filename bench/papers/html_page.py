@@ -171,10 +171,11 @@ def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
     if strip is None:
         pictures = [compress_picture(drawing.path.read_bytes()) for drawing in figures]
         return cards.FigurePanel(label, caption, figure.words, pictures=pictures)
+    colours = " Green: on or off as in the paper; red: not." if figure.entry.paper else ""
     words = (
         f"`{strip.sequence.name}`, the scene with the median error of {figure.entry.trackers[0]} "
         f"as recommended. White: true {figure.entry.shape}; solid: as written; dashed: "
-        "recommended; px: centre error."
+        f"recommended; px: centre error.{colours}"
     )
     rows = []
     for number, tracker in enumerate(figure.entry.trackers):
@@ -297,8 +298,11 @@ def _folds(report: Report) -> Iterator[Fold]:
         _paragraphs(notes.get(heading, ""))
         for heading in ("Result", "What differs and why", "How long it takes", "History")
     )
-    about = [VIDEOS, report.description.method, *result]
-    yield Fold("differences", "What differs and why", words=[*about, *differs])
+    about = [plain(VIDEOS), report.description.method]
+    if report.verdicts:
+        yield Fold("differences", "What differs and why", words=[*about, *result, *differs])
+    else:
+        yield Fold("method", "Method and scenes", words=about)
     yield Fold("scenes", "The scenes", "criteria, and values", sheets=[PageTable(report.criteria)])
     yield Fold("parameters", "Settings", "parameters", sheets=[PageTable(report.settings)])
     if report.sensitivity:

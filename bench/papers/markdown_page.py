@@ -18,7 +18,7 @@ VIDEOS = (
     "The paper's videos are not available. Synthetic scenes, drawn from the paper's descriptions, "
     "replace them. The paper's numbers are therefore printed next to ours, but our results need "
     "not reach them. There are two settings: `as-written` takes the text literally; `recommended` "
-    "differs from `as-written` only in the values that section 6 lists."
+    "differs from `as-written` only in the values that the section *Settings* lists."
 )
 
 
@@ -33,25 +33,26 @@ def page(report: Report, folder: Path) -> str:
     parts = [f"# {entry.title}", f"{entry.citation}", f"**Method.** {entry.method}"]
     if report.verdicts:
         parts.append(f"**Result.** {entry.finding} {notes.get('Result', '')}".rstrip())
-    parts += [VIDEOS, "## 1 The paper's numbers and ours", *map(markdown, report.main)]
-    parts += ["## 2 Figures", _figures(report, folder)]
+    sections = {
+        "The paper's numbers and ours": [*map(markdown, report.main)],
+        "Figures": [_figures(report, folder)],
+    }
     if report.verdicts:
         counts = f"{len(report.verdicts)} claims. {'; '.join(report.counts)}."
         rules = f"{RULES} See [verdicts on claims](../verdicts.md)."
-        parts += ["## 3 Verdicts", rules, counts, markdown(verdict_table(report.verdicts))]
-    parts += ["## 4 What differs and why", notes.get("What differs and why", "")]
-    parts += ["## 5 The scenes", markdown(report.criteria)]
-    parts += ["## 6 Settings", markdown(report.settings)]
-    parts.append("## 7 Sensitivity (no verdicts)")
-    parts.append(
-        markdown(report.sensitivity)
-        if report.sensitivity
-        else f"Written by `trackmark reproduce {entry.name} --all`."
-    )
-    parts += ["## 8 How to run it", f"    trackmark reproduce {entry.name} --all"]
-    options = "`--all` adds section 7; `--quick` omits the verdicts."
-    parts.append(f"{options} {notes.get('How long it takes', '')}".rstrip())
-    parts += ["## 9 History", notes.get("History", "")]
+        sections["Verdicts"] = [rules, counts, markdown(verdict_table(report.verdicts))]
+        sections["What differs and why"] = [notes.get("What differs and why", "")]
+    sections["The scenes"] = [markdown(report.criteria)]
+    sections["Settings"] = [markdown(report.settings)]
+    absent = f"Written by `trackmark reproduce {entry.name} --all`."
+    sensitivity = markdown(report.sensitivity) if report.sensitivity else absent
+    sections["Sensitivity (no verdicts)"] = [sensitivity]
+    options = "`--all` adds the sensitivity table; `--quick` omits the verdicts."
+    options = f"{options} {notes.get('How long it takes', '')}".rstrip()
+    sections["How to run it"] = [f"    trackmark reproduce {entry.name} --all", options]
+    sections["History"] = [notes.get("History", "")]
+    for number, (title, texts) in enumerate(sections.items(), 1):
+        parts += [f"## {number} {title}", *texts]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 

@@ -1,6 +1,7 @@
 """Functions of `import trackmark`: arguments, errors, seeds, results and their notebook forms."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -69,6 +70,8 @@ def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     assert {name for _, name in names} == {"line", "samples/face"}
     with pytest.raises(TrackerError, match="two different trackers are called 'Plain'"):
         tm.evaluate([Plain, Plain()], line)
+    with pytest.raises(ValueError, match=r"jobs is 2\..*Use trackmark.run"):
+        tm.evaluate("static", line, jobs=2)
 
 
 def test_score_takes_metrics_and_warns_of_preset(face):
@@ -133,6 +136,36 @@ def test_forms_are_one_line_of_text_and_html(face):
     assert "camshift - static" in html[3]
 
 
+def test_print_shows_means_and_the_answer_of_a_comparison(face):
+    results = tm.evaluate(["static", "camshift"], [face, "samples/bow-tie"])
+    assert re.search(r"^camshift +0\.671 ", str(results), re.MULTILINE)
+    lines = str(tm.compare(results)).splitlines()
+    assert lines[0].startswith("camshift has the highest mean overlap on these 2 sequences: 0.67.")
+    assert any(line.startswith("samples/bow-tie ") for line in lines)
+    means = str(tm.compare(tm.evaluate(["static", "camshift"], face[:20])))
+    assert "1 sequence: too few for intervals" in means
+
+
+def test_reason_of_a_failure_starts_without_the_module(line):
+    class OwnError(ValueError):
+        pass
+
+    class Raises(Plain):
+        def update(self, image):
+            raise OwnError("no model")
+
+    class Wrong(Plain):
+        def update(self, image):
+            return [1, 2, -3, 4]
+
+    OwnError.__qualname__ = "OwnError"
+    with pytest.warns(RuntimeWarning, match="2 of 2 runs failed"):
+        results = tm.evaluate([Raises, Wrong], line)
+    raised, wrong = results.failures["error"]
+    assert raised == "OwnError: no model"
+    assert wrong.startswith("the box [1.0, 2.0, -3.0, 4.0] is invalid")
+
+
 def test_failed_run_warns_and_can_raise(line):
     with pytest.warns(RuntimeWarning, match=r"1 of 2 runs failed.*no model \(.*test_api\.py, line"):
         results = tm.evaluate([Plain, Broken], line)
@@ -181,6 +214,8 @@ def test_key_error_lists_the_nearest_runs(line):
     results = tm.evaluate("static", line)
     with pytest.raises(KeyError, match=r"nearest ones are \('static', 'line', 0\)"):
         results["statik", "line"]
+    with pytest.raises(TypeError, match=r"results\['static'\]: expected tracker and sequence"):
+        results["static"]
 
 
 def test_means_follow_the_rules_of_the_report(make_sequence):

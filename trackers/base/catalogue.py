@@ -342,11 +342,15 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     try:
         with contextlib.chdir(Path.cwd()):  # the file may change the working directory
             loader.exec_module(module)
-    except ImportError:
-        raise
     except (Exception, SystemExit) as error:
+        hint = ""
+        if isinstance(error, ModuleNotFoundError):
+            hint = (
+                ". If another Python environment has this module: --trackers FILE:python=PATH "
+                "(docs/external.md)"
+            )
         raise TrackerError(
-            f"{file}: the file cannot be imported: {_error_text(error, path)}"
+            f"{file}: the file cannot be imported: {_error_text(error, path)}{hint}"
         ) from error
     class_name = class_name or _only_tracker(module, file)
     if not hasattr(module, class_name):

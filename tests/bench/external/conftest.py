@@ -40,12 +40,30 @@ def environment(tmp_path_factory):
 @pytest.fixture(scope="session")
 def other_python():
     """Return an interpreter of another version with NumPy and without trackmark."""
-    pattern = "bin/python3.*[0-9]"
-    installed = [*Path.home().glob(f".pyenv/versions/*/{pattern}"), *Path("/usr").glob(pattern)]
-    for python in filter(None, [os.environ.get("OTHER_PYTHON"), *installed]):
+    for python in filter(None, [os.environ.get("OTHER_PYTHON"), *_interpreters()]):
         if _version(python) not in ("", str(sys.version_info[:3])):
             return python
     pytest.skip("no Python of another version has NumPy; name one: OTHER_PYTHON=/path/to/python")
+
+
+@pytest.fixture(scope="session")
+def other_environment(tmp_path_factory):
+    """Return a virtual environment of another version of Python, with NumPy from the index."""
+    current = f"python{sys.version_info[0]}.{sys.version_info[1]}"
+    others = [python for python in _interpreters() if python.name != current]
+    for number, python in enumerate(sorted(others, key=lambda python: len(python.name))):
+        folder = tmp_path_factory.mktemp("other") / str(number)
+        pip = folder / "bin" / "python", "-m", "pip", "install", "--quiet", "numpy"
+        for command in ([python, "-m", "venv", folder], pip):
+            done = subprocess.run(command, capture_output=True, check=False)
+        if done.returncode == 0:
+            return folder
+    pytest.skip("no other Python is installed for which pip can install NumPy")
+
+
+def _interpreters():
+    pattern = "bin/python3.*[0-9]"
+    return [*Path.home().glob(f".pyenv/versions/*/{pattern}"), *Path("/usr").glob(pattern)]
 
 
 def _version(python):

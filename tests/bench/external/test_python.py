@@ -65,6 +65,12 @@ def test_other_version_gives_equal_boxes(other_python, noise):
     assert content(external) == content(bench.evaluate_run(str(FILE), noise))
 
 
+@pytest.mark.slow
+def test_environment_of_another_version_gives_equal_boxes(other_environment, noise):
+    external = bench.evaluate_run(f"{FILE}:python={other_environment}", noise)
+    assert content(external) == content(bench.evaluate_run(str(FILE), noise))
+
+
 @pytest.mark.parametrize("mode", FAILURES)
 def test_failure_names_command_and_last_output(environment, noise, mode):
     run = bench.evaluate_run(f"{FILE}:python={environment}:mode={mode}", noise)
