@@ -15,7 +15,7 @@ from trackmark import bench
 from trackmark.bench.engine import engine, pool, probe
 from trackmark.bench.engine.pool import Pool, Worker
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
-from trackmark.bench.execution.executor import Execution, run
+from trackmark.bench.execution.executor import Execution, run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
@@ -105,7 +105,9 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     names = ("static", f"{data}/knob.py:Knob", "camshift")
     requested = experiment(data, *names, repetitions=2)
     with without_processes():
-        folder_without_workers = run(replace(requested, name="one"), data / "results", jobs=1)
+        folder_without_workers = run_experiment(
+            replace(requested, name="one"), data / "results", jobs=1
+        )
     opened, read = [], readers.read
     monkeypatch.setattr(readers, "read", lambda *args: opened.append(args[0]) or read(*args))
     execution = Execution(requested, data / "results", jobs=2)
@@ -136,9 +138,9 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
 def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, options):
     names = ("camshift:window=adaptive",)
     requested = experiment(data, *names, sequences="A", **options)
-    worker_folder = run(requested, data / "results", jobs=1)
+    worker_folder = run_experiment(requested, data / "results", jobs=1)
     with without_processes():
-        local_folder = run(replace(requested, name="here"), data / "results", jobs=1)
+        local_folder = run_experiment(replace(requested, name="here"), data / "results", jobs=1)
     (row,) = list_scored_runs(Results(worker_folder))
     a, b = (Results(folder).read(run_key(row)) for folder in (worker_folder, local_folder))
     assert a.identity == b.identity
@@ -187,8 +189,8 @@ def test_patched_library_is_not_a_failure_of_another_tracker(data):
 def test_tracker_file_shares_no_process(data, contents, without_processes):
     names = ("Reads", "static")
     with without_processes():
-        plain = run(experiment(data, *names), data / "plain", jobs=1)
-    spoilt = run(experiment(data, "Spoils", *names), data / "spoilt", jobs=1)
+        plain = run_experiment(experiment(data, *names), data / "plain", jobs=1)
+    spoilt = run_experiment(experiment(data, "Spoils", *names), data / "spoilt", jobs=1)
     boxes = contents(spoilt)
     assert {path: boxes[path] for path in contents(plain)} == contents(plain)
     modes = {file.stat().st_mode & 0o777 for file in spoilt.rglob("*") if file.is_file()}
@@ -196,7 +198,9 @@ def test_tracker_file_shares_no_process(data, contents, without_processes):
 
 
 def test_each_tracker_is_timed_in_a_process_of_its_own(data):
-    folder = run(experiment(data, "LeavesThread", "static", timing=True), data / "results", jobs=1)
+    folder = run_experiment(
+        experiment(data, "LeavesThread", "static", timing=True), data / "results", jobs=1
+    )
     assert set(failures(folder).values()) == {""}
     processes = {}
     (log,) = read_logs(folder).values()
@@ -210,7 +214,7 @@ def test_each_tracker_is_timed_in_a_process_of_its_own(data):
 
 
 def test_processes_that_a_tracker_or_its_import_starts_are_ended(data, wait_until):
-    run(experiment(data, "LeavesDaemon", sequences="A"), data / "results", jobs=1)
+    run_experiment(experiment(data, "LeavesDaemon", sequences="A"), data / "results", jobs=1)
     command = f"sleep 86414.{os.getpid()}"
     start = f"import subprocess\nsubprocess.Popen({command.split()}, start_new_session=True)\n"
     (data / "starts.py").write_text(start + KNOB_TRACKER)
@@ -226,7 +230,7 @@ def running(command):
 
 def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
     with pytest.raises(SequenceError, match="changed during its runs"):
-        run(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
+        run_experiment(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
     assert Results(data / "results" / "trial").list_keys() == []
 
 

@@ -31,11 +31,13 @@ def test_canonical_name_round_trips(scene, speed, light, clutter):
     assert TargetParameters.checked(name, options) == parameters
 
 
-def test_unknown_parameter_error_lists_valid_names(target):
+def test_unknown_parameter_error_has_the_closest_or_all_names(target):
     with pytest.raises(
-        SequenceError, match=r"plain/target: unknown parameter 'oclusion'.*'occlusion'"
-    ) as e:
+        SequenceError, match=r"plain/target: unknown parameter 'oclusion'.*'occlusion'\?$"
+    ):
         target(oclusion=0.5)
+    with pytest.raises(SequenceError, match="unknown parameter 'xyz'") as e:
+        target(xyz=0.5)
     assert all(parameter in str(e.value) for parameter in TargetParameters.model_fields)
 
 
