@@ -170,6 +170,7 @@ HUGE = """self.count = getattr(self, "count", 0) + 1
         ][self.count % 4]))"""
 
 
+@pytest.mark.slow
 def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, workspace, two):
     file = workspace / "knob.py"
     source = file.read_text()

@@ -43,7 +43,9 @@ def start(*arguments):
     return TraxTracker(TraxCommand((*COMMAND, *map(str, arguments)), folder=HOME))
 
 
-@pytest.mark.parametrize("name", ["camshift", "particle-filter"])
+@pytest.mark.parametrize(
+    "name", ["camshift", pytest.param("particle-filter", marks=pytest.mark.slow)]
+)
 def test_estimates_equal_those_in_process_to_the_bit(name):
     sequence = datasets.load("samples/face")
     served, seeds = start(name, "--seed", 7), [7, 8]
@@ -60,6 +62,7 @@ def test_estimates_equal_those_in_process_to_the_bit(name):
     assert served._process._process.returncode == 0
 
 
+@pytest.mark.slow
 def test_stochastic_tracker_without_seed_differs_between_starts():
     sequence = datasets.load("samples/face")
     served = [start("particle-filter") for _ in range(2)]

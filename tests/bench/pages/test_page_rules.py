@@ -95,16 +95,18 @@ def test_page_of_any_width_is_accessible(chromium, extremes, page, many, axe, wi
     check_accessibility(chromium, axe, (page, many, *extremes.values()), width, dark)
 
 
-def test_open_player_is_accessible(opened_page, axe):
-    for width, dark in ((1280, False), (1280, True), (390, False)):
-        opened_page.size(width, 844, dark=dark, mobile=width < 400, still=True)
-        opened_page.run(
-            f"choose({{sequence: {canonical_name('plain/target:length=60')!r}, frame: 3}})"
-        )
-        opened_page.wait("dialog.open && paintedFrame === 3")
-        assert violations(opened_page, axe) == []
-        opened_page.key("Escape")
-        opened_page.wait("!dialog.open")
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("width", "dark"),
+    [(1280, True), pytest.param(1280, False, marks=SLOW), pytest.param(390, False, marks=SLOW)],
+)
+def test_open_player_is_accessible(opened_page, axe, width, dark):
+    opened_page.size(width, 844, dark=dark, mobile=width < 400, still=True)
+    opened_page.run(f"choose({{sequence: {canonical_name('plain/target:length=60')!r}, frame: 3}})")
+    opened_page.wait("dialog.open && paintedFrame === 3")
+    assert violations(opened_page, axe) == []
 
 
 def test_first_screen_has_answer_leaderboard_plot_and_a_loop(opened_page):

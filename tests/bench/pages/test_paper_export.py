@@ -102,6 +102,7 @@ def test_long_tables_and_words_fit_a_page_of_latex(tmp_path):
     assert wide_boxes(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_figures_of_runs_are_written_next_to_the_page(results, tmp_path, drifting):
     report, messages = preset_report(results, ["native", "otb"]), []
     figures = FigureFiles(".svg", messages.append, report.scored)

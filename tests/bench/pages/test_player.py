@@ -381,6 +381,7 @@ def test_curve_has_numbers_of_overlap_or_error(opened_page):
     assert "centre error [px]" in opened_page.wait("texts.length && texts")
 
 
+@pytest.mark.slow
 def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "MAX_INLINE_FRAMES", 0)
     beside = write_experiment_page(results, tmp_path, full=True)

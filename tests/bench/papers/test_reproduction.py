@@ -357,14 +357,21 @@ def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
 
 
 @browser.needs_browser
-def test_paper_page_and_front_page_are_accessible(page, tiny, report, axe, tmp_path):
+@pytest.mark.parametrize(
+    ("width", "dark"),
+    [
+        (390, True),
+        pytest.param(1280, False, marks=pytest.mark.slow),
+        pytest.param(320, False, marks=pytest.mark.slow),
+    ],
+)
+def test_paper_pages_are_accessible(page, tiny, report, axe, tmp_path, width, dark):
     text = json.dumps(report_data(report, 75.0))
     (tiny.results / "tiny" / "report.json").write_text(text)
     front = write_front_page(tiny.results)
     opened = browser.Browser(tmp_path)
     try:
-        for width, dark in ((1280, False), (390, True), (320, False)):
-            check_accessibility(opened, axe, (page, front), width, dark)
+        check_accessibility(opened, axe, (page, front), width, dark)
     finally:
         opened.close()
 

@@ -20,6 +20,7 @@ def tagged(workspace, otb):
     return "tagged"
 
 
+@pytest.mark.slow
 def test_report_has_table_and_radar_plot_of_annotations(trackmark, workspace, tagged):
     trackmark("run", "--trackers", "static,camshift", "--sequences", tagged, "--name", "tagged")
     trackmark("report", "results/tagged", "--by-attribute", "--folder", "paper")
