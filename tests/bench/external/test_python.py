@@ -113,8 +113,9 @@ def test_times_are_those_of_the_worker(environment, tmp_path, noise):
         "        return self.box\n"
     )
     run = bench.evaluate_run(f"{file}:python={environment}", noise)
-    assert run.circumstances["update_seconds"] >= 0.02  # CPU time of another process
-    assert run.circumstances["seconds"] >= 7 * 0.02
+    # The CPU time of another process; all of its threads count, so the wall time can be shorter.
+    assert run.circumstances["update_seconds"] >= 0.02
+    assert run.circumstances["seconds"] >= 0.02
     assert "clock" not in run.circumstances
 
 
