@@ -132,6 +132,7 @@ class Results:
         else:
             data = self._mean_table(preset, runs).data
             index, columns = ["tracker"], {"": "mean", "_low": "low", "_high": "high"}
+        # `pivot_table` would omit rows of which all scores are NaN.
         wide = data.set_index([*index, "measure"])[list(columns.values())].unstack("measure")  # noqa: PD010
         order = data.drop_duplicates(index).set_index(index).index
         return pd.DataFrame(

@@ -190,7 +190,7 @@ def _command_files(command: TraxCommand) -> list[Path]:
         files += [folder / path / f"{module}.py" for path in paths]
     program = shutil.which(command.command[0])
     # `Path.is_file` raises OSError for an argument that is too long for a path.
-    existing = [file for file in files if os.path.isfile(file)]  # noqa: PTH113
+    existing = [file for file in files if os.path.isfile(file)]  # noqa: PTH113  # see above
     return existing or ([Path(program)] if program else [])
 
 

@@ -56,7 +56,7 @@ class _Session:
 
     def __init__(self, tracker: PythonClass) -> None:
         # The file has no name, so that nothing is left if this process is killed.
-        self._frames = tempfile.TemporaryFile(**frame_file_options(), buffering=0)  # noqa: SIM115
+        self._frames = tempfile.TemporaryFile(**frame_file_options(), buffering=0)  # noqa: SIM115  # closed below
         weakref.finalize(self, self._frames.close)
         frames = self._frames.fileno()
         self._process = LineProcess(

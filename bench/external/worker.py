@@ -141,6 +141,7 @@ def libraries() -> Any:
 def create(kind: Any, request: Any) -> Any:
     """Return a new tracker; the global random generators are seeded."""
     parameters, seed = request["parameters"], request["seed"]
+    # Code of users often draws from the global generators, which then repeat with the run.
     random.seed(seed)
     np.random.seed(seed)
 
