@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from trackmark.bench.external import process
-from trackmark.bench.external.definition import close_idle_processes
+from trackmark.bench.external.plugin import close_idle_processes
 
 FILE = Path(__file__).with_name("plain_tracker.py")
 _PROBE = """

@@ -55,7 +55,7 @@ ENDS = {
     "import sys; input(); sys.exit('no GPU')": ("ended with status 1", "no GPU"),
     "import os; os._exit(7)": ("ended with status 7", ""),
     "import os; input(); os.kill(os.getpid(), 11)": ("ended by signal 11", ""),
-    "import os, time; os.close(1); time.sleep(99)": ("closed its stdin or stdout", ""),
+    "import os, time; os.close(1); time.sleep(99)": ("closed its stdout", ""),
     "import os\nwhile True: os.write(1, bytes(1 << 16))": ("more than 64 MiB", ""),
 }
 

@@ -201,10 +201,10 @@ def test_table_of_a_file_defines_a_tracker(environment, tmp_path, noise, monkeyp
 
 TABLE_ERRORS = {
     "[other]": r"unknown tracker of .*trackers.toml 'mine'\. .*Known: other",
-    "[mine]\nfiles = 'a.py'": r"unknown key of .*trackers.toml:mine 'files'\. Did you mean 'file'",
-    "[mine]\npython = 'p'": r"trackers.toml:mine: the key 'file' is missing",
-    "[mine]\nfile = 'a.py'\nframe_timeout = 'x'": r"mine: frame_timeout='x': .*valid number",
-    "[mine]\nfile = 'a.py'\ntrax = 'b'": r"the keys 'file' and 'trax' exclude each other",
+    "[mine]\nfiles = 'a.py'": r"unknown parameter of .*toml:mine 'files'\. Did you mean 'file'",
+    "[mine]\npython = 'p'": r"trackers.toml:mine: give either the key 'file'",
+    "[mine]\nfile = 'a.py'\nframe_timeout = 'x'": r"mine: parameter frame_timeout=x: .* number",
+    "[mine]\nfile = 'a.py'\ntrax = 'b'": r"trackers.toml:mine: give either the key 'file'",
     "mine = 1": r"mine is a value\. Expected: a table \[mine\]",
     "[mine": r"trackers.toml: Expected",
 }

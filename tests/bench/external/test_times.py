@@ -17,7 +17,6 @@ class Clocked(ExternalPlugin):
 
     name = "clocked"
     call_times = (2.0, 2.0)
-    includes_transfer = True
 
     def init(self, image, box, mask=None):
         self.box = box
@@ -27,6 +26,13 @@ class Clocked(ExternalPlugin):
 
     def close(self):
         pass
+
+
+class Unclocked(Clocked):
+    """Tracker without times of its own."""
+
+    name = "unclocked"
+    call_times = None
 '''
 
 
@@ -36,7 +42,12 @@ def test_reported_times_replace_measured_times(tmp_path, otb, run_trial):
     file = tmp_path / "clocked.py"
     file.write_text(CLOCKED)
     folders = [
-        run_trial(tmp_path / f"results-{timing}", ["static", str(file)], [sequence], timing=timing)
+        run_trial(
+            tmp_path / f"results-{timing}",
+            ["static", f"{file}:Clocked", f"{file}:Unclocked"],
+            [sequence],
+            timing=timing,
+        )
         for timing in (False, True)
     ]
     runs, timing_runs = map(bench.load_runs, folders)
@@ -48,9 +59,9 @@ def test_reported_times_replace_measured_times(tmp_path, otb, run_trial):
         assert timed[score] == 2.0
     notes = {table.name: table.notes for folder in folders for table in tables(folder)}
     assert notes
-    assert all("times of clocked: wall time with transfer" in lines for lines in notes.values())
+    assert all("times of unclocked: wall time with transfer" in lines for lines in notes.values())
     assert (
         summarise_times(folders[1], Results(folders[1]).list_keys())[-1]
-        == "times of clocked: wall time with transfer"
+        == "times of unclocked: wall time with transfer"
     )
     assert np.isfinite(runs["update_seconds"]).all()

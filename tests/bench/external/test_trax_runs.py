@@ -166,7 +166,7 @@ INVALID = {
     "trax:command=./a:b:as=mine": "A command with ':' needs a table of a TOML file.",
     "trax:command=./a 'b:as=mine": "No closing quotation.",
     "trax:command=./a:as=mine": "./a: the command cannot be started: ",
-    "trax:command=./a:as=mine:start_timeout=0": "start_timeout='0': Input should be greater than 0",
+    "trax:command=./a:as=mine:start_timeout=0": "start_timeout=0: Input should be greater than 0",
     specification("as=mine:size=2"): "unknown parameter of mine 'size'.",
     specification("as=static"): "the name 'static' belongs to another tracker.",
     specification(arguments="4 'no start'"): "ended with status 1. The end of its output:\nno lic",

@@ -15,8 +15,9 @@ import pytest
 
 import trackmark
 from trackmark import datasets, trackers
+from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.process import ExternalTrackerError
-from trackmark.bench.external.trax import TraxCommand, TraxTracker, format_message, parse_message
+from trackmark.bench.external.trax import format_message, parse_message
 from trackmark.bench.external.trax_server import serve
 from trackmark.trackers import Estimate, TrackerError
 
@@ -40,7 +41,8 @@ class Loud(TrackerPlugin):
 
 
 def start(*arguments):
-    return TraxTracker(TraxCommand((*COMMAND, *map(str, arguments)), folder=HOME))
+    command = shlex.join([*COMMAND, *map(str, arguments)])
+    return open_external("trax", {"command": command, "folder": str(HOME), "as": "x"}).create()
 
 
 @pytest.mark.parametrize(
@@ -49,7 +51,7 @@ def start(*arguments):
 def test_estimates_equal_those_in_process_to_the_bit(name):
     sequence = datasets.load("samples/face")
     served, seeds = start(name, "--seed", 7), [7, 8]
-    assert served.hello["trax.name"] == name
+    assert served.process.hello["trax.name"] == name
     for seed in seeds:  # a client initialises again after a failure of the tracker
         local = trackers.create(name, seed=seed)
         for tracker in (served, local):
@@ -59,7 +61,7 @@ def test_estimates_equal_those_in_process_to_the_bit(name):
             assert remote.box.tolist() == expected.box.tolist()
             assert remote.confidence == pytest.approx(expected.confidence, abs=0, nan_ok=True)
     served.close()
-    assert served._process._process.returncode == 0
+    assert served.process._process.returncode == 0
 
 
 @pytest.mark.slow
