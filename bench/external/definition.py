@@ -80,13 +80,11 @@ def with_absolute_path(name: str, options: Mapping[str, str]) -> tuple[str, dict
     """Return name and options with absolute paths, for a process in another folder."""
     if name == "trax":
         return name, {**options, "folder": str(Path(options.get("folder", "")).absolute())}
+    changed = dict(options)
+    if "python" in options:
+        changed["python"] = python.find_interpreter(options["python"], Path())
     file, colon, rest = name.rpartition(":") if split_table(name) else name.partition(":")
-    changed = (
-        {"python": python.find_interpreter(options["python"], Path())}
-        if "python" in options
-        else {}
-    )
-    return f"{Path(file).expanduser().absolute()}{colon}{rest}", {**options, **changed}
+    return f"{Path(file).expanduser().absolute()}{colon}{rest}", changed
 
 
 def _read_table(file: Path, name: str) -> dict[str, Any]:

@@ -54,11 +54,13 @@ class LineProcess:
 
     `command` is the program with its arguments; no shell is used. `environment` has variables in
     addition to those of this process; `folder` is the working directory. The process inherits the
-    descriptors of `files`, which are closed when it has ended. `stack_signal` makes the process
-    write its stack to stderr, and is sent if it exceeds a time limit.
+    descriptors of `files`, which are closed when it has ended.
 
     Raises `ExternalTrackerError` if the command cannot be started.
     """
+
+    stack_signal: signal.Signals | None = None
+    """Signal at which the process writes its stack to stderr; sent if it exceeds a time limit."""
 
     def __init__(
         self,
@@ -67,9 +69,8 @@ class LineProcess:
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
         files: Sequence[IO[bytes]] = (),
-        stack_signal: signal.Signals | None = None,
     ) -> None:
-        self.command, self._stack_signal = shlex.join(command), stack_signal
+        self.command = shlex.join(command)
         output = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # closed by `_end`
         self._output = output.fileno()
         fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # it is cut while both sides write
@@ -173,8 +174,8 @@ class LineProcess:
         Raises the error with the text `problem` after the time `limit`.
         """
         if monotonic() > limit:
-            if self._stack_signal is not None:
-                self._process.send_signal(self._stack_signal)
+            if self.stack_signal is not None:
+                self._process.send_signal(self.stack_signal)
                 sleep(_STACK_SECONDS)
             raise self.fail(problem)
         poller = select.poll()
@@ -182,16 +183,13 @@ class LineProcess:
         if sending:
             poller.register(self._stdin, select.POLLOUT)
         ready = dict(poller.poll(1000 * min(max(0.0, limit - monotonic()), 1.0)))
+        output = os.read(self._stdout, _CHUNK) if self._stdout in ready else None
         # A descendant that still runs can keep the streams of an ended process open.
-        if not ready and self._process.poll() is not None:
+        if output == b"" or (not ready and self._process.poll() is not None):
             raise self._ended()
-        if self._stdout in ready:
-            chunk = os.read(self._stdout, _CHUNK)
-            if not chunk:
-                raise self._ended()
-            self._unread += chunk
-            if len(self._unread) > _MAX_OUTPUT:
-                raise self.fail(f"wrote more than {_MAX_OUTPUT >> 20} MiB without a line end")
+        self._unread += output or b""
+        if len(self._unread) > _MAX_OUTPUT:
+            raise self.fail(f"wrote more than {_MAX_OUTPUT >> 20} MiB without a line end")
         if os.fstat(self._output).st_size > _MAX_OUTPUT:
             os.truncate(self._output, 0)
 

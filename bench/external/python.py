@@ -29,6 +29,8 @@ WORKER = Path(__file__).with_name("worker.py")
 class WorkerProcess(LineProcess):
     """Process of `worker.py`; `description` is its description of the tracker."""
 
+    stack_signal = signal.SIGUSR1
+
     def __init__(self, definition: Definition) -> None:
         # The file has no name, so that nothing is left if this process is killed.
         self.frames = tempfile.TemporaryFile(dir=FRAME_FOLDER, buffering=0)  # noqa: SIM115  # closed with the process
@@ -39,7 +41,6 @@ class WorkerProcess(LineProcess):
             [*options, *map(str, arguments)],
             environment=definition.environment,
             files=[self.frames],
-            stack_signal=signal.SIGUSR1,
         )
         self.is_usable = True  # False while an answer is pending
         self.description = self.ask(definition.start_timeout, "describe")
@@ -143,9 +144,7 @@ def open_plugin(
     file = (folder / place[0]).resolve()
     if not file.is_file():
         raise TrackerError(f"{file}: this tracker file does not exist.")
-    interpreter = (
-        find_interpreter(definition.python, folder) if definition.python else sys.executable
-    )
+    interpreter = find_interpreter(definition.python or sys.executable, folder)
     paths = {"file": f"{file}:{place[1]}", "python": interpreter}
     definition, digest = definition.model_copy(update=paths), digest_file(file)
     process = take_process(WorkerProcess, definition, digest)
