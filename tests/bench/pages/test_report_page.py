@@ -100,8 +100,8 @@ def check_cards(page, tables):
     trackers = [cell["text"].strip() for cell in heat[0][1:]]
     for row, wanted in zip(heat[1:], tables["heat"], strict=False):
         assert row[0]["text"] == wanted["sequence"]
-        shown = [cell["text"].partition(" ")[0] for cell in row[1:]]
-        assert shown == [f"{wanted[name]:.2f}" for name in trackers]
+        texts = [cell["text"].partition(" ")[0] for cell in row[1:]]
+        assert texts == [f"{wanted[name]:.2f}" for name in trackers]
     assert [cell["text"] for cell in heat[-1][1:]] == [
         f"{means[name]['mean']:.2f}" for name in trackers
     ]
