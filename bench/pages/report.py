@@ -45,7 +45,7 @@ from trackmark.bench.reporting.tables import not_repeatable, summary_of
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
-from trackmark.reports.page.cards import GLOSSARY, CurvePlot, Fold
+from trackmark.reports.page.cards import GLOSSARY, Fold
 from trackmark.reports.page.content import (
     Page,
     PageSection,
@@ -199,9 +199,8 @@ class _Content:
             exported = [sheets["summary"]] if "summary" in sheets else []
             yield PageSection("summary", "Leaderboard", sheets=exported, blocks=[board], span=7)
         if shares := share_charts(runs, self.whole):
-            plot = CurvePlot(dict(zip(("Overlap", "Centre error"), shares, strict=True)))
             title = "Success and precision"
-            yield PageSection("curves", title, charts=shares, blocks=[plot], span=5)
+            yield PageSection("curves", title, charts=shares, blocks=[shares], span=5)
         if hardest := hardest_moments(runs, filmed):
             yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
         if self.summary is not None and len(self.means):
