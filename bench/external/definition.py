@@ -88,7 +88,7 @@ def with_absolute_path(name: str, options: Mapping[str, str]) -> tuple[str, dict
 
 
 def _read_table(file: Path, name: str) -> dict[str, Any]:
-    """Return a table of `trackers.toml`, or a section of `trackers.ini` as such a table."""
+    """Return a table of a TOML file, or a section of `trackers.ini` as such a table."""
     is_vot, tables = file.suffix == ".ini", dict[str, Any]()
     try:
         text = file.read_text("utf-8-sig")

@@ -23,6 +23,9 @@ TAIL_CHARACTERS = 2_000
 FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()  # noqa: S108  # names in it are random
 """Folder of the files with frames: in memory if possible."""
 
+FRAME_PREFIX = "trackmark-frames-{pid}-"
+"""Start of the names of these files; `pid` is the process that deletes them."""
+
 _MAX_OUTPUT = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
 _STACK_SECONDS = 1.0  # in which a stack is written
@@ -30,14 +33,9 @@ _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
 
 
-def frame_file_prefix(pid: int) -> str:
-    """Return the start of the names of a process's files with frames."""
-    return f"trackmark-frames-{pid}-"
-
-
 def delete_frame_files(pid: int) -> None:
     """Delete the files with frames of a process that was killed."""
-    for file in Path(FRAME_FOLDER).glob(f"{frame_file_prefix(pid)}*"):
+    for file in Path(FRAME_FOLDER).glob(FRAME_PREFIX.format(pid=pid) + "*"):
         file.unlink(missing_ok=True)
 
 
@@ -99,18 +97,13 @@ class LineProcess:
         os.set_blocking(self._stdin, False)
         self._unread = bytearray()  # output of stdout
 
-    @property
-    def closed(self) -> bool:
-        """True after `close` and after every error."""
-        return not self._end.alive
-
     def send(self, data: bytes, seconds: float) -> None:
         """Write bytes to the process; if it ends meanwhile, `read_line` reports it.
 
         Raises `ExternalTrackerError` if the process has failed before, or does not read all bytes
         within a number of seconds.
         """
-        if self.closed:  # its descriptor can belong to another file by now
+        if not self._end.alive:  # its descriptor can belong to another file by now
             raise ExternalTrackerError(f"{self.command}: the process has ended.")
         unsent, limit = memoryview(data), monotonic() + seconds
         while True:

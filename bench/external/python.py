@@ -45,21 +45,22 @@ class WorkerProcess(LineProcess):
         self.is_usable = True  # False while an answer is pending
         self.description = self.ask(definition.start_timeout, "describe")
 
-    def ask(
-        self, seconds: float, operation: str, *pixels: Image | Mask, **arguments: Any
+    def call(
+        self, seconds: float, method: str, *pixels: Image | Mask, **arguments: Any
     ) -> dict[str, Any]:
-        """Return the answer to a request with an image and a mask.
-
-        Raises `ExternalTrackerError` if the request fails.
-        """
-        self.is_usable = False
+        """Return the answer of a method of the tracker to an image and a mask."""
         self.frames.seek(0)
         for array in pixels:
             # Writing reports a full disk as an error; through a memory map, it would be a signal.
             if self.frames.write(np.ascontiguousarray(array).data) != array.nbytes:
                 raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
         types = [(array.shape, array.dtype.str) for array in pixels]
-        request = json.dumps({"op": operation, "pixels": types, **arguments}, default=int)
+        return self.ask(seconds, method, pixels=types, **arguments)
+
+    def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
+        """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
+        self.is_usable = False
+        request = json.dumps([operation, arguments], default=int)
         self.send(request.encode() + b"\n", seconds)
         line = self.read_line(seconds)
         try:
@@ -119,7 +120,7 @@ class PythonPlugin(ExternalPlugin):
         return _boxes(self._call(self.definition.start_timeout, "finish")["revised"])
 
     def _call(self, *arguments: Any, **keywords: Any) -> dict[str, Any]:
-        answer = self._process.ask(*arguments, **keywords)
+        answer = self._process.call(*arguments, **keywords)
         self.call_times = answer["wall"], answer["cpu"]
         return answer
 

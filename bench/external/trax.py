@@ -11,7 +11,7 @@ import re
 import shlex
 import shutil
 import tempfile
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from contextlib import suppress
 from math import isnan
 from pathlib import Path
@@ -29,9 +29,9 @@ from trackmark.bench.external.plugin import (
 )
 from trackmark.bench.external.process import (
     FRAME_FOLDER,
+    FRAME_PREFIX,
     ExternalTrackerError,
     LineProcess,
-    frame_file_prefix,
 )
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.plain import create_plugin
@@ -75,15 +75,13 @@ def parse_message(line: bytes) -> Message:
     return message
 
 
-def format_message(
-    name: str, *values: str, properties: Mapping[str, object] | None = None
-) -> bytes:
+def format_message(name: str, /, *values: str, **properties: object) -> bytes:
     r"""Return the line of a message.
 
     >>> format_message("frame", "file:///tmp/1.bmp")
     b'@@TRAX:frame "file:///tmp/1.bmp"\n'
     """
-    arguments = [*values, *(f"{key}={value}" for key, value in (properties or {}).items())]
+    arguments = [*values, *(f"{key}={value}" for key, value in properties.items())]
     escaped = (re.sub(r'(["\\])', r"\\\1", text).replace("\n", "\\n") for text in arguments)
     return MARK + " ".join([name, *(f'"{text}"' for text in escaped)]).encode() + b"\n"
 
@@ -161,7 +159,7 @@ class TraxProcess(LineProcess):
     """
 
     def __init__(self, definition: Definition) -> None:
-        prefix = frame_file_prefix(os.getpid())
+        prefix = FRAME_PREFIX.format(pid=os.getpid())
         file = tempfile.NamedTemporaryFile(prefix=prefix, suffix=".bmp", dir=FRAME_FOLDER)  # noqa: SIM115  # closed with the process
         self.file = file.name
         super().__init__(
@@ -212,9 +210,8 @@ class TraxProcess(LineProcess):
 
     def close(self, seconds: float = QUIT_SECONDS) -> None:
         """End the process, after up to `seconds` to end by itself."""
-        if not self.closed:
-            with suppress(ExternalTrackerError):  # the process has ended by itself
-                self.send(format_message("quit"), seconds)
+        with suppress(ExternalTrackerError):  # it has ended already
+            self.send(format_message("quit"), seconds)
         super().close(seconds)
 
 
@@ -232,12 +229,12 @@ class TraxPlugin(ExternalPlugin):
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
         region, address = format_region(self.process.regions, box, mask), self.process.show(image)
-        is_version_4 = self.process.version == "4"  # passes the image in `frame`
-        values = [region] if is_version_4 else [address, region]
         properties = self.parameters.model_dump()
-        request = format_message("initialize", *values, properties=properties)
-        if is_version_4:
+        if self.process.version == "4":
+            request = format_message("initialize", region, **properties)
             request += format_message("frame", address)
+        else:
+            request = format_message("initialize", address, region, **properties)
         self._box = box
         self._ask(request, image, self.definition.start_timeout)
 

@@ -39,13 +39,13 @@ def serve(
     """
     hello = {"version": 4, "name": name, "identifier": name, "family": "trackmark", **FORMATS}
     properties = {f"trax.{key}": value for key, value in hello.items()}
-    answers.write(format_message("hello", properties=properties))
+    answers.write(format_message("hello", **properties))
     try:
         for answer in _states(make, requests):
             answers.write(answer)
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
-        answers.write(format_message("quit", properties={"trax.reason": reason[:MAX_REASON]}))
+        answers.write(format_message("quit", **{"trax.reason": reason[:MAX_REASON]}))
         raise
 
 
@@ -79,7 +79,7 @@ def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[
             estimate = tracker.update(image)
             box, confidence = check_box(estimate.box), float(estimate.confidence)
         properties = {} if isnan(confidence) else {"confidence": confidence}
-        yield format_message("state", format_region(["rectangle"], box), properties=properties)
+        yield format_message("state", format_region(["rectangle"], box), **properties)
 
 
 def _read_image(address: str) -> Image:

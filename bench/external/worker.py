@@ -1,17 +1,18 @@
 """Run one tracker class of a file in this interpreter, for a harness in another interpreter.
 
 Usage: python worker.py FRAMES FILE [CLASS]. Needs Python 3.6 or newer and NumPy, but not trackmark.
-Each request on stdin and each answer on stdout is one line of JSON; output of the tracker goes to
-stderr. After an exception, the answer is `error`, the traceback is on stderr, and the process ends.
+Each request on stdin, `[operation, arguments]`, and each answer on stdout is one line of JSON;
+output of the tracker goes to stderr. After an exception, the answer is `error`, the traceback is on
+stderr, and the process ends.
 
-| request `op` and arguments | answer |
+| operation and arguments | answer |
 |---|---|
 | describe | class, doc, parameters, randomness, libraries, methods, ... |
 | create: parameters, seed, entropy, spawn_key | |
-| watch | wall, cpu |
-| init: box | wall, cpu |
-| update | wall, cpu, estimate |
-| finish | wall, cpu, revised |
+| watch: pixels | wall, cpu |
+| init: pixels, box | wall, cpu |
+| update: pixels | wall, cpu, estimate |
+| finish: pixels (none) | wall, cpu, revised |
 
 FRAMES is the descriptor of a file with the image of each request (BGR), and after it the mask of
 `init`. `pixels` is a list of their shapes and types. The mask of an estimate is written to the same
@@ -83,29 +84,27 @@ def libraries() -> Any:
     return versions
 
 
-def create(kind: Any, request: Any) -> Any:
+def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
     """Return a new tracker; the global random generators are seeded."""
     # Code of users often draws from the global generators, which then repeat with the run.
-    random.seed(request["seed"])
-    np.random.seed(request["seed"])
+    random.seed(seed)
+    np.random.seed(seed)
 
     def sequence() -> Any:
-        return np.random.SeedSequence(request["entropy"], spawn_key=tuple(request["spawn_key"]))
+        return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
 
-    if plain_class.is_plugin(kind):
-        return kind(kind.Parameters(**request["parameters"]), sequence())
-    return plain_class.create(kind, request["parameters"], request["seed"], sequence)
+    return plain_class.create(kind, parameters, seed, sequence)
 
 
-def call(tracker: Any, request: Any, frames: Any) -> Any:
+def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None) -> Any:
     """Return the answer of a method of the tracker."""
-    operation, method = request["op"], getattr(tracker, request["op"])
+    method = getattr(tracker, operation)
     frames.seek(0)
-    arguments = [read_array(frames, *array) for array in request["pixels"]]
+    arguments = [read_array(frames, *array) for array in pixels]
     if operation == "init":
         method = plain_class.adapt_init(method)
         mask = arguments.pop() if len(arguments) == 2 else None
-        arguments += [np.array(request["box"], np.float64), mask]
+        arguments += [np.array(box, np.float64), mask]
     wall, cpu = time.perf_counter(), time.process_time()
     result = method(*arguments)
     answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
@@ -146,15 +145,15 @@ def respond(requests: Iterable[str], frames: Any, kind: Any) -> Iterable[Any]:
     """Yield the answer to each request."""
     tracker = None  # type: Any
     for line in requests:
-        request = json.loads(line)
-        if request["op"] == "describe":
+        operation, arguments = json.loads(line)
+        if operation == "describe":
             yield describe(kind)
-        elif request["op"] == "create":
+        elif operation == "create":
             tracker = None  # releases the memory of the last one first
-            tracker = create(kind, request)
+            tracker = create(kind, **arguments)
             yield {}
         else:
-            yield call(tracker, request, frames)
+            yield call(tracker, operation, frames, **arguments)
 
 
 def end_with_harness(requests: int) -> None:

@@ -121,6 +121,8 @@ def create(make: Any, parameters: Dict[str, Any], seed: int, sequence: Callable[
     `seed` is its argument of this name. `sequence` returns the `SeedSequence` for its argument
     `rng`; versions of NumPy before 1.17 do not have this class.
     """
+    if is_plugin(make):
+        return make(make.Parameters(**parameters), sequence())
     arguments = _signature(make).parameters
     values = dict(parameters)
     if "seed" in arguments:

@@ -54,7 +54,7 @@ def assert_ended(tracker):
 
 def test_messages_survive_a_round_trip():
     values = ['a "quoted" \\ word', "two\nlines", "file:///a=b/c.jpg", "", "ö"]
-    line = format_message("frame", *values, properties={"a.b": "x=1", "c": 2})
+    line = format_message("frame", *values, **{"a.b": "x=1", "c": 2})
     assert line.count(b"\n") == 1
     assert parse_message(line) == ("frame", values, {"a.b": "x=1", "c": "2"})
     unquoted = parse_message(b"log @@TRAX:state 1,2,3,4 confidence=0.5 \r")
