@@ -4,12 +4,14 @@ import ast
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.bench.external.conftest import DRIFT, living
 from trackmark import bench
 from trackmark.bench.experiments.tracker_files import describe_tracker
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.python import WORKER
 from trackmark.trackers import Randomness, static
 from trackmark.trackers.base import plain_class
@@ -46,6 +48,13 @@ def test_other_version_of_python_gives_equal_boxes(other_environment):
     for mode in ("calm", "rich"):
         external = bench.evaluate_run(f"{NAME}:python={other_environment}:mode={mode}", "Noise")
         assert content(external) == content(bench.evaluate_run(f"{NAME}:mode={mode}", "Noise"))
+
+
+def test_masks_are_passed_in_both_directions(environment):
+    tracker = open_external(NAME, {"python": str(environment), "mode": "rich"}).create()
+    image = np.random.default_rng(0).integers(0, 256, (30, 41, 3), np.uint8)
+    tracker.init(image, np.array([1.0, 2, 3, 4]), image[::-1, :, 0] > 99)
+    assert np.array_equal(tracker.update(image).mask, image[::-1, :, 0] > 99)
 
 
 def test_plugin_runs_where_trackmark_is_installed():
