@@ -1,0 +1,66 @@
+"""Table of a page with mean overlaps on subsets of the sequences."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from trackmark.bench.comparing.comparison import means_in_part, parts_of
+from trackmark.bench.pages.player_runs import PageRuns
+from trackmark.bench.statistics.rules import interval_or_none
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
+from trackmark.reports.page.content import PageTable
+from trackmark.reports.tables import MISSING, text_table
+
+
+def parts_table(
+    scored: pd.DataFrame, occurring: Mapping[str, set[str]], runs: PageRuns
+) -> PageTable | None:
+    """Return mean overlaps by parameter value and attribute of the sequences; None without any."""
+    if "mean_overlap" not in scored or not runs.trackers:
+        return None  # no finished run
+    sequences = [stage.name for stage in runs.stages]
+    units = units_of(sequences)
+    masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
+    shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
+    groups = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
+    means = groups.mean().where(groups.count() == groups.size())
+    rows, values, places, has_intervals = [], [], [], False
+    for (parameter, value), mask in masks.items():
+        if parameter not in shared:
+            continue
+        members = [name for name, is_member in zip(sequences, mask, strict=True) if is_member]
+        cells, numbers = [f"{parameter}={value}", str(len(members))], [float(len(members))]
+        for name in runs.trackers:
+            by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
+            mean, low, high = _with_interval(units, by_sequence.to_numpy(float), mask)
+            text = f"{mean:.3f}" if np.isfinite(mean) else MISSING
+            cells.append(f"{text} [{low:.3f}, {high:.3f}]" if np.isfinite(low) else text)
+            numbers.append(mean)
+            has_intervals |= np.isfinite(low)
+        rows.append(cells)
+        values.append(numbers)
+        places.append([None, *(runs.worst_of(name, members, "overlap") for name in runs.trackers)])
+    if not rows:
+        return None
+    counts = groups.size()
+    repetitions = " to ".join(map(str, sorted({counts.min(), counts.max()})))
+    caption = (
+        "Mean overlap by parameter value and by attribute (of sequences in which it occurs), "
+        f"over n sequences of {repetitions} repetition{'s' * bool(counts.max() > 1)} each"
+        + (f". In brackets the 95 % interval {units.scope}." if has_intervals else ".")
+    )
+    table = text_table("parts", caption, ["part", "n", *runs.trackers], rows)
+    return PageTable(table, values, places)
+
+
+def _with_interval(
+    units: StatisticalUnits, by_sequence: NDArray[np.float64], mask: NDArray[np.bool_]
+) -> tuple[float, float, float]:
+    """Return the mean over the units of a subset and its interval; NaN if undefined."""
+    values = means_in_part(units, by_sequence, mask)
+    if not len(values) or not np.isfinite(values).all():
+        return np.nan, np.nan, np.nan
+    low, high = interval_or_none(values, 1, 0.0, 1.0) or (np.nan, np.nan)
+    return float(values.mean()), low, high
