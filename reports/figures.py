@@ -81,9 +81,9 @@ def draw_image(axes: Axes, image: NDArray[Any]) -> None:
     axes.set_axis_off()
 
 
-def outline_effect(width: float, shade: str = "black") -> list[Any]:
-    """Return a path effect that keeps lines and texts readable; `width`: in points."""
-    return [withStroke(linewidth=width, foreground=shade)]
+def outline_effect(width: float) -> list[Any]:
+    """Return a black path effect that keeps lines and texts readable; `width`: in points."""
+    return [withStroke(linewidth=width, foreground="black")]
 
 
 def line_style(position: int) -> dict[str, Any]:

@@ -238,17 +238,15 @@ class _Content:
     def _counts(self) -> str:
         """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
         runs = complete(self.all_runs)
-        status = runs["status"].astype(str)
+        made, is_timed = runs["status"] != "missing", runs["protocol"] == TIMING
         counts = {
             "tracker": runs["tracker"].nunique(),
             "sequence": runs["sequence"].nunique(),
-            "run": int(((status != "missing") & (runs["protocol"] != TIMING)).sum()),
+            "run": (made & ~is_timed).sum(),
+            "timing run": (made & is_timed).sum(),
+            "failed run": (runs["status"] == "failed").sum(),
         }
-        parts = [f"{n} {word}{'s' * (n != 1)}" for word, n in counts.items()]
-        if n_timed := int(((status != "missing") & (runs["protocol"] == TIMING)).sum()):
-            parts[-1] += f" and {n_timed} timing run{'s' * (n_timed != 1)}"
-        if n_failed := int((status == "failed").sum()):
-            parts[-1] += f", {n_failed} failed"
+        parts = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
         days = sorted({entry["date"] for entry in self.runs.circumstances if entry["date"]})
         parts += [" to ".join(map(_day, dict.fromkeys(days[:1] + days[-1:])))] if days else []
         return " · ".join(parts)

@@ -4,9 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import heading
@@ -76,7 +74,7 @@ def preset_curves(
     figures = {}
     for name, axes in metrics_preset(scored.preset).curves.items():
         lines = [
-            _curve(tracker, position, scored.curves[name][tracker])
+            Line(tracker, position, *scored.curves[name][tracker].T)
             for position, tracker in enumerate(trackers)
             if tracker in scored.curves[name]
         ]
@@ -85,7 +83,3 @@ def preset_curves(
         file = f"{scored.table.name}-{name.replace('_', '-')}"
         figures[file] = chart_plot(chart, title, trackers)
     return figures
-
-
-def _curve(tracker: str, position: int, points: NDArray[np.float64]) -> Line:
-    return Line(tracker, position, points[:, 0], points[:, 1])
