@@ -144,8 +144,7 @@ def write_figure(path: Path, figure: Figure) -> Path:
 
     For errors see `write_file`.
     """
-    key = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
-    metadata: dict[str, str | None] = {key: None} if key else {"Software": None}
+    metadata = {{".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix, "Software"): None}
     # Without a salt the ids in an SVG are random. Publishers refuse fonts of type 3, the default.
     with mpl.rc_context({"svg.hashsalt": "trackmark", "pdf.fonttype": 42}):
         return write_file(path, lambda file: figure.savefig(file, metadata=metadata))

@@ -126,18 +126,17 @@ def series_plot(
     its unit. `labels`: all lines in the order of their colours. `first`: number of the first frame.
     """
     figure, all_axes = new_figure(title, 0.8 + 1.9 * len(panels), len(panels))
-    repeated = False
     for axes, (panel, lines) in zip(all_axes, panels.items(), strict=True):
         for label, values in lines.items():
             frames = first + np.arange(values.shape[1])
             draw_median(axes, frames, values, labels.index(label), label)
-            repeated |= len(values) > 1
         axes.tick_params(labelsize=8)
         axes.xaxis.set_major_locator(MaxNLocator(4))
         axes.set_ylabel(f"{panel}\n{quantity}", fontsize=8)
         axes.set_ylim(bottom=0)
     all_axes[-1].set_xlabel("frame", fontsize=8)
-    add_legend(figure, f"{QUARTILES} scenes" if repeated else "")
+    is_repeated = any(len(values) > 1 for lines in panels.values() for values in lines.values())
+    add_legend(figure, f"{QUARTILES} scenes" if is_repeated else "")
     return figure
 
 

@@ -246,7 +246,7 @@ def _values(
     counts = others.size().reindex(mean.index, fill_value=0)
     kinds = others.agg(lambda statuses: " or ".join(statuses.unique())).reindex(mean.index)
     sizes = runs.groupby(levels, **_GROUPS).size().reindex(mean.index)
-    lacking = [
+    reasons = [
         f"{count} of {size} {kind}" if count else ""
         for count, size, kind in zip(counts, sizes, kinds, strict=True)
     ]
@@ -264,7 +264,7 @@ def _values(
         "marked": False,
         "out_of": column(out_of, [measure.out_of for measure in measures]),
         "runs": np.repeat(sizes.to_numpy(), len(names)),
-        "lacking": np.repeat(lacking, len(names)),
+        "lacking": np.repeat(reasons, len(names)),
     }
     return pd.DataFrame(columns, index=mean.index.repeat(len(names)))
 

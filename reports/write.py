@@ -2,7 +2,8 @@
 
 import hashlib
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
+from functools import partial
 from pathlib import Path
 
 from trackmark.reports.files import write_file
@@ -12,20 +13,19 @@ from trackmark.reports.tables import Table
 _MAX_NAME_LENGTH = 200  # bytes, up to four per character; file systems allow 255
 
 
-def write_tables(
-    folder: Path, tables: Sequence[Table], formats: Iterable[str] = FORMATS
-) -> list[Path]:
+def write_tables(folder: Path, tables: Iterable[Table]) -> list[Path]:
     """Write tables into a folder, one file per table and format; return the files.
 
     Raises `OSError` if a file cannot be written.
     """
-
-    def write(table: Table, suffix: str, render: Callable[[Table], str]) -> Path:
-        text = render(table)
-        path = folder / f"{table.name}{suffix}"
-        return write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
-
-    return [write(table, *FORMATS[name]) for table in tables for name in formats]
+    return [
+        write_file(
+            folder / f"{table.name}{suffix}",
+            partial(Path.write_text, data=render(table), encoding="utf-8"),
+        )
+        for table in tables
+        for suffix, render in FORMATS.values()
+    ]
 
 
 def file_names(labels: Iterable[str]) -> dict[str, str]:

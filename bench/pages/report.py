@@ -5,7 +5,6 @@ import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from datetime import date
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -237,19 +236,19 @@ class _Content:
 
     def _counts(self) -> str:
         """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
-        runs = complete(self.all_runs)
-        made, is_timed = runs["status"] != "missing", runs["protocol"] == TIMING
+        runs = self.all_runs
+        is_stored, is_timed = runs["status"] != "missing", runs["protocol"] == TIMING
         counts = {
             "tracker": runs["tracker"].nunique(),
             "sequence": runs["sequence"].nunique(),
-            "run": (made & ~is_timed).sum(),
-            "timing run": (made & is_timed).sum(),
+            "run": (is_stored & ~is_timed).sum(),
+            "timing run": (is_stored & is_timed).sum(),
             "failed run": (runs["status"] == "failed").sum(),
         }
         parts = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
         days = sorted({entry["date"] for entry in self.runs.circumstances if entry["date"]})
-        parts += [" to ".join(map(_day, dict.fromkeys(days[:1] + days[-1:])))] if days else []
-        return " · ".join(parts)
+        parts.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
+        return " · ".join(filter(None, parts))
 
     def _failures(self) -> list[PageTable]:
         """Return a table of failed runs, if any; each row opens the last frame with a box."""
@@ -312,11 +311,10 @@ class _Content:
         trackers = runs.dropna(subset="version").drop_duplicates(["tracker", "version"])
         parameters = trackers["parameters"].astype(str).map(_format_parameters)
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
-        hosts = pd.DataFrame(self.runs.circumstances).rename(columns={"python": "Python"})
-        if len(hosts):
-            hosts["libraries"] = [
-                ", ".join(map(" ".join, libraries.items())) for libraries in hosts["libraries"]
-            ]
+        hosts = [
+            {**entry, "libraries": ", ".join(map(" ".join, entry["libraries"].items()))}
+            for entry in self.runs.circumstances
+        ]
         sheets = [
             _listed(
                 "trackers",
@@ -331,17 +329,14 @@ class _Content:
             _listed(
                 "circumstances",
                 "Where and when runs were made.",
-                hosts.reindex(columns=["host", "date", "platform", "Python", "libraries"]),
+                pd.DataFrame(hosts, columns=["host", "date", "platform", "python", "libraries"]),
             ),
         ]
-        commands = [
-            self.commands.text("report", "--folder", "report"),
-            self.commands.text("compare"),
-        ]
+        commands = [self.commands.text("report", "--folder", "report")]
+        commands.append(self.commands.text("compare"))
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
-        result = "commands, versions, parameters, fingerprints"
-        tables = [*failed, *sheets]
+        result, tables = "commands, versions, parameters, fingerprints", [*failed, *sheets]
         folds = [
             Fold("provenance", "Provenance", result, self._words(), tables, commands),
             Fold("glossary", "Glossary", "terms of this page", terms=GLOSSARY),
@@ -363,12 +358,6 @@ def _listed(name: str, caption: str, data: pd.DataFrame) -> PageTable:
     """Return a table of texts with the columns of a data frame."""
     rows = data.astype(str).to_numpy().tolist()
     return PageTable(text_table(name, caption, [*map(str, data)], rows))
-
-
-def _day(iso: str) -> str:
-    """Return a date in words: `24 November 2026`."""
-    day = date.fromisoformat(iso)
-    return f"{day.day} {day:%B %Y}"
 
 
 def _worst_frame_kind(measure: str) -> str:

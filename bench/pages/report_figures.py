@@ -43,9 +43,9 @@ def write_figures(
     runs: PageRuns,
 ) -> list[Path]:
     """Draw the charts of a page and all other figures into a folder; return the files."""
-    clips = [clip for stage in runs.stages for clip in stage.clips]
-    revised = any(clip.take.revised is not None for clip in clips)
-    online = f"{title}, {TRACE_WORDS['online']}" if revised else title
+    revised = [clip.take.revised for stage in runs.stages for clip in stage.clips]
+    has_revised = any(boxes is not None for boxes in revised)
+    online = f"{title}, {TRACE_WORDS['online']}" if has_revised else title
     figures = {chart.figure: chart_plot(chart, online, runs.trackers) for chart in charts}
     for scored in requested.scored:
         figures |= preset_curves(scored, runs.trackers, requested.on_message)
