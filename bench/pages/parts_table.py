@@ -4,12 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from trackmark.bench.comparing.comparison import means_in_part, parts_of
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.statistics.rules import interval_or_none
-from trackmark.bench.statistics.units import StatisticalUnits, units_of
+from trackmark.bench.statistics.units import units_of
 from trackmark.reports.page.content import PageTable
 from trackmark.reports.tables import MISSING, text_table
 
@@ -34,33 +33,22 @@ def parts_table(
         cells, numbers = [f"{parameter}={value}", str(len(members))], [float(len(members))]
         for name in runs.trackers:
             by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
-            mean, low, high = _with_interval(units, by_sequence.to_numpy(float), mask)
+            by_unit = means_in_part(units, by_sequence.to_numpy(float), mask)
+            mean = float(by_unit.mean()) if len(by_unit) else np.nan
+            limits = interval_or_none(by_unit, 1, 0.0, 1.0) if np.isfinite(mean) else None
             text = f"{mean:.3f}" if np.isfinite(mean) else MISSING
-            cells.append(f"{text} [{low:.3f}, {high:.3f}]" if np.isfinite(low) else text)
+            cells.append(f"{text} [{limits[0]:.3f}, {limits[1]:.3f}]" if limits else text)
             numbers.append(mean)
-            has_intervals |= np.isfinite(low)
+            has_intervals |= limits is not None
         rows.append(cells)
         values.append(numbers)
         places.append([None, *(runs.worst_of(name, members, "overlap") for name in runs.trackers)])
     if not rows:
         return None
-    counts = groups.size()
-    repetitions = " to ".join(map(str, sorted({counts.min(), counts.max()})))
     caption = (
-        "Mean overlap by parameter value and by attribute (of sequences in which it occurs), "
-        f"over n sequences of {repetitions} repetition{'s' * bool(counts.max() > 1)} each"
-        + (f". In brackets the 95 % interval {units.scope}." if has_intervals else ".")
+        "Mean overlap by parameter value and by attribute (of sequences in which it occurs), over "
+        "n sequences."
     )
+    caption += f" In brackets the 95 % interval {units.scope}." if has_intervals else ""
     table = text_table("parts", caption, ["part", "n", *runs.trackers], rows)
     return PageTable(table, values, places)
-
-
-def _with_interval(
-    units: StatisticalUnits, by_sequence: NDArray[np.float64], mask: NDArray[np.bool_]
-) -> tuple[float, float, float]:
-    """Return the mean over the units of a subset and its interval; NaN if undefined."""
-    values = means_in_part(units, by_sequence, mask)
-    if not len(values) or not np.isfinite(values).all():
-        return np.nan, np.nan, np.nan
-    low, high = interval_or_none(values, 1, 0.0, 1.0) or (np.nan, np.nan)
-    return float(values.mean()), low, high
