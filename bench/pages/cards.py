@@ -17,13 +17,11 @@ from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.reports.page.cards import (
     FailureCard,
-    Failures,
     HeatRow,
     HeatTable,
     Leaderboard,
     LeaderRow,
     Loop,
-    Loops,
     PairCell,
     PairMatrix,
     SequenceFold,
@@ -117,7 +115,7 @@ def _worst_clips(stage: SequenceRuns, n_trackers: int) -> list[PageRun]:
     return [worst[tracker] for tracker in sorted(worst)]
 
 
-def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> Loops | None:
+def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> list[Loop]:
     """Return for each sequence the worst frame of a tracker with the lowest mean overlap."""
     moments = []
     for number, (stage, scene) in enumerate(zip(runs.stages, filmed, strict=True)):
@@ -146,7 +144,7 @@ def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> Loops | No
                 PlayerPosition(number, take.tracker, take.repetition, frame),
             )
         )
-    return Loops(loops) if loops else None
+    return loops
 
 
 def _two(value: float) -> str:
@@ -218,7 +216,7 @@ def _pair_cell(
     return PairCell(answer, difference, won, lost, tip, place)
 
 
-def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, Failures] | None:
+def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, list[FailureCard]] | None:
     """Return the title and the cards of the runs that stopped or lost the target."""
     failed, badness_of = [], defaultdict[int, list[float]](list)
     for number, stage in enumerate(runs.stages):
@@ -256,7 +254,7 @@ def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, Failur
         cards.append(card)
     n_runs = sum(map(len, badness_of.values()))
     title = f"Failures: of {n_runs} run{'s' * (n_runs > 1)}, {parts}"
-    return title, Failures(cards)
+    return title, cards
 
 
 def sequence_folds(
@@ -300,9 +298,7 @@ def _rows_of(sheet: PageTable, sequence: str, number: int) -> PageTable | None:
     caption = "Mean over repetitions, ± standard deviation. A number opens its worst frame."
     rows = [table.rows[i][1:] for i in chosen]
     part = Table(f"scores-{number}", caption, table.heads[1:], table.n_labels - 1, rows)
-    values = sheet.values  # noqa: PD011  # not of pandas
     return PageTable(
         part,
-        [values[i] for i in chosen] if len(values) else [],
         [sheet.places[i] for i in chosen] if sheet.places else [],
     )

@@ -92,7 +92,7 @@ def player(
     page = Page(name, [PageSection("frames", "Sequence", scenes=True)], runs.labels, [scene])
     start = page.opening(scene, first)
     if tracker is not None:
-        start = page.address(PlayerPosition(0, runs.labels.index(tracker), repetition, first))
+        start = PlayerPosition(0, runs.labels.index(tracker), repetition, first).link
     with TemporaryDirectory(prefix="trackmark-") as temporary:
         path, *_ = write_page(Path(temporary) / "page.html", replace(page, start=start), room=inf)
         return SequencePlayer(path.read_text("utf-8"))

@@ -25,12 +25,12 @@ def parts_table(
     shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
     groups = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
     means = groups.mean().where(groups.count() == groups.size())
-    rows, values, places, has_intervals = [], [], [], False
+    rows, places, has_intervals = [], [], False
     for (parameter, value), mask in masks.items():
         if parameter not in shared:
             continue
         members = [name for name, is_member in zip(sequences, mask, strict=True) if is_member]
-        cells, numbers = [f"{parameter}={value}", str(len(members))], [float(len(members))]
+        cells = [f"{parameter}={value}", str(len(members))]
         for name in runs.trackers:
             by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
             by_unit = means_in_part(units, by_sequence.to_numpy(float), mask)
@@ -38,10 +38,8 @@ def parts_table(
             limits = interval_or_none(by_unit, 1, 0.0, 1.0) if np.isfinite(mean) else None
             text = f"{mean:.3f}" if np.isfinite(mean) else MISSING
             cells.append(f"{text} [{limits[0]:.3f}, {limits[1]:.3f}]" if limits else text)
-            numbers.append(mean)
             has_intervals |= limits is not None
         rows.append(cells)
-        values.append(numbers)
         places.append([None, *(runs.worst_of(name, members, "overlap") for name in runs.trackers)])
     if not rows:
         return None
@@ -51,4 +49,4 @@ def parts_table(
     )
     caption += f" In brackets the 95 % interval {units.scope}." if has_intervals else ""
     table = text_table("parts", caption, ["part", "n", *runs.trackers], rows)
-    return PageTable(table, values, places)
+    return PageTable(table, places)

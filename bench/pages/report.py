@@ -40,7 +40,7 @@ from trackmark.bench.reporting.tables import not_repeatable, summary_of
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
-from trackmark.reports.page.cards import GLOSSARY, CurvePlot, Fold
+from trackmark.reports.page.cards import GLOSSARY, Fold
 from trackmark.reports.page.content import (
     Page,
     PageSection,
@@ -177,8 +177,7 @@ class _Content:
             board = leaderboard(summary, runs, self.failed)
             yield PageSection("summary", "Leaderboard", blocks=[board], span=7)
         if self.curves:
-            plot = CurvePlot(dict(zip(("Overlap", "Centre error"), self.curves, strict=True)))
-            yield PageSection("curves", "Success and precision", blocks=[plot], span=5)
+            yield PageSection("curves", "Success and precision", blocks=[self.curves], span=5)
         if hardest := hardest_moments(runs, filmed):
             yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
         if summary is not None and self.means.notna().any(axis=None):
@@ -271,14 +270,13 @@ class _Content:
             rows[:_MAX_FAILURES],
             notes=[f"{left} more are listed by `trackmark results failures`."] * (left > 0),
         )
-        return [PageTable(table, places=places[:_MAX_FAILURES])]
+        return [PageTable(table, places[:_MAX_FAILURES])]
 
     def _sheet(self, table: Table) -> PageTable:
-        """Return a table of scores that opens worst frames and is sorted by unrounded values."""
+        """Return a table of scores that opens worst frames."""
         data, columns = table.data, len(table.heads) - table.n_labels
         if "measure" not in data or len(data) != len(table.rows) * columns:
             return PageTable(table)
-        values = data["mean"].to_numpy(float).reshape(len(table.rows), columns)
         kinds = [_worst_frame_kind(str(name)) for name in data["measure"][:columns]]
         names = {stage.name for stage in self.runs.stages}
         protocols = [
@@ -290,7 +288,7 @@ class _Content:
             sequence = row["sequence"] if row.get("sequence") in names else None
             tracker = name_on_page(row["tracker"], [*protocols, STORED_ONE_PASS][0])
             places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
-        return PageTable(table, values.tolist(), places)
+        return PageTable(table, places)
 
     @cached_property
     def means(self) -> pd.DataFrame:

@@ -3,16 +3,14 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import isfinite, nan
+from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.claims.claim_tests import scene_differences
-from trackmark.bench.claims.row_verdicts import VerdictRow
+from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
@@ -27,7 +25,6 @@ from trackmark.bench.store.run_rows import run_row
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.page.content import PlayerPosition, PlayerScene
 
-SHOWN_SCENES = 6  # maximum per claim and setting
 # kind of the worst frame, by unit of the measure; otherwise the frame with the largest error
 KINDS = {"overlap": "overlap", "frames": "loss"}
 MAX_FRAMES = 2400  # maximum per page: about 10 MB
@@ -43,14 +40,6 @@ class ShownRun(NamedTuple):
     sequence: str
     kind: str
     beside: tuple[str, ...]
-
-
-class SceneRow(NamedTuple):
-    """Scene of a claim: better minus worse (NaN if nothing is compared), then values by tracker."""
-
-    scene: str
-    numbers: list[float]
-    runs: list[ShownRun | None]
 
 
 @dataclass(frozen=True)
@@ -122,42 +111,36 @@ def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float)
     return frames_by_sequence
 
 
-def claim_scenes(row: VerdictRow, setting: str, context: Context) -> list[SceneRow]:
-    """Return the scenes with most evidence against a claim, worst first; none for times."""
-    claim, evidence = row.claim, row.evidence[setting]
-    if evidence.first.empty:
-        return []
-    if claim.test.startswith(("order", "no-worse")):
-        order = scene_differences(claim, evidence)
-    else:
-        first = evidence.first.set_index(["sequence", "rank"])["value"]
-        order = (-first if evidence.lower_is_better else first).groupby(level=[0, 1]).min()
-    table = pd.concat([evidence.first, evidence.second]).set_index(["sequence", "rank"])
-    texts = [tracker_text(context.description, name, setting) for name in claim.trackers]
-    scene_rows = []
-    for sequence, rank in order.sort_values(kind="stable").index[:SHOWN_SCENES]:
-        scene_table = table.loc[[(sequence, rank)]]
-        ahead = float(order[sequence, rank]) if claim.worse else nan
-        scene = str(scene_table["scene"].iloc[0])
-        values = dict(zip(scene_table["tracker"], scene_table["value"], strict=True))
-        if "" in values:  # a measure of the scene, without a run
-            scene_rows.append(SceneRow(scene, [ahead, values[""]], [None, None]))
-            continue
-        members = scene_names(context.description, sequence, claim.n_scenes)[rank]
-        runs = [_worst(text, members, claim.measure, texts, context) for text in texts]
-        numbers = [ahead, *(values.get(text, nan) for text in texts)]
-        scene_rows.append(SceneRow(scene, numbers, [runs[0], *runs]))
-    return scene_rows
+def worst_runs(
+    trackers: Sequence[str],
+    measures: Sequence[str],
+    sequences: Iterable[str],
+    count: int,
+    setting: str,
+    context: Context,
+) -> list[ShownRun | None]:
+    """Return the worst run of each tracker by each measure in a setting; None without runs.
+
+    `count`: number of scenes per sequence.
+    """
+    texts = [tracker_text(context.description, name, setting) for name in trackers]
+    names = [scene_names(context.description, name, count) for name in sequences]
+    scenes = [member for sequence in names for members in sequence for member in members]
+    return [_worst(text, scenes, measure, texts, context) for text in texts for measure in measures]
+
+
+def claim_run(claim: Claim, setting: str, context: Context) -> ShownRun | None:
+    """Return the worst run of a claim's first tracker; None for times and values of scenes."""
+    if claim.measure.startswith(("scenes.", "timing.")):
+        return None
+    options = [claim.measure], claim.sequences, claim.n_scenes, setting, context
+    return worst_runs(claim.trackers, *options)[0]
 
 
 def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | None]:
     """Return the worst run behind each value of a row of the main table in a setting."""
-    texts = [tracker_text(context.description, name, setting) for name in row.trackers]
-    names = [scene_names(context.description, name, context.scenes) for name in row.sequences]
-    scenes = [member for sequence in names for members in sequence for member in members]
-    return [
-        _worst(text, scenes, measure, texts, context) for text in texts for measure in row.measures
-    ]
+    options = row.measures, row.sequences, context.scenes, setting, context
+    return worst_runs(row.trackers, *options)
 
 
 def _worst(

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, effect_text
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.papers import evidence_frames
-from trackmark.bench.papers.evidence_frames import Footage, SceneRow, ShownRun
+from trackmark.bench.papers.evidence_frames import Footage, ShownRun
 from trackmark.bench.papers.figures import Drawing, Image
 from trackmark.bench.papers.main_table import main_values
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
@@ -21,10 +20,10 @@ from trackmark.reports.page.cards import Fold, Still
 from trackmark.reports.page.content import Page, PageSection, PageTable
 from trackmark.reports.page.film import compress_picture, encode_film
 from trackmark.reports.page.page import write_page
-from trackmark.reports.tables import MISSING, text_table
+from trackmark.reports.tables import MISSING
 
-Scenes = Mapping[tuple[str, str], list[SceneRow]]
-"""Worst scenes by claim and setting."""
+ClaimRuns = Mapping[tuple[str, str], ShownRun | None]
+"""Worst runs by claim and setting."""
 
 MainRuns = list[list[list[ShownRun | None]]]
 """Worst runs by row of the main table, setting and value."""
@@ -52,8 +51,8 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
     of frames read, and of all frames. Raises `OSError` or `ResultsError`.
     """
     context = report.context
-    scenes = {
-        (row.claim.name, setting): evidence_frames.claim_scenes(row, setting, context)
+    claim_runs = {
+        (row.claim.name, setting): evidence_frames.claim_run(row.claim, setting, context)
         for row in report.verdicts
         for setting in SETTINGS
     }
@@ -61,13 +60,12 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
     runs: MainRuns = [
         [evidence_frames.main_runs(row, setting, context) for setting in SETTINGS] for row in rows
     ]
-    linked = [run for scene_rows in scenes.values() for row in scene_rows for run in row.runs]
-    linked += [run for row in runs for values in row for run in values]
+    linked = [*claim_runs.values(), *(run for row in runs for values in row for run in values)]
     footage = evidence_frames.film_runs(linked, context, path.parent.parent, watch)
     n = context.scenes
     page = Page(
         report.description.title,
-        [*_sections(report, scenes, runs, footage)],
+        [*_sections(report, claim_runs, runs, footage)],
         footage.reading.labels,
         footage.scenes,
         meta=f"{plain(report.description.citation)} · {n} scene{'s' * (n != 1)} per sequence",
@@ -90,28 +88,24 @@ def _details(report: Report) -> list[str]:
 
 
 def _sections(
-    report: Report, scenes: Scenes, runs: MainRuns, footage: Footage
+    report: Report, claim_runs: ClaimRuns, runs: MainRuns, footage: Footage
 ) -> Iterator[PageSection]:
     """Yield the parts of the page in their order."""
-    groups = _groups(report.verdicts, scenes, footage)
+    groups = _groups(report.verdicts, claim_runs, footage)
     if groups:
-        counts = [cards.VerdictCount(g.title, g.tone, len(g.items), g.key) for g in groups]
-        bar = cards.VerdictBar(counts)
-        yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[bar])
-    caption = (
-        f"{report.description.main_table.caption} A number of ours opens the worst run behind it."
-    )
+        counts = [cards.VerdictCount(g.title, g.tone, len(g.claims), g.key) for g in groups]
+        yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[counts])
+    caption = "A number of ours opens the worst run behind it."
     table = _main_table(report, runs, footage)
     title = "The paper's numbers and ours"
     yield PageSection("numbers", title, blocks=[table], caption=caption, nav="Table")
     if panels := _panels(report.figures):
-        figures = cards.FigureSwitch(panels)
-        yield PageSection("figures", "Figures", blocks=[figures], nav="Figures")
+        yield PageSection("figures", "Figures", blocks=[panels], nav="Figures")
     for times in report.main[1:]:
         yield PageSection(times.name, "Times", blocks=[PageTable(times)])
     if groups:
-        blocks = [cards.VerdictList(NAMES, groups)]
-        yield PageSection("verdicts", "Verdicts", blocks=blocks, caption=RULES, nav="Verdicts")
+        caption = "A claim unfolds its quote, its worst runs and the reasons of its verdicts."
+        yield PageSection("verdicts", "Verdicts", blocks=[groups], caption=caption, nav="Verdicts")
     yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
 
 
@@ -137,9 +131,9 @@ def _main_table(report: Report, runs: MainRuns, footage: Footage) -> cards.SideT
             for i in range(len(texts[0]))
         ]
         rows.append(cards.SideRow(row.labels, row.paper, ours))
-    notes = ["Green: a claim on this value holds; red: it does not; yellow: inconclusive."]
-    notes = notes[: len(verdicts)]
-    notes.append("Our videos are not those of the paper: compare orders, not numbers.")
+    colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
+    videos = "Our videos are not those of the paper: compare orders, not numbers."
+    notes = [main.caption, *([colours] if verdicts else []), videos]
     return cards.SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
 
 
@@ -167,15 +161,16 @@ def _panels(figures: Sequence[Drawing]) -> list[cards.FigurePanel]:
 def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
     """Return a figure: a strip as frames with one row per tracker, other figures as pictures."""
     figure, strip = figures[0], figures[0].strip
-    caption = f"{figure.caption.rstrip('.')}."
+    caption = f"{figure.caption[:1].upper()}{figure.caption[1:].rstrip('.')}."
     if strip is None:
+        words = f"Ours: {figure.words.rstrip('.')}."
         pictures = [compress_picture(drawing.path.read_bytes()) for drawing in figures]
-        return cards.FigurePanel(label, caption, figure.words, pictures=pictures)
-    colours = " Green: on or off as in the paper; red: not." if figure.entry.paper else ""
+        return cards.FigurePanel(label, caption, words, pictures=pictures)
+    colours = "; green: on or off as in the paper; red: not" if figure.entry.paper else ""
     words = (
-        f"`{strip.sequence.name}`, the scene with the median error of {figure.entry.trackers[0]} "
-        f"as recommended. White: true {figure.entry.shape}; solid: as written; dashed: "
-        f"recommended; px: centre error.{colours}"
+        f"Ours: `{strip.sequence.name}`, the scene with the median error of "
+        f"{figure.entry.trackers[0]} as recommended. White: true {figure.entry.shape}; solid: as "
+        f"written; dashed: recommended; px: centre error{colours}."
     )
     rows = []
     for number, tracker in enumerate(figure.entry.trackers):
@@ -220,7 +215,7 @@ def _tile(
 
 
 def _groups(
-    rows: Sequence[VerdictRow], scenes: Scenes, footage: Footage
+    rows: Sequence[VerdictRow], claim_runs: ClaimRuns, footage: Footage
 ) -> list[cards.VerdictGroup]:
     """Return the claims by their verdicts in both settings; groups without claims are left out."""
     groups = {
@@ -238,57 +233,30 @@ def _groups(
             key = "numbers"
         elif set(verdicts) == {"inconclusive"}:
             key = "inconclusive"
-        items[key].append(_item(row, scenes, footage))
+        items[key].append(_item(row, claim_runs, footage))
     return [
-        cards.VerdictGroup(f"group-{key}", *groups[key], items=claims)
+        cards.VerdictGroup(f"group-{key}", *groups[key], claims)
         for key, claims in items.items()
         if claims
     ]
 
 
-def _item(row: VerdictRow, scenes: Scenes, footage: Footage) -> cards.VerdictItem:
-    """Return a claim: its verdicts open the worst scenes, and it unfolds quote and reasons."""
-    claim, cells, sheets = row.claim, [], []
+def _item(row: VerdictRow, claim_runs: ClaimRuns, footage: Footage) -> cards.VerdictItem:
+    """Return a claim: its verdicts open the worst runs, and it unfolds quote and reasons."""
+    claim, cells = row.claim, []
     facts = {head: text for head, name in FACTS.items() if (text := str(getattr(claim, name)))}
     is_difference = claim.test.startswith(("order", "no-worse"))
-    for setting in SETTINGS:
-        verdict, scene_rows = row.verdicts[setting], scenes[claim.name, setting]
+    for setting, name in zip(SETTINGS, NAMES, strict=True):
+        verdict = row.verdicts[setting]
         effect = effect_text(claim, verdict)
         effect = f"difference {effect}" if is_difference and effect != MISSING else effect
-        facts[setting.replace("-", " ")] = f"{verdict.verdict}: {effect}; {verdict.reason}"
-        cell = cards.VerdictCell(
-            verdict.verdict,
-            TONES.get(verdict.verdict, "none"),
-            effect,
-            "; ".join(row.remarks(setting)),
-            footage.place(scene_rows[0].runs[0]) if scene_rows else None,
-        )
-        cells.append(cell)
-        sheets += [_scenes(row, setting, scene_rows, footage)] if scene_rows else []
+        facts[name] = f"{verdict.verdict}: {effect}; {verdict.reason}"
+        tone, remarks = TONES.get(verdict.verdict, "none"), "; ".join(row.remarks(setting))
+        place = footage.place(claim_runs[claim.name, setting])
+        cells.append(cards.VerdictCell(name, verdict.verdict, tone, effect, remarks, place))
     quote = f"“{claim.quote}” ({claim.source})"
     title = f"{claim.short[:1].upper()}{claim.short[1:]}"
-    key = f"claim-{claim.name}"
-    return cards.VerdictItem(key, title, claim.paper, cells, quote, facts, sheets)
-
-
-def _scenes(
-    row: VerdictRow, setting: str, scene_rows: Sequence[SceneRow], footage: Footage
-) -> PageTable:
-    """Return the worst scenes of a claim; a number opens its run at the worst frame."""
-    claim = row.claim
-    columns = claim.trackers if len(scene_rows[0].numbers) == 1 + len(claim.trackers) else ["value"]
-    heads = ["scene", "better − worse", *columns]
-    first = 0 if claim.worse else 1  # column of the first value that there is
-    values = [scene_row.numbers[first:] for scene_row in scene_rows]
-    rows = [
-        [scene_row.scene, *(f"{v:.4g}" if isfinite(v) else MISSING for v in numbers)]
-        for scene_row, numbers in zip(scene_rows, values, strict=True)
-    ]
-    unit = f" [{row.evidence[setting].unit}]" if row.evidence[setting].unit else ""
-    caption = f"{NAMES[SETTINGS.index(setting)]}: {len(scene_rows)} scenes, worst first{unit}"
-    name, shown_heads = f"scenes-{claim.name}-{setting}", [heads[0], *heads[1 + first :]]
-    places = [[*map(footage.place, scene_row.runs[first:])] for scene_row in scene_rows]
-    return PageTable(text_table(name, caption, shown_heads, rows, 1), values, places)
+    return cards.VerdictItem(f"claim-{claim.name}", title, claim.paper, cells, quote, facts)
 
 
 def _folds(report: Report) -> Iterator[Fold]:
@@ -300,7 +268,7 @@ def _folds(report: Report) -> Iterator[Fold]:
     )
     about = [plain(VIDEOS), report.description.method]
     if report.verdicts:
-        yield Fold("differences", "What differs and why", words=[*about, *result, *differs])
+        yield Fold("differences", "What differs and why", words=[*about, RULES, *result, *differs])
     else:
         yield Fold("method", "Method and scenes", words=about)
     yield Fold("scenes", "The scenes", "criteria, and values", sheets=[PageTable(report.criteria)])

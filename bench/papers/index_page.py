@@ -12,7 +12,7 @@ from trackmark.bench.papers import Effort, paper_names
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.html_page import NAMES, TONES
 from trackmark.bench.store.files import ResultsError
-from trackmark.reports.page.cards import PaperList, PaperRow, VerdictCount
+from trackmark.reports.page.cards import PaperRow, VerdictCount
 from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
 
@@ -24,8 +24,7 @@ def write_front_page(output: Path) -> Path:
     """
     rows = [_row(name, output) for name in paper_names()]
     caption = "As written: the paper taken literally. Recommended: with a few open values changed."
-    papers = [PaperList(NAMES, rows)]
-    section = PageSection("papers", "Verdicts in two settings", blocks=papers, caption=caption)
+    section = PageSection("papers", "Verdicts in two settings", blocks=[rows], caption=caption)
     judged = sum(bool(row.counts) for row in rows)
     page = Page("trackmark", [section], answer=f"{judged} of {len(rows)} papers reproduced")
     return write_page(output / "report.html", page)[0]
@@ -38,10 +37,10 @@ def _row(name: str, output: Path) -> PaperRow:
     address = quote(page) if (output / page).is_file() else ""
     if not path.is_file():
         note = f"Not run. Command: `{Effort().command(name)}`"
-        return PaperRow(description.title, address, description.method, [], note)
+        return PaperRow(description.title, address, description.method, {}, note)
     try:
         document: Mapping[str, Any] = json.loads(path.read_text("utf-8"))
-        counts = [_counts(document, setting) for setting in SETTINGS]
+        counts = {n: _counts(document, s) for n, s in zip(NAMES, SETTINGS, strict=True)}
         seconds, command = float(document["seconds"]), document["command"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ResultsError(
@@ -50,7 +49,7 @@ def _row(name: str, output: Path) -> PaperRow:
     took = f"{seconds:.0f} s" if seconds < 60 else f"{seconds / 60:.0f} min"
     finding, origin = description.finding, "Made by"
     if not document["claims"]:
-        finding, counts, origin = description.method, [], "Quick report without verdicts:"
+        finding, counts, origin = description.method, {}, "Quick report without verdicts:"
     return PaperRow(description.title, address, finding, counts, f"{origin} `{command}` ({took})")
 
 

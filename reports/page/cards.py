@@ -1,5 +1,7 @@
 """Cards of pages: plain data that the macros of the same names in `cards.html` draw.
 
+A list of cards is drawn by the macro of the plural name, such as `Loops`.
+
 The tone of a verdict, `good`, `bad`, `undecided` or `none`, gives its colour.
 """
 
@@ -82,20 +84,6 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Loops:
-    """Hardest moments, hardest first."""
-
-    loops: Sequence[Loop]
-
-
-@dataclass(frozen=True)
-class CurvePlot:
-    """Charts in the same place, with a switch."""
-
-    charts: Mapping[str, Chart]  # by label of the switch
-
-
-@dataclass(frozen=True)
 class HeatRow:
     """Sequence in a heat map; values are NaN if missing."""
 
@@ -149,13 +137,6 @@ class FailureCard:
 
 
 @dataclass(frozen=True)
-class Failures:
-    """Runs that lost the target or stopped."""
-
-    cards: Sequence[FailureCard]
-
-
-@dataclass(frozen=True)
 class SequenceFold:
     """Folded scores of a sequence with the overlap by frame."""
 
@@ -191,13 +172,6 @@ class VerdictCount:
     tone: str
     count: int
     key: str = ""  # group of claims that the number opens
-
-
-@dataclass(frozen=True)
-class VerdictBar:
-    """Numbers of claims by group, as a bar."""
-
-    counts: Sequence[VerdictCount]
 
 
 @dataclass(frozen=True)
@@ -266,21 +240,10 @@ class FigurePanel:
 
 
 @dataclass(frozen=True)
-class FigureSwitch:
-    """Figures in the same place, with a switch; the first one with frames is shown first."""
-
-    panels: Sequence[FigurePanel]
-
-    @property
-    def initial(self) -> int:
-        """Index of the panel that is shown first."""
-        return next((i for i, panel in enumerate(self.panels) if panel.rows), 0)
-
-
-@dataclass(frozen=True)
 class VerdictCell:
     """Verdict on a claim in a setting with its estimate and reason."""
 
+    setting: str
     verdict: str
     tone: str
     effect: str
@@ -290,7 +253,7 @@ class VerdictCell:
 
 @dataclass(frozen=True)
 class VerdictItem:
-    """Claim with its verdicts; it unfolds a quote, facts by name, and tables."""
+    """Claim with its verdicts; it unfolds a quote and facts by name."""
 
     key: str
     title: str
@@ -298,7 +261,6 @@ class VerdictItem:
     cells: Sequence[VerdictCell]
     quote: str
     facts: Mapping[str, str]
-    sheets: Sequence[PageTable]
 
 
 @dataclass(frozen=True)
@@ -308,15 +270,7 @@ class VerdictGroup:
     key: str
     title: str
     tone: str
-    items: Sequence[VerdictItem]
-
-
-@dataclass(frozen=True)
-class VerdictList:
-    """Claims by their verdicts in all settings."""
-
-    settings: Sequence[str]
-    groups: Sequence[VerdictGroup]
+    claims: Sequence[VerdictItem]
 
 
 @dataclass(frozen=True)
@@ -326,13 +280,5 @@ class PaperRow:
     title: str
     address: str  # of its page; empty if there is none
     finding: str
-    counts: Sequence[Sequence[VerdictCount]]
+    counts: Mapping[str, Sequence[VerdictCount]]  # by setting
     note: str
-
-
-@dataclass(frozen=True)
-class PaperList:
-    """Papers with one bar of verdicts per setting."""
-
-    settings: Sequence[str]
-    rows: Sequence[PaperRow]

@@ -31,21 +31,19 @@ class PlayerPosition(NamedTuple):
     revised: bool = False  # True to select the revised boxes
     show: tuple[int, ...] = ()  # visible trackers; empty for the default
 
+    @property
+    def link(self) -> str:
+        """Address within the page: its numbers, which `page.js` replaces by names."""
+        details = (int(self.start), int(self.revised), *self.show) if any(self[4:]) else ()
+        return "#" + ".".join(map(str, (*self[:4], *details)))
+
 
 @dataclass(frozen=True)
 class PageTable:
     """Table with links from its cells to the player or to other pages."""
 
     table: Table
-    values: Sequence[Sequence[float]] = ()  # sort keys of the columns after the labels
-    places: Sequence[Sequence[PlayerPosition | None]] = ()  # links of the same columns
-
-    def value(self, row: int, column: int) -> float | None:
-        """Return the sort key of a cell; None if the cell is sorted by its text."""
-        column -= self.table.n_labels
-        if column < 0 or not len(self.values):
-            return None
-        return self.values[row][column]
+    places: Sequence[Sequence[PlayerPosition | None]] = ()  # links of the columns after the labels
 
     def place(self, row: int, column: int) -> PlayerPosition | None:
         """Return the position that a cell opens, if any."""
@@ -168,19 +166,6 @@ class Page:
     def linked_sections(self) -> Sequence[PageSection]:
         """Sections in the navigation: those with a short name, or all if no section has one."""
         return [section for section in self.sections if section.nav] or self.sections
-
-    def address(self, place: PlayerPosition) -> str:
-        """Return the address of a position in the player, as part of a link."""
-        query = {
-            "sequence": self.scenes[place.sequence].name,
-            "tracker": self.trackers[place.tracker],
-            "repetition": place.repetition,
-            "frame": place.frame,
-        }
-        query |= {"start": place.start} if place.start else {}
-        query |= {"trace": "revised"} if place.revised else {}
-        query |= {"show": ".".join(map(str, place.show))} if place.show else {}
-        return f"#{urlencode(query, errors='replace')}"
 
     def opening(self, scene: PlayerScene, frame: int | None = None, **options: str) -> str:
         """Return the address of a sequence, by default at its first frame with ground truth."""

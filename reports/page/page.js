@@ -1,5 +1,5 @@
 "use strict";
-// Sorting of tables, readouts of charts, and the page address, which stores the selection.
+// The page address, which stores the selection; sorting of tables, readouts of charts, and tooltips.
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
@@ -18,17 +18,20 @@ const listeners = [];
 let later = 0;
 
 function readAddress() {
-  const text = location.hash.slice(1) || data.start;
+  const text = location.hash.slice(1) || data.start, part = byId(text);
   data.start = "";
-  if (text && !text.includes("=")) {  // a link to a section
-    ["sequence", "tracker", "repetition", "start", "frame"].forEach((key) => state.delete(key));
-    const part = byId(text);
-    for (let node = part; node; node = node.parentElement) if (node.matches("details")) node.open = true;
-    part?.scrollIntoView();
-    if (state.size) writeAddress();  // sorting and filter are kept
-  }
-  else state = new URLSearchParams(text);
+  state = new URLSearchParams(selectionOf(text));
+  for (let node = part; node; node = node.parentElement) if (node.matches("details")) node.open = true;
+  part?.scrollIntoView();
   listeners.forEach((listener) => listener());
+}
+/** Return the selection of a link as text: `sequence=…`, or numbers, which `Page.address` writes. */
+function selectionOf(text) {
+  if (!/^\d+\.\d+\./.test(text)) return text.includes("=") ? text : "";
+  const [scene, tracker, repetition, frame, start, revised, ...show] = text.split(".");
+  const more = { start: Number(start) && start, trace: Number(revised) && "revised", show: show.join(".") };
+  const given = Object.entries(more).filter(([, value]) => value);
+  return `${new URLSearchParams({ sequence: data.scenes[scene]?.name, tracker: data.labels[tracker], repetition, frame, ...Object.fromEntries(given) })}`;
 }
 
 /** Change the selection; null removes a key. With `step` the back button restores the previous selection. */
@@ -48,78 +51,35 @@ function writeHistory(how, url) {
   try { history[how](null, "", url); } catch { /* a page inside a notebook has no address of its own */ }
 }
 
-function opening([scene, tracker, repetition, frame]) {
-  return { sequence: data.scenes[scene].name, tracker: data.labels[tracker], repetition, frame, start: null, trace: null, show: null };
-}
 addEventListener("popstate", readAddress);
 addEventListener("hashchange", readAddress);
 addEventListener("click", (event) => {
-  const link = event.target.closest?.("a[href^='#sequence=']");
-  if (!link || event.ctrlKey || event.metaKey) return;
+  const link = event.target.closest?.("a[href^='#']"), selection = link && selectionOf(link.getAttribute("href").slice(1));
+  if (!selection || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
-  choose({ tracker: null, repetition: null, start: null, trace: null, show: null, ...Object.fromEntries(new URLSearchParams(link.getAttribute("href").slice(1))) }, true);
+  openPlayer(selection);
 });
+const openPlayer = (selection) => choose({ tracker: null, repetition: null, start: null, trace: null, show: null, ...Object.fromEntries(new URLSearchParams(selection)) }, true);
 
-// ---- Tables: a head sorts by its column.
-const tables = [...document.querySelectorAll("table:has(thead button)")].map((table) => {
-  const heads = [...table.tHead.rows[0].cells];
-  heads.forEach((head, column) => head.addEventListener("click", () => {
-    const now = head.getAttribute("aria-sort");
-    choose({ [`sort.${table.id}`]: now === "descending" ? `${column}a` : now === "ascending" ? null : `${column}d` });
-  }));
-  return { id: table.id, body: table.tBodies[0], rows: [...table.tBodies[0].rows], heads, sorted: "" };
-});
-
-/** Number at the start of a text: `~3.1`, `< .001`, `[-0.2, 0.1]`, `54 of 99`; dates do not match. */
+// ---- Tables: a click on a head sorts by its column, first the largest numbers; other texts follow.
 const NUMBER = /^[[(~<>≤≥]*\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?=$|[\s,;%\])±–*])/i;
 
-function valueOf(cell) {
-  if (cell.dataset.value !== undefined) return Number(cell.dataset.value);
-  const text = cell.textContent.trim(), number = NUMBER.exec(text);
-  return number ? Number(number[1]) : text;
-}
-
-function compareCells(a, b) {
-  const [one, two] = [valueOf(a), valueOf(b)];
-  const numbers = [one, two].map((value) => typeof value === "number");
-  if (numbers[0] !== numbers[1]) return numbers[0] ? 1 : -1;
-  return numbers[0] ? one - two : two.localeCompare(one);
-}
-
-function sortTables() {
-  for (const table of tables) {
-    const sort = state.get(`sort.${table.id}`) || "";
-    if (sort === table.sorted) continue;
-    table.sorted = sort;
-    const column = parseInt(sort, 10), sign = sort.endsWith("a") ? 1 : -1;
-    const known = column in table.heads;
-    const order = known ? table.rows.toSorted((a, b) => sign * compareCells(a.cells[column], b.cells[column])) : table.rows;
-    table.body.append(...order);
-    for (const head of table.heads) head.removeAttribute("aria-sort");
-    if (known) table.heads[column].setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
-  }
-}
-listeners.push(sortTables);
-
-/** Keep the rows of the heat map that contain a word; if no row does, the columns of trackers that do. */
-function filterHeat() {
-  const wanted = (state.get("filter") || "").toLowerCase(), heat = byId("heat");
-  const has = (node) => node.textContent.toLowerCase().includes(wanted);
-  const rows = [...heat.tBodies[0].rows], heads = [...heat.tHead.rows[0].cells];
-  const across = !rows.some(has) && heads.slice(1).some(has);
-  for (const row of heat.rows) [...row.cells].forEach((cell, column) => { cell.hidden = across && column > 0 && !has(heads[column]); });
-  for (const row of rows) row.hidden = !across && !has(row);
-  heat.classList.toggle("all", Boolean(wanted));
-  if (byId("filter") !== document.activeElement) byId("filter").value = state.get("filter") || "";
-  byId("filtered").textContent = wanted ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} rows` : "";
-}
-if (byId("filter")) {
-  listeners.push(filterHeat);
-  byId("filter").addEventListener("input", (event) => choose({ filter: event.target.value }));
-}
-byId("all-rows")?.addEventListener("click", (event) => {
-  event.target.setAttribute("aria-expanded", byId("heat").classList.toggle("all"));
+/** Return the number at the start of a text, such as `~3.1`, `< .001`, `[-0.2, 0.1]` or `54 of 99`; dates are no numbers. */
+const numberIn = (text) => Number(NUMBER.exec(text)?.[1] ?? -Infinity);
+for (const head of document.querySelectorAll("thead th:has(button)")) head.addEventListener("click", () => {
+  const body = head.closest("table").tBodies[0], sign = head.ariaSort === "descending" ? 1 : -1;
+  const key = (row) => row.cells[head.cellIndex].textContent.trim();
+  body.append(...[...body.rows].sort((a, b) => sign * (numberIn(key(a)) - numberIn(key(b)) || key(b).localeCompare(key(a)))));
+  for (const other of head.parentElement.cells) other.ariaSort = null;
+  head.ariaSort = sign > 0 ? "ascending" : "descending";
 });
+
+// ---- The heat map: the filter keeps the rows that contain a word.
+byId("filter")?.addEventListener("input", ({ target }) => {
+  for (const row of byId("heat").tBodies[0].rows) row.hidden = !row.textContent.toLowerCase().includes(target.value.toLowerCase());
+  byId("heat").classList.toggle("all", Boolean(target.value));
+});
+byId("all-rows")?.addEventListener("click", ({ target }) => { target.ariaExpanded = byId("heat").classList.toggle("all"); });
 
 // ---- Charts: the page contains them; the pointer and the arrow keys add a readout and open frames.
 const colourOf = (position) => getComputedStyle(document.documentElement).getPropertyValue(`--c${Math.min(position, 6)}`);
@@ -148,17 +108,28 @@ function showTip(text, left, top) {
   tip.style.top = `${Math.min(top + 14, innerHeight - tip.offsetHeight - 8)}px`;
 }
 
+/** Return the points of a path of absolute moves and relative lines. */
+function pointsOf(path) {
+  let x = 0, y = 0;
+  return path.match(/M?[-\d.]+,[-\d.]+/g).map((pair) => {
+    const [dx, dy] = pair.replace("M", "").split(",").map(Number);
+    [x, y] = pair[0] === "M" ? [dx, dy] : [x + dx, y + dy];
+    return [x, y];
+  });
+}
+
 class Plot {
   constructor(svg) {
     this.svg = svg;
     this.figure = svg.closest("figure");
     const [left, right, low, high, bottom, top, least, most] = svg.dataset.scale.split(" ").map(Number);
+    this.digits = high > 2 ? 0 : 2;
     this.xAt = (px) => low + (px - left) / (right - left) * (high - low);
     this.yAt = (py) => least + (bottom - py) / (bottom - top) * (most - least);
     this.lines = [...svg.querySelectorAll(".curve[data-k]")].reverse().map((path) => ({
       tracker: Number(path.dataset.k), path,
-      points: path.getAttribute("d").match(/[-\d.]+,[-\d.]+/g).map((pair) => pair.split(",").map(Number)),
-      places: (path.dataset.places || "").split(" ").map((text) => /^\d/.test(text) && text.split(".").map(Number)),
+      points: pointsOf(path.getAttribute("d")),
+      places: (path.dataset.places || "").split(" "),
     }));
     this.hair = draw("path", { class: "hair" });
     svg.append(this.hair);
@@ -185,27 +156,17 @@ class Plot {
   text(y) { return this.figure.dataset.percent ? `${Math.round(100 * this.yAt(y))} %` : this.yAt(y).toFixed(2); }
   show(left, top) {
     const [x, y] = this.line.points[this.index], box = this.svg.getBoundingClientRect(), scale = box.width / this.svg.viewBox.baseVal.width;
-    const { x: axis, digits } = this.figure.dataset, at = `${axis} ${this.xAt(x).toFixed(digits)}`;
+    const at = `${this.figure.dataset.x} ${this.xAt(x).toFixed(this.digits)}`;
     this.hair.setAttribute("d", `M${x},10V${this.svg.viewBox.baseVal.height - 38}`);
     showTip(`${data.trackers[this.line.tracker]}: ${this.text(y)} at ${at}`, left ?? box.left + x * scale, top ?? box.top + y * scale);
-    this.readout(at, x);
-  }
-  /** Write the values of all lines at an abscissa below the chart. */
-  readout(at, x) {
-    const head = this.figure.querySelector(".read .at");
-    if (!head) return;
-    head.textContent = `At ${at}:`;
-    for (const { tracker, points } of this.lines) {
-      const nearest = points.reduce((best, point) => (Math.abs(point[0] - x) < Math.abs(best[0] - x) ? point : best));
-      this.figure.querySelector(`.read [data-k="${tracker}"]`).textContent = this.text(nearest[1]);
-    }
   }
   leave() { tip.hidden = true; this.hair.removeAttribute("d"); }
   /** Open the frame of a point; a line with one place opens the frames along its abscissa. */
   open() {
     const { places, points } = this.line;
-    const place = places.length === 1 && places[0] ? [...places[0].slice(0, 3), Math.round(this.xAt(points[this.index][0]))] : places[this.index];
-    if (place && data.scenes.length) { this.leave(); choose(opening(place), true); }
+    const along = places.length === 1 && places[0].replace(/\d+$/, Math.round(this.xAt(points[this.index][0])));
+    const selection = selectionOf(along || places[this.index]);
+    if (selection && data.scenes.length) { this.leave(); openPlayer(selection); }
   }
   press(event) {
     const step = { ArrowLeft: [0, -1], ArrowRight: [0, 1], Home: [0, -Infinity], End: [0, Infinity], ArrowUp: [-1, 0], ArrowDown: [1, 0] }[event.key];
@@ -238,26 +199,12 @@ for (const kind of ["pointerover", "focusin"]) addEventListener(kind, ({ target 
 for (const kind of ["pointerout", "focusout"]) addEventListener(kind, ({ target }) => { if (target.closest?.("[data-tip]")) tip.hidden = true; });
 addEventListener("keydown", (event) => { if (event.key === "Escape") tip.hidden = true; });
 
-// ---- In print all sections are open, and tables fit the paper width.
+// ---- In print all sections are open.
 addEventListener("beforeprint", () => {
-  for (const fold of document.querySelectorAll("main details:not([open])")) {
-    fold.open = true;
-    fold.classList.add("unfolded");
-  }
-  document.body.classList.add("paper");
-  for (const table of document.querySelectorAll("table:not(.matrix)")) {
-    const fit = () => table.parentElement.clientWidth / table.offsetWidth;
-    table.classList.toggle("tight", fit() < 0.7);
-    table.style.setProperty("--fit", Math.min(1, 0.99 * fit()));
-  }
+  for (const fold of document.querySelectorAll("main details:not([open])")) fold.classList.toggle("unfolded", fold.open = true);
 });
 addEventListener("afterprint", () => {
-  document.body.classList.remove("paper");
-  for (const table of document.querySelectorAll("table")) table.style.removeProperty("--fit");
-  for (const fold of document.querySelectorAll("details.unfolded")) {
-    fold.open = false;
-    fold.classList.remove("unfolded");
-  }
+  for (const fold of document.querySelectorAll("details.unfolded")) fold.classList.toggle("unfolded", fold.open = false);
 });
 
 // ---- Copy buttons of commands and links.

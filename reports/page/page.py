@@ -5,6 +5,7 @@ import os
 import re
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from importlib.metadata import version
 from itertools import chain
 from math import isfinite
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from trackmark.reports.files import write_file
 from trackmark.reports.page.cards import GLOSSARY, SYMBOLS
-from trackmark.reports.page.content import Chart, Film, Page, PlayerScene, Shapes
+from trackmark.reports.page.content import Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
 from trackmark.reports.page.svg import TOP, at_reference, chart_svg
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
@@ -79,24 +80,17 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
         "start": page.start.removeprefix("#"),
     }
     template = _environment().get_template("page.html")
-    text = template.render(page=page, data=data, blocks=inside, cards=_cards(page))
+    text = template.render(page=page, data=data, blocks=inside, card_html=card_html)
     text = re.sub(r"\n[ \n]+", "\n", text)  # without indentation a page is a tenth smaller
     write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
     return [path, *written]
 
 
-def card_html(card: object, page: Page) -> Markup:
-    """Return a card of `reports.page.cards`, a chart or a table as HTML.
-
-    `page`: page whose player the card opens.
-    """
-    html: Markup = getattr(_cards(page), type(card).__name__)(card)
+def card_html(card: object) -> Markup:
+    """Return a card or a list of cards of `reports.page.cards`, a chart or a table as HTML."""
+    kind = f"{type(card[0]).__name__}s" if isinstance(card, list) else type(card).__name__
+    html: Markup = getattr(_environment().get_template("cards.html").module, kind)(card)
     return html
-
-
-def _cards(page: Page) -> object:
-    """Return the macros of the cards of a page."""
-    return _environment().get_template("cards.html").make_module({"page": page})
 
 
 def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
@@ -107,6 +101,7 @@ def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
             yield f"map{number}.{place}", film
 
 
+@cache
 def _environment() -> Environment:
     environment = Environment(
         loader=FileSystemLoader(_PARTS),
@@ -130,11 +125,9 @@ def _environment() -> Environment:
     }
     environment.filters |= {
         "poster": _poster,
-        "kind": lambda block: type(block).__name__,
         "score": lambda value: f"{value:.2f}" if isfinite(value) else MISSING,
         "at_reference": at_reference,
         "svg": chart_svg,
-        "digits": _digits,
         "colour_index": colour_index,
         "code": _with_code,
         "divided": _divided,
@@ -143,11 +136,6 @@ def _environment() -> Environment:
     }
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
     return environment
-
-
-def _digits(chart: Chart) -> int:
-    """Return the number of decimals of abscissas in the readout of a chart."""
-    return 0 if all(float(x).is_integer() for line in chart.lines for x in np.ravel(line.x)) else 2
 
 
 def _with_code(text: str) -> Markup:

@@ -2,7 +2,6 @@
 // The player: it shows what the page address selects; controls and keys change the address.
 const AHEAD = 10;  // frames that are decoded in advance
 const TOLD_EVERY = 150;  // shortest time between updates of texts during playback [ms]
-const APART = 10;  // smallest distance of two reported disagreements [frames]
 
 const dialog = byId("player");
 const scenes = new Map();
@@ -176,21 +175,18 @@ function arrange() {
 
 /** Return messages on selected items that do not exist, and on failed runs. */
 function standing() {
-  const label = state.get("tracker"), its = scene.takes.filter((take) => take.tracker === focus()), told = [];
-  const none = (key, there, text) => { if (state.has(key) && !there) told.push(text); };
-  none("tracker", its.length, `There is no run of ${label} here.`);
-  none("repetition", scene.takes.some((take) => take.repetition === repetition()), `There is no repetition ${state.get("repetition")} here.`);
-  none("start", scene.takes.some((take) => take.start === start()), `There is no start ${state.get("start")} here.`);
-  none("frame", state.get("frame") >= 0 && state.get("frame") < scene.frames, `There is no frame ${state.get("frame")}: the last one is ${scene.frames - 1}.`);
-  const [whose, which] = (state.get("other") || "").split(".");
-  none("other", otherTake(), `There is no run of ${data.trackers[whose] ?? "a tracker"}, repetition ${which}, to hold.`);
-  none("map", mapNames().includes(state.get("map")), `There is no map ${state.get("map")} here.`);
-  none("show", shownTrackers().length, "No tracker is shown.");
+  const its = scene.takes.filter((take) => take.tracker === focus());
+  const exists = {
+    tracker: its.length, repetition: scene.takes.some((take) => take.repetition === repetition()), start: scene.takes.some((take) => take.start === start()),
+    frame: state.get("frame") >= 0 && state.get("frame") < scene.frames, other: otherTake(), map: mapNames().includes(state.get("map")), show: state.get("show") === "none" || shownTrackers().length,
+  };
+  const told = Object.keys(exists).filter((key) => state.has(key) && !exists[key]).map((key) => `This sequence has no ${NOUNS[key] || key} ${state.get(key)}.`);
   if (scene.why) told.push(scene.why);
   const takes = new Set([...(its.length ? [scene.take(focus(), repetition(), start())] : []), ...shownTakes()]);
   for (const take of takes) if (take.failure) told.push(`${data.trackers[take.tracker]}, repetition ${take.repetition}, failed: ${take.failure}`);
   return told.join(" ");
 }
+const NOUNS = { other: "run", show: "tracker" };
 
 /** Update the menu of layers, maps and other runs. */
 function arrangeLayers() {
@@ -327,35 +323,6 @@ function nextFailure() {
   say(`${here.map(([, take, what]) => `${data.trackers[take.tracker]} ${what}`).join("; ")} at frame ${next}.${again}${why}`);
 }
 
-/** Return frames in which two visible trackers are far apart, largest distance first. */
-function disagreements() {
-  const rows = drawnTakes().map((take) => [take, rowOf(take)]);
-  const at = Array.from({ length: scene.frames }, (_, i) => {
-    const boxes = rows.map(([take, row]) => [take, scene.box(row, i)]).filter(([, box]) => box);
-    let most = { i, far: 0, pair: [] };
-    boxes.forEach(([one, a], k) => boxes.slice(k + 1).forEach(([other, b]) => {
-      const far = distanceOf(a, b);
-      if (far > most.far) most = { i, far, pair: [one, other] };
-    }));
-    return most;
-  });
-  const found = [];
-  for (const one of at.sort((a, b) => b.far - a.far || a.i - b.i))
-    if (one.far > 0 && found.length < 50 && found.every((other) => Math.abs(other.i - one.i) >= APART)) found.push(one);
-  return found;
-}
-let rank = 0, rankedAt = -1;
-function nextDisagreement() {
-  const takes = drawnTakes(), found = disagreements();
-  if (takes.length < 2) { say(takes.length ? `${data.trackers[takes[0].tracker]} is the only visible tracker. A disagreement needs two.` : "No tracker is shown."); return; }
-  if (!found.length) { say("No two shown trackers disagree."); return; }
-  rank = rankedAt === frame ? (rank + 1) % found.length : 0;  // start with the largest, unless the screen shows a reported one
-  const next = found[rank];
-  rankedAt = next.i;
-  move(next.i);
-  say(`${next.pair.map((take) => data.trackers[take.tracker]).join(" and ")} are ${next.far.toFixed(1)} px apart at frame ${next.i}${found.length === 1 ? "" : ` (${rank + 1} of ${found.length})`}.`);
-}
-
 function hold(on) {
   if (held === on) return;
   if (on && !otherTake()) { say("Select another run next to this button first."); return; }
@@ -398,7 +365,7 @@ const KEYS = {
   PageUp: () => move(frame - 10), PageDown: () => move(frame + 10),
   Home: () => move(0), End: () => move(scene.frames - 1),
   g: () => { cameFrom = document.activeElement; byId("frame").focus(); byId("frame").select(); },
-  f: nextFailure, d: nextDisagreement, c: () => hold(true),
+  f: nextFailure, c: () => hold(true),
   b: () => toggleLayer("boxes"), k: () => toggleLayer("masks"), n: () => toggleLayer("contours"), p: () => toggleLayer("particles"), h: nextMap,
   o: flipTrace, e: () => flip("curve", "error"), m: () => flip("lens", "1"),
   s: save, l: copyLink, "?": help,
@@ -435,7 +402,7 @@ addEventListener("keydown", (event) => {
   const tracker = /^[1-9]$/.test(event.key) ? trackersHere()[event.key - 1] : undefined;
   if (!act && tracker === undefined) return;
   event.preventDefault();
-  if (playing && act !== play && /Arrow|Page|Home|End|^[fdg]$/.test(letter)) stop();
+  if (playing && act !== play && /Arrow|Page|Home|End|^[fg]$/.test(letter)) stop();
   if (act) act();
   else toggle(tracker);
 });

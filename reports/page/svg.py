@@ -11,9 +11,10 @@ from math import ceil, floor, isfinite, log10
 
 import numpy as np
 from markupsafe import Markup
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from trackmark.reports.page.content import Chart, Line, Page
+from trackmark.reports.page.content import Chart, Line
 from trackmark.reports.palette import DASHES, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
 
@@ -24,6 +25,9 @@ TOP = 5
 _MAX_TICKS = 6
 _MAX_LABEL = 24  # characters of a direct label
 _LETTER = 7.0  # mean width of a letter of a label [px]
+_COLUMNS = 80  # possible places of a direct label along the abscissa
+_DISTANCE = 11.0  # of the middle of a label from its line [px]
+_HEIGHT = 13.0  # of a label [px]
 _LEFT, _TOP, _BOTTOM = 42, 10, 38  # margins [px]
 
 _NAME = Markup('<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
@@ -59,13 +63,13 @@ class _Scale:
         return [round((first + n) * step, 10) for n in range(count)]
 
 
-def chart_svg(chart: Chart, page: Page, height: int = 300, width: int = 440) -> Markup:
-    """Return a chart as an SVG element; `page` gives the addresses that points open."""
+def chart_svg(chart: Chart, height: int = 300, width: int = 440) -> Markup:
+    """Return a chart as an SVG element; its points open frames."""
     lines = [line for line in chart.lines if np.isfinite(np.asarray(line.y, float)).any()]
     x, y = _scales(chart, lines, width, height)
     parts = [*_axes(chart, x, y, width, height)]
     if chart.kind == "dots":
-        parts += [_dot(line, x, y, page) for line in lines]
+        parts += [_dot(line, x, y) for line in lines]
     else:
         crowded = len(lines) > CROWDED
         parts += [_line(line, x, y, chart.kind, crowded=crowded) for line in reversed(lines)]
@@ -147,40 +151,41 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
     dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
     has_place = [True] if len(line.places) == 1 else np.isfinite(ys)
     opened = compress(line.places, has_place)
-    places = " ".join(".".join(map(str, place[:4])) if place else "-" for place in opened)
+    places = " ".join(place._replace(show=()).link[1:] if place else "-" for place in opened)
     band = Markup("")
     if np.size(line.low) and not crowded and kind == "step":
         low, high = np.asarray(line.low, float), np.asarray(line.high, float)
         finite = np.isfinite(low) & np.isfinite(high)
-        upper, lower = (_points(xs[finite], end[finite], x, y, step=True) for end in (high, low))
-        rim = "L".join([*upper, *lower[::-1]])
-        band = Markup('<path class="band {}" d="M{}Z"/>').format(index, rim) if rim else band
-    path = _path(xs, ys, x, y, step=kind == "step")
+        upper, lower = (_corners(xs[finite], end[finite]) for end in (high, low))
+        across, down = (
+            np.append(ends, others[::-1]) for ends, others in zip(upper, lower, strict=True)
+        )
+        rim = _trace(x(across), y(down))
+        band = Markup('<path class="band {}" d="{}Z"/>').format(index, rim) if rim else band
+    gaps = np.flatnonzero(~np.isfinite(ys))
+    path = ""
+    for piece in np.split(np.arange(len(ys)), gaps):
+        its = piece[np.isfinite(ys[piece])]
+        across, down = _corners(xs[its], ys[its]) if kind == "step" else (xs[its], ys[its])
+        path += _trace(x(across), y(down))
     link = Markup(' data-places="{}"').format(places) if places else ""
     curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')
     return band + curve.format(index, line.position, dash, path, link)
 
 
-def _points(xs: Array, ys: Array, x: _Scale, y: _Scale, *, step: bool) -> list[str]:
-    """Return points as `x,y`; a step keeps its value until the next point."""
-    if step:
-        xs, ys = np.repeat(xs, 2)[1:], np.repeat(ys, 2)[:-1]
-    pairs = zip(x(xs).tolist(), y(ys).tolist(), strict=True)
-    return [f"{across:.1f},{down:.1f}" for across, down in pairs]
+def _corners(xs: Array, ys: Array) -> tuple[Array, Array]:
+    """Return the corners of a step line, which keeps its value until the next point."""
+    return np.repeat(xs, 2)[1:], np.repeat(ys, 2)[:-1]
 
 
-def _path(xs: Array, ys: Array, x: _Scale, y: _Scale, *, step: bool) -> str:
-    """Return the path of a line; values that are not finite make gaps."""
-    finite = np.isfinite(ys)
-    starts = np.flatnonzero(np.diff(np.concatenate([[False], finite]).astype(int)) == 1)
-    pieces = []
-    for start in starts:
-        end = start + int(np.argmin(np.append(finite[start:], False)))
-        pieces.append("M" + "L".join(_points(xs[start:end], ys[start:end], x, y, step=step)))
-    return "".join(pieces)
+def _trace(xs: Array, ys: Array) -> str:
+    """Return the path through points [px]: a move, then relative lines; empty without points."""
+    points = np.column_stack([xs, ys]).round(1)
+    steps = np.diff(points, axis=0, prepend=np.zeros((1, 2))).round(1) + 0.0  # no -0
+    return "M" * bool(len(points)) + "l".join(f"{dx:g},{dy:g}" for dx, dy in steps.tolist())
 
 
-def _dot(line: Line, x: _Scale, y: _Scale, page: Page) -> Markup:
+def _dot(line: Line, x: _Scale, y: _Scale) -> Markup:
     """Return the mark, the interval and the name of a tracker; they open its worst frame."""
     across, down = float(x(np.asarray(line.x, float))[0]), float(y(np.asarray(line.y, float))[0])
     ends = [float(np.asarray(end, float)[0]) for end in (line.low, line.high) if np.size(end)]
@@ -197,47 +202,37 @@ def _dot(line: Line, x: _Scale, y: _Scale, page: Page) -> Markup:
     if place is None:
         return content
     return Markup('<a href="{}" aria-label="{}">{}</a>').format(
-        page.address(place), one_line(line.label), content
+        place.link, one_line(line.label), content
     )
 
 
 def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
-    """Yield the names of lines where they are farthest from other lines and names."""
-    grid = np.linspace(x.pixels[0] + 6, x.pixels[1] - 6, 80)
-    heights = []
+    """Yield the name of each line, next to it where other lines and names are farthest."""
+    grid = np.linspace(*x.pixels, _COLUMNS)
+    rows = []  # heights of lines and names by column of the grid [px]; NaN where there are none
     for line in lines:
         xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
         finite = np.isfinite(ys)
-        heights.append(np.interp(grid, x(xs[finite]), y(ys[finite])))
-    placed: list[tuple[float, float, float]] = []
+        rows.append(np.interp(grid, x(xs[finite]), y(ys[finite])))
     for number, line in enumerate(lines):
-        half = _LETTER * len(_short(line.label)) / 2
-        best = (-np.inf, 0.0, 0.0)
-        for i in range(2, len(grid) - 2, 2):
-            centre = float(np.clip(grid[i], x.pixels[0] + half, x.pixels[1] - half))
-            near = np.abs(grid - centre) <= half + 4
-            for down in (heights[number][i] - 10, heights[number][i] + 18):
-                if not y.pixels[1] + 12 <= down <= y.pixels[0] - 4:
-                    continue
-                near_names = (name for name in placed if abs(down - name[1]) < 13)
-                if any(abs(centre - mid) < half + other + 4 for mid, _, other in near_names):
-                    continue
-                gaps = [_gap(other[near], down) for other in heights]
-                own_gap = gaps.pop(number)
-                others = min(gaps, default=14.0)
-                score = min(others, 14.0) + 2 * min(own_gap, 4.0) - abs(centre - grid[i]) / 10
-                if score > best[0]:
-                    best = score, centre, down
-        _, centre, down = best
-        if isfinite(best[0]):
-            placed.append((centre, down, half))
-            index = colour_index(line.position)
-            yield _NAME.format(index, centre, down, "middle", _short(line.label))
-
-
-def _gap(heights: Array, down: float) -> float:
-    """Return the vertical distance of a line from a text whose baseline is at `down`."""
-    return float(np.maximum(heights - (down + 3), (down - 11) - heights).min(initial=40.0))
+        name = _short(line.label)
+        wide = min(_COLUMNS, ceil(_LETTER * len(name) / (grid[1] - grid[0])) + 1)
+        near = np.stack([sliding_window_view(row, wide) for row in rows])
+        its_line = near[number]
+        middles = np.stack([its_line.min(axis=1) - _DISTANCE, its_line.max(axis=1) + _DISTANCE])
+        gaps = np.abs(near[:, None] - middles[..., None])
+        gaps[len(lines) :] -= _HEIGHT  # names must not overlap, but may cross a line
+        room = np.nanmin(gaps, axis=(0, 3)).clip(max=_HEIGHT)
+        room[(middles < y.pixels[1] + 8) | (middles > y.pixels[0] - 8)] = -np.inf
+        score = room - np.abs(middles - its_line[:, wide // 2]) / 5
+        side, start = np.unravel_index(np.argmax(score), score.shape)
+        if room[side, start] < 0:
+            continue
+        middle, columns = middles[side, start], np.arange(start, start + wide)
+        rows.append(np.full(_COLUMNS, np.nan))
+        rows[-1][columns] = middle
+        centre = grid[columns].mean()
+        yield _NAME.format(colour_index(line.position), centre, middle + 4, "middle", name)
 
 
 def _short(label: str) -> str:

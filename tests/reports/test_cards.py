@@ -4,41 +4,36 @@ import re
 from dataclasses import replace
 from math import nan
 
-import numpy as np
 import pytest
 
 from trackmark.reports.page.cards import (
-    CurvePlot,
     FailureCard,
-    Failures,
     Fold,
     HeatRow,
     HeatTable,
     Leaderboard,
     LeaderRow,
     Loop,
-    Loops,
     PairCell,
     PairMatrix,
     SequenceFold,
     Still,
 )
-from trackmark.reports.page.content import Chart, Line, Page, PlayerPosition, PlayerScene
+from trackmark.reports.page.content import Chart, Line, PlayerPosition
 from trackmark.reports.page.page import card_html
 
 HOSTILE = '<script>"&\x1b'
 PLACE = PlayerPosition(0, 1, 0, 7)
-LINK = 'href="#sequence=s&amp;tracker=b&amp;repetition=0&amp;frame=7"'
-PAGE = Page("T", [], ["a", "b"], [PlayerScene("s", (4, 3), np.zeros((9, 4)), [])])
+LINK = 'href="#0.1.0.7"'
 STILL = Still(b"RIFF", (4, 3), [0, 0, 2, 1], [(1, 1, [1, 1, 2, 1])], "frame 7")
 
 
 def html(card):
     """Return a card without white space between elements, markers and tooltips."""
-    text = re.sub(r"(?<=>)\s{2,}(?=<)|\s*\n\s*", "", card_html(card, PAGE))
+    text = re.sub(r"(?<=>)\s{2,}(?=<)|\s*\n\s*", "", card_html(card))
     text = re.sub(r'<svg class="dot".*?</svg>', "*", text)
     text = re.sub(r'<svg class="still".*?</svg>', "IMAGE", text)
-    return re.sub(r'<button type="button" class="term".*?>(.*?)</button>', r"\1", text)
+    return re.sub(r'<button class="term".*?>(.*?)</button>', r"\1", text)
 
 
 def test_leaderboard():
@@ -48,14 +43,14 @@ def test_leaderboard():
     ]
     text = html(Leaderboard(rows, "8 sequences"))
     assert (
-        f'<li class="marked" data-k="1" data-mean="0.8"><a class="row" {LINK}><span class="who">* '
+        f'<li class="marked" data-k="1"><a class="row" {LINK}><span class="who">* '
         '<span><b>b</b></span></span><span class="track"><span class="fill c1" style="width:80.0%">'
         '</span><i class="interval" style="left:70.0%;width:20.0%"></i></span><span class="value">'
         "<b>0.80</b> <small>[0.70, 0.90]</small></span><span><i>success </i>91 %</span><span><i>"
         "error </i>3.1 px</span><span><i>time </i>24 ms</span></a></li>"
     ) in text
     assert (
-        '<li data-k="0" data-mean="nan"><div class="row"><span class="who">* <span><b>a</b> <small>'
+        '<li data-k="0"><div class="row"><span class="who">* <span><b>a</b> <small>'
         '2 of 2 runs failed</small></span></span><span class="track"></span><span class="value">'
         "<b>—</b></span>"
     ) in text
@@ -65,12 +60,12 @@ def test_leaderboard():
 
 def test_loops():
     loop = Loop(0, "s", 7, 0, 8, STILL, [(1, "b", "0.12")], PLACE)
-    assert html(Loops([loop])).endswith(
+    assert html([loop]).endswith(
         f'<a class="loop" {LINK} data-loop="0,0,8"><span class="screen">IMAGE</span><span '
         'class="headrow"><b>s</b><small>frame 7</small></span><span class="chips"><span title="b">'
         "* <i>b</i> <b>0.12</b></span></span></a></div>"
     )
-    still = re.sub(r"\s*\n\s*", "", card_html(Loops([loop]), PAGE))
+    still = re.sub(r"\s*\n\s*", "", card_html([loop]))
     assert (
         '<svg class="still" viewBox="0 0 4 3" role="img" aria-label="frame 7"><image href="data:'
         'image/webp;base64,UklGRg==" width="4" height="3" preserveAspectRatio="none"/><path '
@@ -79,11 +74,11 @@ def test_loops():
     ) in still
 
 
-def test_curve_plot():
+def test_charts_with_a_switch():
     chart = Chart("t", "overlap", "y", [Line("a", 0, [0, 1], [1, 0.25])], "w", top=1.0, figure="f")
     chart = replace(chart, percent=True, reference=0.9, caption="c")
-    text = html(CurvePlot({"One": chart, "Two": chart}))
-    assert '<button type="button" aria-pressed="true" data-plot="plot-0">One</button>' in text
+    text = html([replace(chart, title="One"), chart])
+    assert '<button aria-pressed="true" data-plot="plot-0">One</button>' in text
     assert '<div id="plot-1" class="plot"><figure class="chart" id="f" data-x="overlap"' in text
     assert '<figcaption>c</figcaption><svg viewBox="0 0 440 270"' in text
     assert '<li class="at">At overlap 0.9:</li><li>* a <b data-k="0">25 %</b></li>' in text
@@ -96,8 +91,8 @@ def test_heat_table():
     ]
     text = html(HeatTable([(0, "a"), (1, "b")], rows, [nan, 0.625], 1))
     assert (
-        '<tr><th scope="row"><span>s</span></th><td data-value="0.5" style="--share:0.5"><a '
-        f'class="win" {LINK}>0.50<span class="hidden"> highest</span></a></td><td data-value="0.25"'
+        '<tr><th scope="row"><span>s</span></th><td style="--share:0.5"><a '
+        f'class="win" {LINK}>0.50<span class="hidden"> highest</span></a></td><td'
         ' style="--share:0.25"><span class="cell">0.25</span></td></tr><tr class="extra">'
     ) in text
     assert '<td><span class="cell">—</span></td>' in text
@@ -108,8 +103,8 @@ def test_pair_matrix():
     cell = PairCell("better", 0.181, 2, 1, "a minus b: +0.181", PLACE)
     text = html(PairMatrix([(0, "a"), (1, "b")], [[None, cell], [replace(cell, answer=""), None]]))
     assert (
-        '<td class="self" aria-label="same tracker">–</td><td class="better" data-column="b" '
-        f'data-value="0.181"><a class="cell" data-tip="a minus b: +0.181" {LINK}><b>better</b> '
+        '<td class="self" aria-label="same tracker">–</td><td class="better" data-column="b">'
+        f'<a class="cell" data-tip="a minus b: +0.181" {LINK}><b>better</b> '
         "+0.18<small>2 won, 1 lost</small></a></td>"
     ) in text
     assert f"{LINK}>+0.18<small>" in text  # too few sequences: no answer
@@ -118,7 +113,7 @@ def test_pair_matrix():
 
 def test_failures():
     card = FailureCard(1, "b", "s", "lost at frame 7", STILL, PLACE)
-    assert html(Failures([card])) == (
+    assert html([card]) == (
         f'<ul class="failures"><li><a {LINK}>IMAGE<span>* <b>b</b> on s<br><small>lost at frame 7'
         "</small></span></a></li></ul>"
     )
@@ -138,7 +133,7 @@ def test_fold():
     assert html(Fold("k", "Title", "result", ["`code`"], commands=["x"], terms={"a": "b"})) == (
         '<details class="fold" id="k"><summary><span class="result"><b>Title</b> <small>result'
         '</small></span></summary><div><p><code>code</code></p><p class="command"><code tabindex='
-        '"0">x</code><button type="button" class="copy">Copy</button></p><dl><dt>a</dt><dd>b</dd>'
+        '"0">x</code><button class="copy">Copy</button></p><dl><dt>a</dt><dd>b</dd>'
         "</dl></div></details>"
     )
 
@@ -147,12 +142,10 @@ def test_fold():
     "card",
     [
         Leaderboard([LeaderRow(0, HOSTILE, 0.5, None, "", "", "", note=HOSTILE)], HOSTILE),
-        Loops(
-            [Loop(0, HOSTILE, 0, 0, 1, replace(STILL, words=HOSTILE), [(0, HOSTILE, "")], PLACE)]
-        ),
+        [Loop(0, HOSTILE, 0, 0, 1, replace(STILL, words=HOSTILE), [(0, HOSTILE, "")], PLACE)],
         HeatTable([(0, HOSTILE)], [HeatRow(HOSTILE, b"", [0.5], [None])], [0.5], 12),
         PairMatrix([(0, HOSTILE)], [[PairCell("", 0, 0, 0, HOSTILE, PLACE)]], HOSTILE),
-        Failures([FailureCard(0, HOSTILE, HOSTILE, HOSTILE, STILL, PLACE)]),
+        [FailureCard(0, HOSTILE, HOSTILE, HOSTILE, STILL, PLACE)],
         SequenceFold("k", HOSTILE, b"", HOSTILE, [(0, HOSTILE, 0.5)], None, None, "#", HOSTILE),
         Fold("k", HOSTILE, HOSTILE, [HOSTILE], commands=[HOSTILE], terms={HOSTILE: HOSTILE}),
         Chart(HOSTILE, HOSTILE, "y", [Line(HOSTILE, 0, [0, 1], [0, 1])], HOSTILE, figure="f"),
@@ -160,7 +153,7 @@ def test_fold():
     ids=lambda card: type(card).__name__,
 )
 def test_hostile_names_are_text(card):
-    text = card_html(card, PAGE)
+    text = card_html(card)
     assert "<script" not in text
     assert "\x1b" not in text
     assert "&lt;script&gt;" in text

@@ -19,6 +19,7 @@ class Cells(HTMLParser):
         super().__init__()
         self.tables, self.links, self.tags = {}, [], []
         self._table = self._row = self._cell = None
+        self._data = data_of(text)
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
@@ -30,10 +31,10 @@ class Cells(HTMLParser):
             self._row = []
             self._table.append(self._row)
         if tag in ("td", "th"):
-            self._cell = {"text": "", "value": values.get("data-value"), "link": None}
+            self._cell = {"text": "", "link": None}
             self._row.append(self._cell)
         if tag == "a" and self._cell is not None:
-            self._cell["link"] = values["href"]
+            self._cell["link"] = address_of(values["href"], self._data)
 
     def handle_endtag(self, tag):
         if tag in ("td", "th"):
@@ -42,6 +43,18 @@ class Cells(HTMLParser):
     def handle_data(self, text):
         if self._cell is not None:
             self._cell["text"] += text
+
+
+def address_of(link, data):
+    """Return the address that a link in numbers selects: sequence, tracker, repetition, frame, …"""
+    if not re.match(r"#\d+\.\d+\.", link):
+        return link
+    scene, tracker, repetition, frame, *details = link[1:].split(".")
+    start, revised, *show = details or "00"
+    address = {"sequence": data["scenes"][int(scene)]["name"]}
+    address |= {"tracker": data["labels"][int(tracker)], "repetition": repetition, "frame": frame}
+    more = {"start": start.strip("0"), "trace": "revised" * int(revised), "show": ".".join(show)}
+    return "#" + urlencode(address | {key: text for key, text in more.items() if text})
 
 
 def rows_of_sequences(text):
@@ -96,7 +109,9 @@ def curves_of(text, chart):
     for number, path, _, places in re.findall(
         r'data-k="(\d+)"[^>]* d="(.*?)"( data-places="(.*?)")?/>', figure
     ):
-        points = np.array([pair.split(",") for pair in re.findall(r"[-\d.]+,[-\d.]+", path)], float)
+        assert path.count("M") == 1
+        steps = [pair.split(",") for pair in re.findall(r"[-\d.]+,[-\d.]+", path)]
+        points = np.array(steps, float).cumsum(axis=0)
         x = low + (points[:, 0] - left) / (right - left) * (high - low)
         y = least + (bottom - points[:, 1]) / (bottom - top) * (most - least)
         curves[labels[int(number)]] = x, y, places.split()
@@ -128,3 +143,44 @@ def check_accessibility(chromium, axe, paths, width, dark):
         broken_rules = violations(chromium, axe)
         assert not broken_rules, (path, broken_rules)
         assert chromium.console == []
+
+
+class Texts(HTMLParser):
+    """Parser that collects captions, and the texts of sections."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.captions, self.sections, self._in = [], [], None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        classes = dict(attributes).get("class") or ""
+        if tag == "section":
+            self.sections.append("")
+        if tag == "figcaption" or (tag == "p" and classes == "cap"):
+            self.captions.append("")
+            self._in = tag
+
+    def handle_endtag(self, tag):
+        if tag == self._in:
+            self._in = None
+
+    def handle_data(self, text):
+        if self._in:
+            self.captions[-1] += text
+        if self.sections:
+            self.sections[-1] += text
+
+
+def check_texts(*paths):
+    """Check that captions are short, and that no section or table is empty."""
+    for path in paths:
+        text = path.read_text()
+        texts = Texts(text.partition("</main>")[0])
+        assert texts.captions
+        assert max(map(len, texts.captions)) <= 160, max(texts.captions, key=len)
+        assert all(len(section.split()) > 4 for section in texts.sections)
+        for table in re.findall(r"<tbody>.*?</tbody>", text, re.S):
+            cells = re.findall(r"<td[^>]*>(.*?)</td>", table, re.S)
+            dashes = [re.sub("<.*?>", "", cell).strip() in ("—", "–") for cell in cells]
+            assert not all(dashes) or "heat" in text.partition(table)[0][-900:]

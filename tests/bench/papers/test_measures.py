@@ -8,7 +8,8 @@ from tests.bench.papers.judged_runs import value
 from trackmark.bench.claims.claims_file import read_claims
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.papers import paper_names
-from trackmark.bench.papers.description import read_sensitivity
+from trackmark.bench.papers.description import read_description, read_sensitivity
+from trackmark.bench.papers.figures import figure_label
 from trackmark.bench.papers.measures import check_measure, find_measure, parse_frames
 
 N = 20
@@ -114,3 +115,10 @@ def test_unknown_measure_or_option_is_named(text, message):
 def test_claims_and_columns_name_measures_that_exist(paper):
     for entry in (*read_claims(paper).values(), *read_sensitivity(paper).columns):
         check_measure(entry.measure, paper)
+
+
+@pytest.mark.parametrize("paper", paper_names())
+def test_captions_of_figures_are_short(paper):
+    for stem, entry in read_description(paper).figure.items():
+        captions = entry.caption.values() if isinstance(entry.caption, dict) else [entry.caption]
+        assert all(len(f"{figure_label(stem)}. {text}.") <= 160 for text in captions)

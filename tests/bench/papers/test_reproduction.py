@@ -3,21 +3,17 @@
 import json
 import re
 from dataclasses import replace
-from html import unescape
 from urllib.parse import parse_qsl
 
 import cv2
 import numpy as np
-import pandas as pd
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import check_accessibility
+from tests.bench.pages.reading import address_of, check_accessibility, check_texts, data_of
 from trackmark import datasets
-from trackmark.bench.claims.claim_tests import Evidence
 from trackmark.bench.papers import evidence_frames, figures, markdown_page
 from trackmark.bench.papers.evidence import evidence
-from trackmark.bench.papers.evidence_frames import claim_scenes
 from trackmark.bench.papers.figures import draw_figures, figure_label
 from trackmark.bench.papers.html_page import write_html_page
 from trackmark.bench.papers.index_page import write_front_page
@@ -226,10 +222,10 @@ def sections(page):
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
-def opened(text):
-    """Return the player addresses in the links of a text."""
-    links = re.findall(r'href="#(sequence=[^"]*)"', text)
-    return [dict(parse_qsl(unescape(link))) for link in links]
+def opened(part, data):
+    """Return the player addresses in the links of a part of a page."""
+    links = [address_of(link, data) for link in re.findall(r'href="(#\d[^"]*)"', part)]
+    return [dict(parse_qsl(link[1:])) for link in links]
 
 
 def test_page_starts_with_finding_table_and_figures(page):
@@ -244,6 +240,10 @@ def test_page_starts_with_finding_table_and_figures(page):
     ]  # fmt: skip
     assert parts["Figures"].count('<th scope="col">frame ') == 3
     assert parts["Figures"].count("<image ") == 6  # two trackers, three frames
+
+
+def test_captions_of_a_paper_page_are_short(page):
+    check_texts(page)
 
 
 def test_details_are_folded(page):
@@ -276,40 +276,19 @@ def test_verdicts_are_grouped_by_both_settings(page, report):
     assert f"Holds in both settings: {both}" in sections(page)["3 claims"]
 
 
-def test_scenes_of_a_claim_are_sorted_worst_first(report):
-    row = report.verdicts[0]
-    for setting in ("as-written", "recommended"):
-        ahead = [scene_row.numbers[0] for scene_row in claim_scenes(row, setting, report.context)]
-        assert ahead == sorted(ahead)
-        first, second = row.evidence[setting].first, row.evidence[setting].second
-        worst = min(second["value"].to_numpy() - first["value"].to_numpy())
-        assert ahead[0] == pytest.approx(worst)
-
-
-def test_scenes_of_a_share_are_those_that_fail_first(report):
-    (_, row, timed) = report.verdicts
-    scene_rows = claim_scenes(row, "recommended", report.context)
-    assert [scene_row.runs[1].tracker for scene_row in scene_rows] == ["static"] * 6
-    assert {scene_row.numbers[1] for scene_row in scene_rows} == {0.0}
-    assert claim_scenes(timed, "recommended", report.context) == []
-
-
-def test_scenes_without_runs_have_values_alone(report):
-    values = {
-        "sequence": "target",
-        "rank": range(8),
-        "scene": "a",
-        "tracker": "",
-        "value": range(8),
-    }
-    row = replace(report.verdicts[1], evidence={"recommended": Evidence(pd.DataFrame(values))})
-    scene_rows = claim_scenes(row, "recommended", report.context)
-    assert [scene_row.numbers[1] for scene_row in scene_rows] == [0, 1, 2, 3, 4, 5]
-    assert {run for scene_row in scene_rows for run in scene_row.runs} == {None}
+def test_verdict_opens_the_worst_run_of_its_first_tracker(page, report):
+    links = opened(sections(page)["Verdicts"], data_of(page.read_text()))
+    assert [link["tracker"] for link in links] == [
+        "camshift",
+        "camshift:window=adaptive",
+        *["static"] * 2,
+    ]
+    values = report.verdicts[0].evidence["recommended"].first
+    assert links[1]["sequence"] == values.loc[values["value"].idxmax(), "scene"]
 
 
 def test_cell_of_main_table_opens_its_worst_run(page, report):
-    *_, cell = opened(sections(page)["The paper&#39;s numbers and ours"])
+    *_, cell = opened(sections(page)["The paper&#39;s numbers and ours"], data_of(page.read_text()))
     judged_runs = report.context.runs.judged_runs
     scenes = report.verdicts[0].evidence["recommended"].first["scene"]
     frames = {(text, s): judged_runs(text, s)[0].on_target.sum() for text in TEXTS for s in scenes}
@@ -321,11 +300,11 @@ def test_numbers_open_frames_that_are_in_the_page(tiny, report, monkeypatch, mos
     monkeypatch.setattr(evidence_frames, "MAX_FRAMES", most)
     path = tiny.results / "tiny" / "few.html"
     text = write_html_page(path, report)[0].read_text()
-    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    data = data_of(text)
     stored_frames = {scene["name"]: scene["kept"] for scene in data["scenes"]}
     assert any(stored_frames.values()) == (most == 0)
-    places = opened(text)
-    assert len(places) > 20
+    places = opened(text, data)
+    assert len(places) == 8
     for place in places:
         frames = stored_frames[place["sequence"]]
         assert frames is None or int(place["frame"]) in frames
@@ -339,7 +318,7 @@ def test_quick_page_has_numbers_and_strips_without_verdicts(tiny):
     assert "without verdicts. For verdicts run: trackmark reproduce tiny" in text.read_text()
     assert "What differs and why" not in text.read_text()
     assert "CamShift follows the target." not in text.read_text()
-    assert opened(sections(text)["The paper&#39;s numbers and ours"])
+    assert opened(sections(text)["The paper&#39;s numbers and ours"], data_of(text.read_text()))
 
 
 def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
@@ -377,7 +356,7 @@ def test_paper_pages_are_accessible(page, tiny, report, axe, tmp_path, width, da
 
 
 @browser.needs_browser
-def test_click_on_verdict_opens_scenes_and_player(page, tmp_path):
+def test_click_on_verdict_opens_its_runs_in_the_player(page, tmp_path):
     player = browser.Browser(tmp_path)
     try:
         player.size(400, 800, mobile=True)
@@ -387,7 +366,7 @@ def test_click_on_verdict_opens_scenes_and_player(page, tmp_path):
         player.wait("byId('claim-TI-1').open")
         assert not player.run("byId('claim-TI-2').open")
         assert player.run("document.documentElement.scrollWidth") <= 400
-        player.click("#scenes-TI-1-recommended tbody tr:nth-child(1) td:nth-child(2) a")
+        player.click("#claim-TI-1 p a:last-of-type")
         player.wait("byId('player').open && !!painted")
         assert player.run("state.get('tracker')") == "camshift:window=adaptive"
         assert player.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
