@@ -91,7 +91,7 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
 def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, workspace):
     trackmark(*STATIC, "data/Small")
     page = workspace / "results" / "mine" / "report.html"
-    for options in (["--json"], ["--format", "csv"], ["--no-pictures"]):
+    for options in (["--json"], ["--no-pictures"]):
         trackmark("report", "results", *options)
         assert not page.exists()
     done = trackmark("report", "results", "--frames")
@@ -151,7 +151,7 @@ def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, break_t
     assert "1 of 1 run FAILED:" in done.stdout
     assert line in done.stderr
     trackmark(*knob, "--timing", "--name", "timed", status=1)
-    report = ("report", "results/timed", "--folder", "report")
+    report = ("report", "results/timed", "--no-pictures")
     assert "1 of 1 failed" in trackmark(*report, status=1).stdout
 
 
