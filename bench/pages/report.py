@@ -41,7 +41,7 @@ from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.answer import Answer
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
-from trackmark.bench.reporting.tables import not_repeatable, summary_of
+from trackmark.bench.reporting.tables import clocks, not_repeatable, summary_of
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
@@ -192,10 +192,10 @@ class _Content:
         runs, filmed = self.runs, page.scenes
         sheets = {name: self._sheet(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
-        words, failed = self._words(), self._failures()
+        words, failed, clock_of = self._words(), self._failures(), clocks(self.scored)
         yield PageSection("runs", "What was run", words, failed, hidden=True)
         if self.summary is not None and runs.stages:
-            board = leaderboard(self.summary, runs, self.failed)
+            board = leaderboard(self.summary, runs, self.failed, clock_of)
             exported = [sheets["summary"]] if "summary" in sheets else []
             yield PageSection("summary", "Leaderboard", sheets=exported, blocks=[board], span=7)
         if shares := share_charts(runs, self.whole):
@@ -213,7 +213,7 @@ class _Content:
             limit = next((text for text in self.answer.details if "too few" in text), "")
             which, differences = comparison_section(self.comparison, runs, limit)
             yield replace(which, span=half)
-        if self.summary is not None and (speed := speed_charts(self.summary, runs)):
+        if self.summary is not None and (speed := speed_charts(self.summary, runs, clock_of)):
             options = {"charts": speed, "blocks": speed, "span": 6, "nav": "Speed"}
             yield PageSection("speed", "Speed and accuracy", **options)
         if cards := failures(runs, filmed):
