@@ -56,7 +56,7 @@ def write_figures(
         file = folder / f"{table.name}{requested.suffix}"
         paths += write_plot(file, curves, measure, page.title)
     for report in requested.annotated:
-        if len(report.heads) >= MIN_AXES:
+        if report.scores and len(report.heads) >= MIN_AXES:
             figure = radar_plot(report.scores, report.heads, report.quantity, page.title)
             paths += write_for_papers(folder / f"{report.table.name}{requested.suffix}", figure)
     return paths + write_strips(experiment, folder, requested.on_message, runs.trackers)
