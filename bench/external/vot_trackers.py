@@ -1,73 +1,62 @@
 """Reader of `trackers.ini`, the file in which vot-toolkit defines trackers."""
 
-import configparser
 import os
 import re
 import shlex
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from trackmark.trackers import TrackerError
-from trackmark.trackers.base.parameters import unknown_name_error
 
 _MODULE = re.compile(r"[a-zA-Z_][\w.]*")
 _IGNORED = {"label", "tags", "storage", "restart", "python", "paths", "linkpaths", "protocol"}
 _KEYS = {"command": "trax", "timeout": "frame_timeout", "version": "version"}
 
 
-def read_vot_tracker(file: Path, name: str) -> dict[str, Any]:
-    """Return a section of `trackers.ini` as a table of `bench.external.definition`.
+def convert_vot_table(section: Mapping[str, str], owner: str, folder: Path) -> dict[str, Any]:
+    """Return a section of `trackers.ini` as a table of `Definition`.
 
-    The protocols `trax` and `traxpython` are supported. Paths refer to the folder of the file.
+    The protocols `trax` and `traxpython` are supported. Paths refer to `folder`. `owner` is the
+    tracker in messages.
 
-    Raises `TrackerError` for an unreadable file, an unknown section, and an unsupported key.
+    Raises `TrackerError` for an unsupported key or protocol.
     """
-    parser = configparser.ConfigParser()
-    try:
-        parser.read_string(file.read_text("utf-8-sig"), str(file))
-        if name not in parser.sections():
-            raise unknown_name_error(f"tracker of {file}", name, parser.sections())
-        section = dict(parser[name])
-    except OSError as error:
-        raise TrackerError(f"{file}: {error.strerror}.") from None
-    except (configparser.Error, UnicodeDecodeError) as error:
-        raise TrackerError(f"{file}: {' '.join(str(error).split())}.") from None
-    where = f"{file}: [{name}]"
-    table: dict[str, Any] = {"environment": {}, "parameters": {}}
+    environment: dict[str, str] = {}
+    parameters: dict[str, str] = {}
+    table: dict[str, Any] = {"environment": environment, "parameters": parameters}
     for key, value in section.items():
         if key in _KEYS:
             table[_KEYS[key]] = value
         elif key.startswith("env_"):
-            table["environment"][key.removeprefix("env_").upper()] = os.path.expandvars(value)
+            environment[key.removeprefix("env_").upper()] = os.path.expandvars(value)
         elif key.startswith("arg_"):
-            table["parameters"][key.removeprefix("arg_")] = value
+            parameters[key.removeprefix("arg_")] = value
         elif not (
             key in _IGNORED or key.startswith("meta_") or (key, value) == ("socket", "false")
         ):
-            raise TrackerError(f"{where}: {key} = {value} is not supported. Remove the key.")
-    protocol = section.get("protocol", "")
-    if protocol not in ("trax", "traxpython") or not section.get("command"):
+            raise TrackerError(f"{owner}: {key} = {value} is not supported. Remove the key.")
+    protocol, command = section.get("protocol", ""), section.get("command", "")
+    if protocol not in ("trax", "traxpython") or not command:
         raise TrackerError(
-            f"{where}: protocol = {protocol}, command = {section.get('command', '')}. Expected: "
-            "protocol trax or traxpython, and a command. With trax, give the whole command, for "
-            "example of MATLAB."
+            f"{owner}: protocol = {protocol}, command = {command}. Expected: protocol trax or "
+            "traxpython, and a command. With trax, give the whole command, for example of MATLAB."
         )
     if protocol == "traxpython":
         # As vot-toolkit: the name of a module, or statements.
-        kind = "-m" if _MODULE.fullmatch(section["command"]) else "-c"
-        python = section.get("python", sys.executable)
-        table["trax"] = shlex.join([python, kind, section["command"]])
-        table["environment"]["PYTHONPATH"] = _paths(section.get("paths", ""), file)
-        table["environment"]["PYTHONUNBUFFERED"] = "1"
+        kind = "-m" if _MODULE.fullmatch(command) else "-c"
+        table["trax"] = shlex.join([section.get("python", sys.executable), kind, command])
+        environment["PYTHONPATH"] = _paths(section.get("paths", ""), folder)
+        environment["PYTHONUNBUFFERED"] = "1"
     if "linkpaths" in section:
-        earlier = table["environment"].get("LD_LIBRARY_PATH", "")
-        linked = _paths(section["linkpaths"], file)
-        table["environment"]["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [earlier, linked]))
+        earlier = environment.get("LD_LIBRARY_PATH")
+        linked = _paths(section["linkpaths"], folder)
+        environment["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [earlier, linked]))
     return table
 
 
-def _paths(text: str, file: Path) -> str:
-    """Return absolute paths; relative ones refer to the folder of the file."""
-    folder = file.absolute().parent
-    return os.pathsep.join(str(folder / Path(path).expanduser()) for path in text.split(os.pathsep))
+def _paths(text: str, folder: Path) -> str:
+    """Return absolute paths; relative ones refer to the folder."""
+    paths = (folder.absolute() / Path(path).expanduser() for path in text.split(os.pathsep))
+    return os.pathsep.join(map(str, paths))
