@@ -46,6 +46,7 @@ class Drift:
     def rich_estimate(self, image):
         mask = np.zeros(image.shape[:2], bool)
         mask[3:9, 5:12] = True
+        mask = mask if self.mask is None else self.mask
         return {
             "box": self.box,
             "confidence": np.float32(0.5),
