@@ -77,18 +77,18 @@ class Coverage:
 def compare(reader: str, names: Iterable[str]) -> list[Coverage]:
     """Compare the sequences of a folder with the official sets of a reader.
 
-    Sets that do not have a quarter of the folder's sequences are omitted. Of the other sets, those
+    Sets that lack a quarter of the folder's sequences or more are omitted. Of the other sets, those
     with the fewest unknown sequences are compared, and only complete ones if there are any.
     """
     present = set(names)
     coverages: dict[int, list[Coverage]] = {}  # by number of unknown sequences
     for official in SETS:
-        known = present & official.names if official.names else present
-        unknown = tuple(sorted(present - known))
-        n_unknown = len(unknown) or max(0, len(known) - official.size)
+        members = present & official.names if official.names else present
+        unknown = tuple(sorted(present - members))
+        n_unknown = len(unknown) or max(0, len(members) - official.size)
         if official.reader == reader and 4 * n_unknown < len(present):
             missing = tuple(sorted(official.names - present))
-            coverage = Coverage(official, len(known), missing, unknown)
+            coverage = Coverage(official, len(members), missing, unknown)
             coverages.setdefault(n_unknown, []).append(coverage)
     closest = coverages[min(coverages)] if coverages else []
     complete = [entry for entry in closest if entry.size == entry.official.size]

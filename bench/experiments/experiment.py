@@ -182,8 +182,8 @@ def default_name(
 def _tracker_name(text: str) -> str:
     """Return the name that a specification gives, or the specification without interpreter."""
     parts = text.split(":")
-    given = [part.removeprefix("as=") for part in parts if part.startswith("as=")]
-    return given[0] if given else ":".join(p for p in parts if not p.startswith("python="))
+    names = [part.removeprefix("as=") for part in parts if part.startswith("as=")]
+    return names[0] if names else ":".join(p for p in parts if not p.startswith("python="))
 
 
 def _short_name(texts: Sequence[str]) -> str:
