@@ -1,6 +1,5 @@
 """Serve a tracker over TraX, so that vot-toolkit can run it."""
 
-import ctypes
 import os
 import secrets
 import sys
@@ -13,9 +12,6 @@ import click
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._options import Command, argument, option, with_options
 from trackmark.bench.commands._progress import print_message
-
-_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # numbers of options in malloc.h
-_MAX_FREED_BYTES = 1 << 25  # glibc accepts no higher threshold for mmap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +39,6 @@ def command(options: TraxOptions) -> int:
 
     Exit codes: 0 the client ended the session; 1 the tracker failed; 2 invalid usage or input.
     """
-    _keep_freed_memory()
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # messages do not mix with what the tracker or a library prints
     import numpy as np
@@ -66,11 +61,3 @@ def command(options: TraxOptions) -> int:
         traceback.print_exc()
         return EXIT_NEGATIVE
     return 0
-
-
-def _keep_freed_memory() -> None:
-    """Let glibc keep freed memory; otherwise, page faults of each image take more than 1 ms."""
-    set_option = getattr(ctypes.CDLL(None), "mallopt", None)  # other C libraries do not have it
-    if set_option is not None:
-        for option in (_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD):
-            set_option(option, _MAX_FREED_BYTES)

@@ -42,7 +42,12 @@ def validate_estimate(estimate: Any) -> tuple[list[float], float]:
     """Return box and confidence of an estimate."""
     if not isinstance(estimate, Estimate):
         raise MalformedEstimateError(f"update returned {estimate!r}. Expected: an Estimate")
-    confidence = float(estimate.confidence)
+    try:
+        confidence = float(estimate.confidence)
+    except (TypeError, ValueError):
+        raise MalformedEstimateError(
+            f"the confidence is {estimate.confidence!r}. Expected: a number in [0, 1], or NaN"
+        ) from None
     if not (0.0 <= confidence <= 1.0 or isnan(confidence)):
         raise MalformedEstimateError(f"the confidence {confidence} is not in [0, 1] or NaN")
     return validate_box(estimate.box), confidence

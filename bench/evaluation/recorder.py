@@ -380,6 +380,8 @@ class Recorder:
         self.failure = f"{self._sequence.frame_name(frame)}: {reason}"
 
     def _fail(self, frame: int, error: BaseException) -> None:
+        if self._external is not None and isinstance(error, MalformedEstimateError):
+            error = self._external.process.fail(f"returned an invalid estimate: {error}")
         if self._raise_errors:
             raise error
         if not self._alone and _lacks_memory(error):

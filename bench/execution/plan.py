@@ -205,10 +205,10 @@ def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
     """Return trackers by specification; of several specifications of a tracker, keep the first."""
     by_label: dict[str, tuple[str, TrackerSpec]] = {}
     for text, spec in resolve_trackers(experiment.trackers).items():
-        other = by_label.setdefault(spec.label, (text, spec))[1]
+        other_text, other = by_label.setdefault(spec.label, (text, spec))
         if (other.file, other.version) != (spec.file, spec.version):
             raise ExperimentError(
-                f"two different trackers are called {spec.label!r}: {other.file} and {spec.file}. "
+                f"two different trackers are called {spec.label!r}: {other_text} and {text}. "
                 "Give one of them another name with as=NAME."
             )
     return dict(by_label.values())

@@ -30,6 +30,8 @@ _MODULE = re.compile(r"[a-zA-Z_][\w.]*")
 _VOT_KEYS = {"command": "trax", "timeout": "frame_timeout", "version": "version"}
 _IGNORED = {"label", "tags", "storage", "restart", "python", "paths", "linkpaths", "protocol"}
 _TRAX_KEYS = (*_LIMITS, "folder", "confidence", "stochastic", "version")
+_UNUSED = {"file": ("trax", "folder", "confidence", "stochastic"), "trax": ("file", "python")}
+"""Keys without effect, by the key that starts a table."""
 
 
 def split_table(text: str) -> tuple[str, str] | None:
@@ -64,21 +66,22 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
             raise TrackerError("trax: the command is missing. Give trax:command=COMMAND:as=NAME.")
         if not requested_name:
             raise TrackerError("trax: the name is missing. Add as=NAME.")
-        table = {"trax": options.pop("command").removeprefix('"').removesuffix('"')}
+        table = {"trax": re.sub('^"([^"]*)"$', r"\1", options.pop("command"))}
     else:
         table = {"file": name}
     keys = _TRAX_KEYS if "trax" in table else ("python", *_LIMITS)
     table |= {key: options.pop(key) for key in keys if key in options}
     definition = Definition.checked(name, table)
-    if bool(definition.file) == bool(definition.trax):
-        raise TrackerError(
-            f"{name}: give either the key 'file', a Python file, or the key 'trax', the command of "
-            "a tracker that speaks TraX."
-        )
+    if not (definition.file or definition.trax):
+        raise TrackerError(f"{name}: give either the key 'file', a Python file, or 'trax'.")
+    kind = "trax" if definition.trax else "file"
+    for key in definition.model_fields_set.intersection(_UNUSED[kind]):
+        raise TrackerError(f"{name}: {key!r} is no key of a table with {kind!r}. Remove it.")
     open_plugin = trax.open_plugin if definition.trax else python.open_plugin
     plugin, file = open_plugin(definition, name, folder)
     label = tracker_name(plugin, file, requested_name)
-    return resolve_plugin(plugin, file, label, {**definition.parameters, **options})
+    parameters = {**definition.parameters, **options}
+    return resolve_plugin(plugin, file, label, parameters, ("as", *keys))
 
 
 def with_absolute_path(name: str, options: Mapping[str, str]) -> tuple[str, dict[str, str]]:

@@ -51,12 +51,15 @@ class ExternalPlugin(TrackerPlugin):
     call_times : tuple of float, or None
         Wall and CPU time of the last call of the tracker's `init` or `update` [s]. None if the
         tracker does not measure itself: then the wall time in this process counts as both.
+    process : LineProcess
+        The tracker's process, until `close` is called.
     """
 
     definition: ClassVar[Definition]
     digest: ClassVar[str]
     version: ClassVar[dict[str, Any]]
     call_times: tuple[float, float] | None = None
+    process: LineProcess
 
     @abstractmethod
     def close(self) -> None:

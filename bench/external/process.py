@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import re
 import select
 import shlex
 import signal
@@ -59,6 +60,9 @@ class LineProcess:
 
     stack_signal: signal.Signals | None = None
     """Signal at which the process writes its stack to stderr; sent if it exceeds a time limit."""
+
+    source = ""  # path of the tracker's Python code, whose last call is part of failures
+    is_usable = True  # False while an answer is pending, and after a failure
 
     def __init__(
         self,
@@ -146,9 +150,13 @@ class LineProcess:
         output = os.pread(self._output, _MAX_TAIL, start).decode(errors="replace")
         output = output[-TAIL_CHARACTERS:].strip()
         self._end()
-        text = f"{self.command}: the process {problem}."
+        self.is_usable = False
+        text = f"{self.command}: the process {problem.removesuffix('.')}."
         *earlier, last = output.splitlines() or [""]
-        if earlier and last not in problem:  # lists of failures show the start of the error
+        # Lists of failures show the start of the error. A stack starts with the innermost call.
+        if stack := re.search(rf'File "{re.escape(self.source)}", line \d+ in .*', output):
+            text += f" Its last call: {stack[0]}."
+        elif earlier and last not in problem:
             text += f" Its last line: {last[:200]}"
         return ExternalTrackerError(f"{text} The end of its output:\n{output}" if output else text)
 

@@ -36,13 +36,14 @@ class WorkerProcess(LineProcess):
         self.frames = tempfile.TemporaryFile(dir=FRAME_FOLDER, buffering=0)  # noqa: SIM115  # closed with the process
         # With faulthandler, a crash prints the stack of Python.
         options = [definition.python, "-X", "faulthandler", "-u"]
-        arguments = [WORKER, self.frames.fileno(), *filter(None, in_file(definition.file) or ())]
+        file, name = in_file(definition.file) or (Path(), "")
+        self.source = str(file)
+        arguments = [WORKER, self.frames.fileno(), file, *filter(None, [name])]
         super().__init__(
             [*options, *map(str, arguments)],
             environment=definition.environment,
             files=[self.frames],
         )
-        self.is_usable = True  # False while an answer is pending
         self.description = self.ask(definition.start_timeout, "describe")
 
     def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
@@ -50,13 +51,12 @@ class WorkerProcess(LineProcess):
         self.is_usable = False
         request = json.dumps([operation, arguments], default=int)
         self.send(request.encode() + b"\n", seconds)
-        line = self.read_line(seconds)
-        try:
-            answer: dict[str, Any] = json.loads(line)
-        except ValueError:
-            raise self.fail(f"answered with {line[:80]!r}. Expected: JSON") from None
+        answer: dict[str, Any] = json.loads(self.read_line(seconds))
         if "error" in answer:
             raise self.fail(f"raised {answer['error']}")
+        if "unusable" in answer:
+            self.close()
+            raise TrackerError(answer["unusable"])
         self.is_usable = True
         return answer
 
@@ -66,8 +66,8 @@ class PythonPlugin(ExternalPlugin):
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
-        self._process = take_process(WorkerProcess, self.definition, self.digest)
-        self._process.ask(
+        self.process: WorkerProcess = take_process(WorkerProcess, self.definition, self.digest)
+        self.process.ask(
             self.definition.start_timeout,
             "create",
             parameters=parameters.model_dump(),
@@ -86,8 +86,8 @@ class PythonPlugin(ExternalPlugin):
         fields = self._call(self.definition.frame_timeout, "update", image)["estimate"]
         if fields.get("mask"):
             shape, dtype = fields["mask"]
-            self._process.frames.seek(0)
-            data = self._process.frames.read(math.prod(shape) * np.dtype(dtype).itemsize)
+            self.process.frames.seek(0)
+            data = self.process.frames.read(math.prod(shape) * np.dtype(dtype).itemsize)
             fields["mask"] = np.frombuffer(data, dtype).reshape(shape)
         if fields.get("revised"):
             fields["revised"] = _boxes(fields["revised"])
@@ -95,7 +95,7 @@ class PythonPlugin(ExternalPlugin):
 
     def close(self) -> None:
         """See `ExternalPlugin.close`."""
-        process = vars(self).pop("_process", None)
+        process = vars(self).pop("process", None)
         if process and process.is_usable:
             keep_process(process, self.definition, self.digest)
         elif process:
@@ -111,13 +111,13 @@ class PythonPlugin(ExternalPlugin):
         self, seconds: float, method: str, *pixels: Image | Mask, **arguments: Any
     ) -> dict[str, Any]:
         """Return the answer of a method of the tracker to an image and a mask."""
-        self._process.frames.seek(0)
+        self.process.frames.seek(0)
         for array in pixels:
             # Writing reports a full disk as an error; through a memory map, it would be a signal.
-            if self._process.frames.write(np.ascontiguousarray(array).data) != array.nbytes:
+            if self.process.frames.write(np.ascontiguousarray(array).data) != array.nbytes:
                 raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
         types = [(array.shape, array.dtype.str) for array in pixels]
-        answer = self._process.ask(seconds, method, pixels=types, **arguments)
+        answer = self.process.ask(seconds, method, pixels=types, **arguments)
         self.call_times = answer["wall"], answer["cpu"]
         return answer
 

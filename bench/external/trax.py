@@ -183,6 +183,11 @@ class TraxProcess(LineProcess):
     def _formats(self, key: str, default: str) -> list[str]:
         return split_list(self.hello.get(key, "")) or [default]
 
+    def fail(self, problem: str) -> ExternalTrackerError:
+        """See `LineProcess.fail`."""
+        hint = "" if hasattr(self, "hello") else " (no TraX hello)"
+        return super().fail(problem + hint)
+
     def receive(self, name: str, seconds: float) -> Message:
         """Return the tracker's next message, whose expected name is given."""
         line = self.read_line(seconds, MARK)
@@ -223,7 +228,7 @@ class TraxPlugin(ExternalPlugin):
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
-        self.process = take_process(TraxProcess, self.definition, self.digest)
+        self.process: TraxProcess = take_process(TraxProcess, self.definition, self.digest)
         self._box: Box
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:

@@ -34,7 +34,10 @@ import time
 import traceback
 from typing import Any, Iterable
 
-import numpy as np
+try:
+    import numpy as np
+except ImportError as error:
+    sys.exit("%s cannot import NumPy (%s). Install NumPy there." % (sys.executable, error))
 
 
 def import_file(path: str, name: str) -> Any:
@@ -51,13 +54,12 @@ RULES = os.path.join(FOLDER, "..", "..", "trackers", "base", "plain_class.py")
 plain_class = import_file(RULES, "trackmark_plain_class")
 
 
-def load(path: str, name: str) -> Any:
-    """Return the tracker class of a file; `name` can be empty if there is only one."""
+def load(path: str) -> Any:
+    """Return the module of a tracker's file."""
     path = os.path.abspath(path)
     sys.path[0] = os.path.dirname(path)  # instead of the folder of this file
     stem = os.path.splitext(os.path.basename(path))[0]
-    module = import_file(path, "trackmark_plugin_" + stem)
-    return getattr(module, name or plain_class.only_tracker(module))
+    return import_file(path, "trackmark_plugin_" + stem)
 
 
 def describe(kind: Any) -> Any:
@@ -141,13 +143,18 @@ def to_json(value: Any) -> Any:
     return np.asarray(value, np.float64).tolist()
 
 
-def respond(requests: Iterable[str], frames: Any, kind: Any) -> Iterable[Any]:
-    """Yield the answer to each request."""
-    tracker = None  # type: Any
+def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Iterable[Any]:
+    """Yield the answer to each request; `name` is the class, and can be empty if there is one."""
+    kind = tracker = None  # type: Any
     for line in requests:
         operation, arguments = json.loads(line)
         if operation == "describe":
-            yield describe(kind)
+            try:
+                kind = plain_class.tracker_class(module, name)
+                yield describe(kind)
+            except ValueError as error:
+                owner = filter(None, [module.__file__, getattr(kind, "__name__", name)])
+                yield {"unusable": "%s: %s" % (":".join(owner), error)}
         elif operation == "create":
             tracker = None  # releases the memory of the last one first
             tracker = create(kind, **arguments)
@@ -166,7 +173,7 @@ def end_with_harness(requests: int) -> None:
 
 def main() -> None:
     """Answer the requests on stdin until it ends."""
-    faulthandler.register(signal.SIGUSR1)  # writes the stack if the harness waits too long
+    faulthandler.register(signal.SIGUSR1, all_threads=False)  # if the harness waits too long
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
     threading.Thread(target=end_with_harness, args=(requests.fileno(),), daemon=True).start()
     frames = os.fdopen(int(sys.argv[1]), "r+b", buffering=0)
@@ -178,8 +185,7 @@ def main() -> None:
         answers.flush()
 
     try:
-        kind = load(sys.argv[2], sys.argv[3] if len(sys.argv) > 3 else "")
-        for answer in respond(requests, frames, kind):
+        for answer in respond(requests, frames, load(sys.argv[2]), "".join(sys.argv[3:])):
             write(answer)
     except SystemExit:
         raise

@@ -8,7 +8,7 @@ import inspect
 import re
 import sys
 import traceback
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -28,7 +28,7 @@ from trackmark.trackers.base.parameters import (
     unknown_name_error,
 )
 from trackmark.trackers.base.plain import to_plugin
-from trackmark.trackers.base.plain_class import only_tracker
+from trackmark.trackers.base.plain_class import tracker_class
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -149,23 +149,33 @@ def create(
 def resolve(name: str, **parameters: Any) -> Specification:
     """Return a tracker's class and parameter values without creating it; see `create`."""
     plugin, file = _load(name)
-    label = name
-    if in_file(name) is not None:
-        label = tracker_name(plugin, file, parameters.pop("as", ""))
-    return resolve_plugin(plugin, file, label, parameters)
+    if in_file(name) is None:
+        return resolve_plugin(plugin, file, name, parameters)
+    label = tracker_name(plugin, file, parameters.pop("as", ""))
+    return resolve_plugin(plugin, file, label, parameters, ("as", "python"))
 
 
 def resolve_plugin(
-    plugin: type[TrackerPlugin], file: Path, label: str, parameters: Mapping[str, Any]
+    plugin: type[TrackerPlugin],
+    file: Path,
+    label: str,
+    parameters: Mapping[str, Any],
+    option_names: Iterable[str] = (),
 ) -> Specification:
-    """Return a class with the values of all parameters; `parameters` can contain `preset`."""
+    """Return a class with the values of all parameters; `parameters` can contain `preset`.
+
+    `option_names` are further valid names, for the error for an unknown parameter.
+    """
+    fields = plugin.Parameters.model_fields
+    for name in parameters:
+        if name not in {*fields, "preset"}:
+            raise unknown_name_error(f"parameter of {label}", name, {*fields, *option_names})
     parameters = dict(parameters)
     default = _default_preset(plugin)
     preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
     if preset not in presets:
         raise unknown_name_error(f"preset of {label}", preset, presets)
-    fields = plugin.Parameters.model_fields
     values = presets[preset]
     settled = plugin.Parameters.checked(label, {**values, **parameters})
     # Required parameters have no default to compare with, so they are always options.
@@ -318,6 +328,8 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
         ) from error
     close = closest_match(name, names())
     hint = f"Did you mean {close!r}?" if close else "See `trackmark list trackers`."
+    if name.endswith((".toml", ".ini")):
+        hint = f"To use a tracker of this file, give {name}:NAME."
     raise TrackerError(f"unknown tracker {name!r}. {hint}")
 
 
@@ -354,14 +366,11 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
             f"{file}: the file cannot be imported: {_error_text(error, path)}{hint}"
         ) from error
     try:
-        class_name = class_name or only_tracker(module)
+        kind = tracker_class(module, class_name)
     except ValueError as error:
         raise TrackerError(f"{file}: {error}") from None
-    if not hasattr(module, class_name):
-        classes = [key for key, value in vars(module).items() if isinstance(value, type)]
-        raise unknown_name_error(f"class in {file}", class_name, classes)
     warn_of_former_imports(file.resolve())
-    return validate_plugin(getattr(module, class_name), f"{file.name}:{class_name}"), file.resolve()
+    return validate_plugin(kind, f"{file.name}:{kind.__name__}"), file.resolve()
 
 
 def _error_text(error: BaseException, file: str) -> str:

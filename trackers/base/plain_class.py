@@ -7,6 +7,7 @@ of Python 3.6, and needs NumPy only. The functions raise `ValueError` for unusab
 import inspect
 import math
 from collections.abc import Mapping
+from difflib import get_close_matches
 from functools import partial
 from typing import Any, Callable, Dict, List
 
@@ -20,7 +21,9 @@ _RANDOM = ("seed", "rng")
 
 def missing_methods(tracker: Any) -> List[str]:
     """Return the methods of a tracker that a class or an object lacks."""
-    return [name for name in ("init", "update") if not callable(getattr(tracker, name, None))]
+    abstract = getattr(tracker, "__abstractmethods__", ())
+    methods = {name: getattr(tracker, name, None) for name in ("init", "update")}
+    return [name for name in methods if not callable(methods[name]) or name in abstract]
 
 
 def check_methods(tracker: Any) -> None:
@@ -38,7 +41,19 @@ def is_plugin(kind: Any) -> bool:
     return any(base.__name__ == "TrackerPlugin" for base in getattr(kind, "__mro__", ()))
 
 
-def only_tracker(module: Any) -> Any:
+def tracker_class(module: Any, name: str) -> Any:
+    """Return a class of a module; `name` can be empty if it defines only one tracker."""
+    kind = getattr(module, name or _only_tracker(module), None)
+    if not isinstance(kind, type):
+        classes = [key for key, value in vars(module).items() if isinstance(value, type)]
+        close = get_close_matches(name, classes, n=1)
+        known = ", ".join(classes) or "none"
+        hint = f"Did you mean {close[0]!r}?" if close else f"Known: {known}."
+        raise ValueError(f"the file has no class {name!r}. {hint}")  # noqa: TRY004  # as all errors of this module
+    return kind
+
+
+def _only_tracker(module: Any) -> Any:
     """Return the name of the only tracker class that a module defines.
 
     Plain trackers count only if the module defines no `TrackerPlugin`.

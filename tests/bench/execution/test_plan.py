@@ -174,7 +174,9 @@ def test_two_trackers_of_one_name_are_refused(workspace):
     (workspace / "elsewhere").mkdir()
     shutil.copy(workspace / "knob.py", workspace / "elsewhere")
     both = tuple(f"{workspace / place / 'knob.py'}:Knob" for place in ("", "elsewhere"))
-    with pytest.raises(ExperimentError, match=r"two different trackers are called 'knob\.py:Knob'"):
+    with pytest.raises(
+        ExperimentError, match=f"are called 'knob.py:Knob': {both[0]} and {both[1]}"
+    ):
         states(workspace, trackers=both)
 
 

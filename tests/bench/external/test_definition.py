@@ -90,6 +90,9 @@ trax = "b"
 [late]
 file = "a.py"
 frame_timeout = "x"
+[other]
+file = "a.py"
+stochastic = true
 """
 VOT = """
 [module]
@@ -128,6 +131,7 @@ def tables(folder, hangs):
         (folder / name).write_text(text.format(python=sys.executable, folder=folder, hangs=hangs))
     (folder / "bad.ini").write_text("command = x")
     (folder / "needy.py").write_text("import no_such_library")
+    (folder / "half.py").write_text("class Half:\n    def init(self, image, box): pass")
 
 
 def test_table_for_a_command_defines_a_tracker(tables, folder, monkeypatch):
@@ -164,18 +168,30 @@ INVALID = {
     "trax:as=mine": "trax: the command is missing. Give trax:command=COMMAND:as=NAME.",
     "trax:command=./a:b:as=mine": "A command with ':' needs a table of a TOML file.",
     "trax:command=./a 'b:as=mine": "No closing quotation.",
+    'trax:command=./a "b":as=mine': "./a b: the command cannot be started: ",
     "trax:command=./a:as=mine": "./a: the command cannot be started: ",
     "trax:command=./a:as=mine:start_timeout=0": "start_timeout=0: Input should be greater than 0",
     trax("as=mine:size=2"): "unknown parameter of mine 'size'.",
+    trax("as=mine:confidnce=2"): "'confidnce'. Did you mean 'confidence'?",
+    "trax:command=true:as=mine": "ended with status 0 (no TraX hello).",
     trax("as=static"): "the name 'static' belongs to another tracker.",
-    trax(arguments="4 'no start'"): "ended with status 1. The end of its output:\nno licence",
-    trax(arguments="4 slow"): "did not answer in 300 s. The end of its output:\nloading weights",
+    trax(
+        arguments="4 'no start'"
+    ): "ended with status 1 (no TraX hello). The end of its output:\nno licence",
+    trax(
+        arguments="4 slow"
+    ): "did not answer in 300 s (no TraX hello). The end of its output:\nloading weights",
     trax(arguments="4 depth"): "reads the image channels ['depth']. Expected: color",
     trax(arguments="4 url"): "reads images by ['url']. Expected: path, memory or buffer",
     trax(arguments="5"): "uses version '5' of TraX. Expected: 1 to 4",
     "plain_tracker.py:python=no/such": "cannot be started: ",
     f"needy.py:python={sys.executable}": "No module named 'no_such_library'",
     f"plain_tracker.py:python={sys.executable}:stop=1": "unknown parameter of plain_tracker",
+    "plain_tracker.py:pyhton=p": "'pyhton'. Did you mean 'python'?",
+    f"half.py:Half:python={sys.executable}": "half.py:Half: it lacks update.",
+    f"half.py:Halb:python={sys.executable}": "half.py:Halb: the file has no class 'Halb'.",
+    "trackers.toml": "To use a tracker of this file, give trackers.toml:NAME.",
+    "trackers.toml:other": "'stochastic' is no key of a table with 'file'. Remove it.",
     "trackers.ini:matlab": "[matlab]: protocol = traxmatlab, command = tracker. Expected: ",
     "trackers.ini:socket": "[socket]: socket = true is not supported. Remove the key.",
     "trackers.ini:modul": "unknown tracker of trackers.ini 'modul'. Did you mean 'module'?",
@@ -186,7 +202,7 @@ INVALID = {
     "trackers.toml:god": "unknown tracker of trackers.toml 'god'. Did you mean 'good'?",
     "trackers.toml:typo": "parameter of trackers.toml:typo 'files'. Did you mean 'file'?",
     "trackers.toml:none": "trackers.toml:none: give either the key 'file', a Python file, or",
-    "trackers.toml:both": "trackers.toml:both: give either the key 'file', a Python file, or",
+    "trackers.toml:both": "trackers.toml:both: 'file' is no key of a table with 'trax'.",
     "trackers.toml:late": "trackers.toml:late: parameter frame_timeout=x: Input should be a valid",
 }
 
