@@ -4,7 +4,10 @@ docs/external.md describes the keys of such a table.
 """
 
 import configparser
+import os
 import re
+import shlex
+import sys
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +15,6 @@ from typing import Any
 
 from trackmark.bench.external import python, trax
 from trackmark.bench.external.plugin import Definition
-from trackmark.bench.external.vot_trackers import convert_vot_table
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.catalogue import (
     Specification,
@@ -24,6 +26,9 @@ from trackmark.trackers.base.parameters import unknown_name_error
 
 _TABLE = re.compile(r"(?P<file>.*?\.(?:toml|ini)):(?P<name>[^:=]+)(?P<rest>(:.*)?)", re.DOTALL)
 _LIMITS = ("start_timeout", "frame_timeout")
+_MODULE = re.compile(r"[a-zA-Z_][\w.]*")
+_VOT_KEYS = {"command": "trax", "timeout": "frame_timeout", "version": "version"}
+_IGNORED = {"label", "tags", "storage", "restart", "python", "paths", "linkpaths", "protocol"}
 _TRAX_KEYS = (*_LIMITS, "folder", "confidence", "stochastic", "version")
 
 
@@ -107,4 +112,48 @@ def _read_table(file: Path, name: str) -> dict[str, Any]:
     table: dict[str, Any] = tables[name]
     if not isinstance(table, dict):
         raise TrackerError(f"{file}: {name} is a value. Expected: a table [{name}].")
-    return convert_vot_table(table, f"{file}: [{name}]", file.parent) if is_vot else table
+    return _convert_vot_table(table, f"{file}: [{name}]", file.parent) if is_vot else table
+
+
+def _convert_vot_table(section: Mapping[str, str], owner: str, folder: Path) -> dict[str, Any]:
+    """Return a section of `trackers.ini` of vot-toolkit as a table of `Definition`.
+
+    Paths refer to `folder`; `owner` is the tracker in messages.
+    """
+    environment: dict[str, str] = {}
+    parameters: dict[str, str] = {}
+    table: dict[str, Any] = {"environment": environment, "parameters": parameters}
+    for key, value in section.items():
+        if key in _VOT_KEYS:
+            table[_VOT_KEYS[key]] = value
+        elif key.startswith("env_"):
+            environment[key.removeprefix("env_").upper()] = os.path.expandvars(value)
+        elif key.startswith("arg_"):
+            parameters[key.removeprefix("arg_")] = value
+        elif not (
+            key in _IGNORED or key.startswith("meta_") or (key, value) == ("socket", "false")
+        ):
+            raise TrackerError(f"{owner}: {key} = {value} is not supported. Remove the key.")
+    protocol, command = section.get("protocol", ""), section.get("command", "")
+    if protocol not in ("trax", "traxpython") or not command:
+        raise TrackerError(
+            f"{owner}: protocol = {protocol}, command = {command}. Expected: protocol trax or "
+            "traxpython, and a command. With trax, give the whole command, for example of MATLAB."
+        )
+    if protocol == "traxpython":
+        # As vot-toolkit: the name of a module, or statements.
+        kind = "-m" if _MODULE.fullmatch(command) else "-c"
+        table["trax"] = shlex.join([section.get("python", sys.executable), kind, command])
+        environment["PYTHONPATH"] = _paths(section.get("paths", ""), folder)
+        environment["PYTHONUNBUFFERED"] = "1"
+    if "linkpaths" in section:
+        earlier = environment.get("LD_LIBRARY_PATH")
+        linked = _paths(section["linkpaths"], folder)
+        environment["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [earlier, linked]))
+    return table
+
+
+def _paths(text: str, folder: Path) -> str:
+    """Return absolute paths; relative ones refer to the folder."""
+    paths = (folder.absolute() / Path(path).expanduser() for path in text.split(os.pathsep))
+    return os.pathsep.join(map(str, paths))

@@ -1,10 +1,10 @@
 """Plugins whose tracker runs in another process, and the processes that wait for a tracker."""
 
-import hashlib
 import os
 from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -89,9 +89,7 @@ def close_idle_processes() -> None:
 
 def digest_file(file: Path) -> str:
     """Return the digest of a file; of Python with the modules next to it that it imports."""
-    if file.suffix != ".py":
-        return file_digests([file])[0][:16]
-    try:
-        return tree_digest(file, Path(str(trackers.__file__)).parent)
-    except SyntaxError:  # syntax of another version of Python
-        return hashlib.sha256(file.read_bytes()).hexdigest()[:16]
+    with suppress(SyntaxError):  # syntax of another version of Python
+        if file.suffix == ".py":
+            return tree_digest(file, Path(str(trackers.__file__)).parent)
+    return file_digests([file])[0][:16]

@@ -45,18 +45,6 @@ class WorkerProcess(LineProcess):
         self.is_usable = True  # False while an answer is pending
         self.description = self.ask(definition.start_timeout, "describe")
 
-    def call(
-        self, seconds: float, method: str, *pixels: Image | Mask, **arguments: Any
-    ) -> dict[str, Any]:
-        """Return the answer of a method of the tracker to an image and a mask."""
-        self.frames.seek(0)
-        for array in pixels:
-            # Writing reports a full disk as an error; through a memory map, it would be a signal.
-            if self.frames.write(np.ascontiguousarray(array).data) != array.nbytes:
-                raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
-        types = [(array.shape, array.dtype.str) for array in pixels]
-        return self.ask(seconds, method, pixels=types, **arguments)
-
     def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
         """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
         self.is_usable = False
@@ -119,8 +107,17 @@ class PythonPlugin(ExternalPlugin):
     def _finish(self) -> Mapping[int, Box]:
         return _boxes(self._call(self.definition.start_timeout, "finish")["revised"])
 
-    def _call(self, *arguments: Any, **keywords: Any) -> dict[str, Any]:
-        answer = self._process.call(*arguments, **keywords)
+    def _call(
+        self, seconds: float, method: str, *pixels: Image | Mask, **arguments: Any
+    ) -> dict[str, Any]:
+        """Return the answer of a method of the tracker to an image and a mask."""
+        self._process.frames.seek(0)
+        for array in pixels:
+            # Writing reports a full disk as an error; through a memory map, it would be a signal.
+            if self._process.frames.write(np.ascontiguousarray(array).data) != array.nbytes:
+                raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
+        types = [(array.shape, array.dtype.str) for array in pixels]
+        answer = self._process.ask(seconds, method, pixels=types, **arguments)
         self.call_times = answer["wall"], answer["cpu"]
         return answer
 
@@ -135,9 +132,6 @@ def open_plugin(
     """Return a plugin that runs a class in another interpreter, and the file of the class.
 
     Relative paths of the definition refer to `folder`; `owner` is the tracker in messages.
-
-    Raises `TrackerError` if there is no such file. Raises `ExternalTrackerError` if the file cannot
-    be imported there or has no such tracker.
     """
     place = in_file(definition.file)
     if place is None:

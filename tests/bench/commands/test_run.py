@@ -4,10 +4,8 @@ import re
 import shlex
 import shutil
 import zlib
-from pathlib import Path
 
 import cv2
-import numpy as np
 import pytest
 
 from tests.bench.commands.conftest import SMALL, json_lines, masked, unwrapped
@@ -15,6 +13,7 @@ from tests.bench.conftest import messages
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
 from trackmark.bench.engine.work_unit import Limits
+from trackmark.bench.experiments.experiment import default_name
 from trackmark.bench.store.results import Results
 
 MINE = ("run", "--name", "mine", "--trackers")
@@ -94,6 +93,19 @@ def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspa
     assert folder_of(trackmark(*reversed_)) == folders[0]
     trackmark(*run, "b/Small", "--output", "elsewhere", "--name", "mine")
     assert [file.name for file in (workspace / "elsewhere").iterdir()] == ["mine"]
+
+
+def test_default_name_has_no_interpreter_or_command():
+    names = [
+        default_name([text], ["samples/face"])
+        for text in (
+            "lib/mine.py:Mine:size=2:python=envs/torch/bin/python",
+            "lib/mine.py:python=env:as=mine",
+            'trax:command="./build/tracker --fast":as=fast',
+        )
+    ]
+    heads = [name.partition("-on-face-")[0] for name in names]
+    assert heads == ["mine.py-Mine-size=2", "mine", "fast"]
 
 
 def test_json_has_one_line_per_run_with_its_scores(trackmark):
@@ -332,31 +344,3 @@ def test_limits_apply_and_their_defaults_are_documented(trackmark, break_tracker
     assert "the run took longer than its limit of 0.25 s" in done.stdout
     sizes = {"500MB": 500e6, "4GiB": 2**32, "1.5 g": 1.5e9, "1000": 1000}
     assert {text: memory_size(text) for text in sizes} == sizes
-
-
-SHARED = Path(__file__).parents[3].parent / "shared" / "sequences"
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not SHARED.is_dir(), reason="needs recorded sequences next to the checkout")
-def test_recorded_sequences_and_a_video_run(trackmark_process, workspace):
-    names = ",".join(str(SHARED / "otb" / name) for name in ("Crossing", "Couple"))
-    trackers = "static,camshift,opencv-mil"
-    trackmark_process("run", "--trackers", trackers, "--sequences", names, "--seeds", 5)
-    table = bench.load_runs(workspace / "results")
-    assert len(table) == 2 * (1 + 1 + 5)
-    frames = table[table["tracker"] == "static"].set_index("sequence")["evaluated_frames"]
-    assert frames.to_dict() == {"Crossing": 119, "Couple": 139}
-    polygons = np.loadtxt(SHARED / "vot" / "bag" / "groundtruth.txt", delimiter=",")
-    low, high = (end(polygons.reshape(-1, 4, 2), axis=1) for end in (np.min, np.max))
-    lines = ["frame,x,y,width,height"]
-    lines += [
-        ",".join(map(str, [i, *(a - 1), *(b - a)]))
-        for i, (a, b) in enumerate(zip(low, high, strict=True))
-    ]
-    (workspace / "bag.csv").write_text("\n".join(lines) + "\n")
-    video = SHARED / "video" / "bag.avi"
-    arguments = ("--sequences", video, "--truth", "bag.csv", "--name", "bag")
-    trackmark_process("run", "--trackers", "static,camshift", *arguments)
-    table = bench.load_runs(workspace / "results" / "bag")
-    assert (table["evaluated_frames"] == 195).all()

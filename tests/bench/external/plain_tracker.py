@@ -24,7 +24,7 @@ class Drift:
     def init(self, image, box, mask=None):
         assert image.dtype == np.uint8
         self.box = np.array(box)
-        self.first, self.mask = image, mask
+        self.first = image
         self.mean = image.mean()
 
     def update(self, image):

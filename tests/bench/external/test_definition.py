@@ -12,7 +12,7 @@ from trackmark.bench.engine.dask import with_absolute_paths
 from trackmark.bench.engine.work_unit import Entry, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import describe_tracker
-from trackmark.bench.experiments.tracker_spec import parse_tracker, split_text
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.external.plugin import TRANSFER_CLOCK
 from trackmark.trackers import Randomness, TrackerError
 
@@ -127,6 +127,7 @@ def tables(folder, hangs):
     for name, text in {"trackers.toml": TABLES, "trackers.ini": VOT, "bad.toml": "[x"}.items():
         (folder / name).write_text(text.format(python=sys.executable, folder=folder, hangs=hangs))
     (folder / "bad.ini").write_text("command = x")
+    (folder / "needy.py").write_text("import no_such_library")
 
 
 def test_table_for_a_command_defines_a_tracker(tables, folder, monkeypatch):
@@ -168,6 +169,12 @@ INVALID = {
     trax("as=mine:size=2"): "unknown parameter of mine 'size'.",
     trax("as=static"): "the name 'static' belongs to another tracker.",
     trax(arguments="4 'no start'"): "ended with status 1. The end of its output:\nno licence",
+    trax(arguments="4 slow"): "did not answer in 300 s. The end of its output:\nloading weights",
+    trax(arguments="4 depth"): "reads the image channels ['depth']. Expected: color",
+    trax(arguments="4 url"): "reads images by ['url']. Expected: path, memory or buffer",
+    trax(arguments="5"): "uses version '5' of TraX. Expected: 1 to 4",
+    "plain_tracker.py:python=no/such": "cannot be started: ",
+    f"needy.py:python={sys.executable}": "No module named 'no_such_library'",
     f"plain_tracker.py:python={sys.executable}:stop=1": "unknown parameter of plain_tracker",
     "trackers.ini:matlab": "[matlab]: protocol = traxmatlab, command = tracker. Expected: ",
     "trackers.ini:socket": "[socket]: socket = true is not supported. Remove the key.",
@@ -191,15 +198,11 @@ def test_invalid_specification_is_explained(tables, text):
     assert INVALID[text] in str(raised.value)
 
 
-def test_command_can_end_with_a_file():
-    name, options = split_text("trax:command=./server cfg.toml my.py:as=mine")
-    assert (name, options) == ("trax", {"command": "./server cfg.toml my.py", "as": "mine"})
-
-
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
         (trax(), f"{trax()}:folder={{folder}}"),
+        ("trax:command=./a b.toml c.py:as=x", "trax:command=./a b.toml c.py:as=x:folder={folder}"),
         ("a.toml:mine:step=3", "{folder}/a.toml:mine:step=3"),
         ("a.py:python=./env", "{folder}/a.py:python={folder}/env"),
     ],

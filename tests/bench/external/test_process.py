@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -94,20 +95,14 @@ def test_no_process_is_left(way):
         "print(child.pid, flush=True); input()"
     )
     process = start(code)
-    pids = [process._process.pid, int(process.read_line(60))]
+    pid, child = process._process.pid, Path("/proc") / process.read_line(60).decode() / "stat"
     if way == "close":
         process.close()
         process.close()
     del process
+    assert_ended(pid)
     limit = time.monotonic() + 60
-    while is_running(pids[1]) and time.monotonic() < limit:  # init reaps the descendant
-        time.sleep(0.01)
-    assert_ended(pids[0])
-    assert not is_running(pids[1])
-
-
-def is_running(pid):
-    try:
-        return ") Z " not in Path(f"/proc/{pid}/stat").read_text("utf-8")
-    except FileNotFoundError:
-        return False
+    with suppress(FileNotFoundError):  # init reaps the descendant
+        while ") Z " not in child.read_text("utf-8"):
+            assert time.monotonic() < limit
+            time.sleep(0.01)

@@ -2,7 +2,6 @@
 
 import io
 import shlex
-import shutil
 import subprocess
 import sys
 import venv
@@ -18,7 +17,7 @@ from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.trax import format_message, parse_message
 from trackmark.bench.external.trax_server import serve
-from trackmark.trackers import Estimate, TrackerError
+from trackmark.trackers import TrackerError
 
 COMMAND = [sys.executable, "-c", "from trackmark.bench.cli import main; main()", "trax"]
 
@@ -91,45 +90,28 @@ def test_invalid_tracker_is_invalid_usage(name, problem):
     assert problem in str(raised.value)
 
 
-class Counting:
-    """Tracker that returns the number of the frame."""
-
-    def init(self, image, box, mask=None):
-        self.frame = 0
-
-    def update(self, image):
-        self.frame += 1
-        return Estimate([self.frame, 0, 1, 1], confidence=0.25)
-
-
 def converse(*requests, error=None):
     """Return the messages of the server after `hello`; `error` is the expected error."""
     answers = io.BytesIO()
     with pytest.raises(TrackerError, match=error) if error else nullcontext():
-        serve(Counting, "counting", [b"a log line\n", *requests], answers)
+        serve(lambda: trackers.create("static"), "x", [b"a log line\n", *requests], answers)
     return [parse_message(line) for line in answers.getvalue().splitlines()[1:]]
 
 
-@pytest.fixture
-def frame(tmp_path):
-    """Return the message of a frame whose path has special characters."""
-    file = tmp_path / "a b%20=1.png"
-    cv2.imwrite(str(file), np.zeros((24, 32, 3), np.uint8))
-    return format_message("frame", f"file://{file}")
-
-
-def test_each_initialize_creates_a_tracker(frame, tmp_path):
-    shutil.copy(tmp_path / "a b%20=1.png", tmp_path / "ä b.png")
-    encoded = format_message("frame", f"file://{tmp_path}/%C3%A4%20b.png")
+@pytest.mark.parametrize(
+    ("name", "address"), [("a b%20=1.png", "a b%20=1.png"), ("ä b.png", "%C3%A4%20b.png")]
+)
+def test_paths_with_special_characters_are_read(tmp_path, name, address):
+    cv2.imwrite(str(tmp_path / name), np.zeros((24, 32, 3), np.uint8))
+    frame = format_message("frame", f"file://{tmp_path}/{address}")
     begin = format_message("initialize", "1,2,4,2,4,6,1,6")
-    messages = converse(begin, frame, frame, frame, begin, encoded, frame, b"@@TRAX:quit\n", frame)
-    first, *updates = "1.0,2.0,3.0,4.0", "1.0,0.0,1.0,1.0", "2.0,0.0,1.0,1.0"
-    expected = [first, *updates, first, updates[0]]
-    assert [message.values for message in messages] == [[region] for region in expected]
-    assert messages[1].properties == {"confidence": "0.25"}
+    messages = converse(begin, frame, frame, begin, frame, b"@@TRAX:quit\n", frame)
+    assert [message.values for message in messages] == [["1.0,2.0,3.0,4.0"]] * 3
 
 
-def test_invalid_request_ends_the_session(frame):
+def test_invalid_request_ends_the_session(tmp_path):
+    cv2.imwrite(str(tmp_path / "1.png"), np.zeros((24, 32, 3), np.uint8))
+    frame = format_message("frame", f"file://{tmp_path}/1.png")
     for requests, reason in {
         (frame,): "a frame before initialize",
         (format_message("initialize", "0"), frame): "initialises with '0': no target",

@@ -11,10 +11,10 @@ ATTRIBUTES = {"one": "OCC, SV", "two": "OCC", "three": "SV, FM"}
 
 @pytest.fixture
 def tagged(workspace, otb):
-    """Write three sequences of 360 frames with OTB's `attrs.txt`."""
+    """Write three sequences of 120 frames with OTB's `attrs.txt`."""
     for number, (name, tags) in enumerate(ATTRIBUTES.items()):
-        folder = otb(workspace / "tagged" / name, 360)
-        boxes = [f"{5 + (number + 1) * frame // 40},6,10,12\n" for frame in range(360)]
+        folder = otb(workspace / "tagged" / name, 120)
+        boxes = [f"{5 + (number + 1) * frame // 40},6,10,12\n" for frame in range(120)]
         (folder / "groundtruth_rect.txt").write_text("".join(boxes))
         (folder / "attrs.txt").write_text(tags)
     return "tagged"
@@ -33,6 +33,16 @@ def test_report_has_table_and_radar_plot_of_annotations(trackmark, workspace, ta
             expected = [rows.loc[(row["tracker"], name), "mean"] for name in members]
             assert row[attribute] == pytest.approx(sum(expected) / len(expected))
     assert (workspace / "paper" / "annotated-native.png").stat().st_size > 10_000
+
+
+def test_scores_without_finite_value_have_neither_rows_nor_plot(trackmark, workspace, otb):
+    folder = otb(workspace / "short" / "one", 12)
+    (folder / "attrs.txt").write_text("OCC, SV, FM")
+    trackmark("run", "--trackers", "static", "--sequences", "short", "--name", "short")
+    arguments = "--by-attribute", "--metrics", "vot", "--folder", "paper"
+    text = trackmark("report", "results/short", *arguments).stdout
+    assert "The table is empty: no tracker has a finite EAO on these sequences." in text
+    assert not list((workspace / "paper").glob("annotated-*.png"))
 
 
 def test_expected_overlap_by_annotation_is_that_of_a_subset(trackmark, workspace, tagged):
