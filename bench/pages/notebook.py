@@ -85,7 +85,7 @@ def player(
     if tracker is not None and tracker not in runs.labels:
         names = ", ".join(runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (scene,) = scenes(runs, str(experiment), lambda *_: None)
+    (scene,) = scenes(runs, lambda *_: None)
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.frames:
         raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.frames - 1}.")

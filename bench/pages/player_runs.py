@@ -1,7 +1,6 @@
 """Stored runs for pages: boxes for the player, worst frames, and curves for charts."""
 
 import json
-import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -59,7 +58,6 @@ class PageRun:
     take: PlayerRun
     end: int  # last frame with a box
     overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not judged
-    errors: NDArray[np.float32]  # (n,): centre error [px]; NaN if the frame is not judged
     shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
     worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `PageRuns.place`
 
@@ -101,29 +99,33 @@ class PageRuns:
         `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: `online`
         replaces `revised` for runs without revised boxes.
         """
-        traces = dict.fromkeys((trace, "online"))
-        worst = (self._worst.get((tracker, sequence, kind, name)) for name in traces)
+        names = [stage.name for stage in self.stages] if sequence is None else [sequence]
+        return self.worst_of(tracker, names, kind, trace)
+
+    def worst_of(
+        self, tracker: str, sequences: Iterable[str], kind: str, trace: Trace = "online"
+    ) -> PlayerPosition | None:
+        """Return the worst frame of a tracker's worst run on several sequences."""
+        by_trace = [
+            [self._worst.get((tracker, name, kind, its)) for name in sequences]
+            for its in (trace, "online")
+        ]
+        worst = [max(filter(None, found), key=itemgetter(0), default=None) for found in by_trace]
         return next((place for _, place in filter(None, worst)), None)
 
-    def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> PlayerPosition | None:
-        """Return the worst frame of a tracker's worst run on several sequences."""
-        worst = [self._worst.get((tracker, name, kind, "online")) for name in sequences]
-        return max(filter(None, worst), key=itemgetter(0), default=(0.0, None))[1]
-
     @cached_property
-    def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, PlayerPosition]]:
+    def _worst(self) -> dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]]:
         """Badness and worst frame of the worst run, by tracker, sequence, kind and trace."""
-        worst: dict[tuple[str, str | None, str, Trace], tuple[float, PlayerPosition]] = {}
+        worst: dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]] = {}
         for position, stage in enumerate(self.stages):
             for clip in (*stage.clips, *stage.others):
                 take = clip.take
                 for (kind, trace), (badness, frame) in clip.worst.items():
                     place = PlayerPosition(position, take.tracker, take.repetition, frame)
                     place = place._replace(start=take.start, revised=trace == "revised")
-                    for sequence in (stage.name, None):
-                        key = self.labels[take.tracker], sequence, kind, trace
-                        if key not in worst or badness > worst[key][0]:
-                            worst[key] = badness, place
+                    key = self.labels[take.tracker], stage.name, kind, trace
+                    if key not in worst or badness > worst[key][0]:
+                        worst[key] = badness, place
         return worst
 
 
@@ -238,15 +240,12 @@ def _judge(
     judged = np.flatnonzero(_present(truth))[1:]
     if part.judged is not None:
         judged = np.flatnonzero(_present(truth) & part.judged)
-    overlaps, errors = np.full((2, len(run.boxes)), np.nan, np.float32)
-    exact = (
-        overlap(truth[judged], run.boxes[judged]),
-        centre_error(truth[judged], run.boxes[judged]),
-    )
-    overlaps[judged], errors[judged] = exact
+    exact = overlap(truth[judged], run.boxes[judged])
+    overlaps = np.full(len(run.boxes), np.nan, np.float32)
+    overlaps[judged] = exact
     shares = {}
     if row["status"] == "finished" and len(judged) and one_pass:
-        hits, near = np.nan_to_num(exact[0])[:, None], exact[1][:, None]
+        hits, near = np.nan_to_num(exact)[:, None], centre_error(truth, run.boxes)[judged, None]
         shares["success"] = _threshold_shares(hits, OVERLAPS, hits >= OVERLAPS, judged)
         shares["precision"] = _threshold_shares(near, ERRORS, near <= ERRORS, judged)
     boxes_at = np.flatnonzero(_present(run.boxes))
@@ -266,7 +265,7 @@ def _judge(
         [] if part.judged is None else _spans(part.judged),
         part.marks,
     )
-    return PageRun(take, end, overlaps, errors, shares, _worst(truth, run, row, judged, end))
+    return PageRun(take, end, overlaps, shares, _worst(truth, run, row, judged, end))
 
 
 def _threshold_shares(
@@ -308,7 +307,6 @@ def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 def scenes(
     runs: PageRuns,
-    results: str,
     watch: Watch,
     keep: Keep | None = None,
     height: int = THUMBNAIL,
@@ -316,21 +314,19 @@ def scenes(
 ) -> Iterator[PlayerScene]:
     """Yield the sequences with all frames, or with the `selected` frames of each, in order.
 
-    `results`: folder in commands. See `film_all` for the other parameters.
+    See `film_all` for the other parameters.
     """
     frames = selected or [range(len(stage.truth)) for stage in runs.stages]
     rows = [(stage.row, its) for stage, its in zip(runs.stages, frames, strict=True)]
     films = film_all(rows, watch, keep, height)
     for stage, its, filmed in zip(runs.stages, frames, films, strict=True):
-        yield _scene(stage, results, filmed, its)
+        yield _scene(stage, filmed, its)
 
 
-def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
+def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
     """Return a sequence for the player."""
-    row, stored = stage.row, stage.stored
+    stored = stage.stored
     present = np.flatnonzero(_present(stored.boxes))
-    truth_option = ["--truth", row["truth"]] if row["truth"] else []
-    show = ["trackmark", "show", row["source"], *truth_option, "--results", results]
     return PlayerScene(
         name=stage.name,
         size=stored.image_size or _extent(stored.boxes),
@@ -343,7 +339,6 @@ def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[i
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
         shapes={**filmed.shapes, **true_shapes(stored)},
-        show=shlex.join(show) if results else "",
     )
 
 

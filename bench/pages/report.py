@@ -101,7 +101,7 @@ def write_report_page(
     """
     content = _Content(experiment, tables, commands, "drawn")
     keep = partial(write_chunk, path) if full else None
-    page = content.page(title, list(scenes(content.runs, commands.results, watch, keep)))
+    page = content.page(title, list(scenes(content.runs, watch, keep)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.paper_export import write_paper  # imports Matplotlib

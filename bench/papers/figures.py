@@ -5,7 +5,7 @@ from file stems to figures and strips, or None.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,21 +21,13 @@ from trackmark.bench.papers.measures import JudgedRun, find_measure, series
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.figures import write_figure
-from trackmark.reports.overlay import (
-    DEFAULT_WIDTH,
-    MAX_COLUMNS,
-    TRUTH,
-    film_strip,
-    write_film_strip,
-)
-from trackmark.reports.palette import colours
+from trackmark.reports.overlay import write_film_strip
 from trackmark.reports.plots import series_plot
 
 Image = NDArray[np.uint8]
 Drawn = Figure | Image
 Series = NDArray[np.float64]
 
-TILE_WIDTH = 320  # maximum width of a frame in a strip [px]
 ROW_HEIGHT = 1.9  # height of a panel [inches]
 QUANTITIES = {"error": "centre error [px]"}
 
@@ -47,18 +39,17 @@ class Strip:
     sequence: datasets.Sequence
     frames: list[int]  # from 0
     rows: list[tuple[str, str, JudgedRun]]  # tracker, setting and run
-    alike: list[str]  # by row: scenes whose frames are tracked and lost in the same way
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """Drawn figure."""
+    """Figure as a PNG file or as a strip."""
 
     name: str  # stem of the file, such as `figure-3`
     label: str  # name in the paper, such as `Fig. 3`
     caption: str  # content of the paper's figure
     words: str  # content of our figure
-    path: Path  # PNG file
+    path: Path | None  # PNG file; None for strips, which only the HTML page shows
     entry: FigureEntry
     strip: Strip | None = None
 
@@ -71,11 +62,18 @@ def draw_figures(context: Context) -> list[Drawing]:
     """
     drawings = []
     for name, entry in context.description.figure.items():
-        if entry.is_drawn(context.effort.quick):
-            words, plots, strip = _draw(name, entry, context)
+        if not entry.is_drawn(context.effort.quick):
+            continue
+        if entry.kind == "strip":
+            if strip := read_strip(entry, context):
+                about = name, figure_label(name), entry.caption_of(name)
+                words = _strip_words(strip, entry)
+                drawings.append(Drawing(*about, words, None, entry, strip))
+        else:
+            words, plots = _plots(name, entry, context)
             for stem, plot in plots.items():
-                about = stem, figure_label(stem), entry.caption_of(stem), words
-                drawings.append(Drawing(*about, _write(stem, plot, context), entry, strip))
+                about = stem, figure_label(stem), entry.caption_of(stem)
+                drawings.append(Drawing(*about, words, _write(stem, plot, context), entry))
     return drawings
 
 
@@ -87,19 +85,14 @@ def figure_label(name: str) -> str:
     return ", ".join(filter(None, [f"Fig. {number}", rest.replace("-", " ")]))
 
 
-def _draw(
-    name: str, entry: FigureEntry, context: Context
-) -> tuple[str, Mapping[str, Drawn], Strip | None]:
-    """Return the text about a figure, its plots by file stem, and the content if it is a strip."""
-    if entry.kind == "hook":
-        plots = context.function(entry.hook)(context)
-        plots = plots if isinstance(plots, Mapping) else {name: plots}
-        return entry.words, {stem: plot for stem, plot in plots.items() if plot is not None}, None
-    strip = read_strip(entry, context) if entry.kind == "strip" else None
-    words, plot = _draw_strip(strip, entry, context) if strip else ("", None)
+def _plots(name: str, entry: FigureEntry, context: Context) -> tuple[str, Mapping[str, Drawn]]:
+    """Return the text about a figure and its plots by file stem."""
     if entry.kind == "series":
-        words, plot = _series(entry, context)
-    return words, {} if plot is None else {name: plot}, strip
+        words, drawn = _series(entry, context)
+    else:
+        words, drawn = entry.words, context.function(entry.hook)(context)
+    plots = drawn if isinstance(drawn, Mapping) else {name: drawn}
+    return words, {stem: plot for stem, plot in plots.items() if plot is not None}
 
 
 def _write(name: str, plot: Drawn, context: Context) -> Path:
@@ -116,42 +109,18 @@ def read_strip(entry: FigureEntry, context: Context) -> Strip | None:
     if scene is None:
         return None
     frames = [number - context.description.frames_from for number in entry.frames]
-    rows, alike = [], []
+    rows = []
     for tracker, setting, text in _rows(entry, context):
         (judged, *_) = context.runs.judged_runs(text, scene)
-        stored = [context.runs.judged_runs(text, names[0]) for names in _scenes(entry, context)]
-        runs = [judged_runs[0] for judged_runs in stored if judged_runs]
-        same = sum(_pattern(run, frames) == _pattern(judged, frames) for run in runs)
         rows.append((tracker, setting, judged))
-        alike.append(f"{same} of {len(runs)} scenes")
-    return Strip(datasets.load(scene), frames, rows, alike)
+    return Strip(datasets.load(scene), frames, rows)
 
 
-def _draw_strip(strip: Strip, entry: FigureEntry, context: Context) -> tuple[str, Drawn]:
-    """Draw frames of a scene, one row per tracker and setting."""
-    frames = strip.frames
-    rows = [
-        film_strip(
-            strip.sequence.__getitem__,
-            frames,
-            {TRUTH: judged.truth.boxes, tracker: judged.boxes},
-            f"{tracker}, {setting}: the same frames tracked in {alike}",
-            min(len(frames), MAX_COLUMNS),
-            min(DEFAULT_WIDTH, TILE_WIDTH * len(frames)),
-            shape=entry.shape,
-            shades=colours(list(entry.trackers)),
-            words={i: f"({judged.error[i]:.1f} px)" for i in frames if judged.present[i]},
-            count_from=context.description.frames_from,
-        )
-        for (tracker, setting, judged), alike in zip(strip.rows, strip.alike, strict=True)
-    ]
-    frame_numbers = ", ".join(map(str, entry.frames))
-    words = (
-        f"Frames {frame_numbers} of {strip.sequence.name}, with the centre error in brackets. This "
-        f"scene has the median error of {entry.trackers[0]} as recommended. The title of each row "
-        "counts the scenes with the same result (tracked or lost) in all of these frames."
+def _strip_words(strip: Strip, entry: FigureEntry) -> str:
+    return (
+        f"Frames {', '.join(map(str, entry.frames))} of `{strip.sequence.name}`, the scene with "
+        f"the median error of {entry.trackers[0]} as recommended."
     )
-    return words, np.vstack(rows)
 
 
 def median_scene(entry: FigureEntry, context: Context) -> str | None:
@@ -161,10 +130,6 @@ def median_scene(entry: FigureEntry, context: Context) -> str | None:
     values = context.runs.values(text, entry.sequence, error, context.scenes)
     ordered = values.sort_values("value", kind="stable")["scene"]
     return str(ordered.iloc[(len(ordered) - 1) // 2]) if len(ordered) else None
-
-
-def _pattern(judged: JudgedRun, frames: Iterable[int]) -> list[bool]:
-    return [bool(judged.on_target[frame]) for frame in frames]
 
 
 def _rows(entry: FigureEntry, context: Context) -> Iterator[tuple[str, str, str]]:

@@ -79,7 +79,7 @@ class Loop:
     first: int
     last: int
     still: Still
-    overlaps: Sequence[tuple[int, str, str]]  # index and name of the tracker, and its overlap
+    overlaps: Sequence[tuple[int, str, float]]  # index and name of the tracker, and its overlap
     place: PlayerPosition
 
 

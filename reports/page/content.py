@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, NamedTuple, TypeAlias
 from urllib.parse import urlencode
 
@@ -148,12 +149,16 @@ class PlayerScene:
     fps: float | None = None
     first: int = 0  # first frame with ground truth
     shapes: Shapes = field(default_factory=dict)  # of the ground truth
-    show: str = ""  # command that draws a frame, without the frame number
 
     @property
     def frames(self) -> int:
         """Number of frames."""
         return len(self.boxes)
+
+    @property
+    def images(self) -> list[bytes]:
+        """Encoded thumbnails of all frames, or of those in `frame_numbers`."""
+        return [*chain(*self.thumbnails)]
 
 
 @dataclass(frozen=True)

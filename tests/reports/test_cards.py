@@ -59,7 +59,7 @@ def test_leaderboard():
 
 
 def test_loops():
-    loop = Loop(0, "s", 7, 0, 8, STILL, [(1, "b", "0.12")], PLACE)
+    loop = Loop(0, "s", 7, 0, 8, STILL, [(1, "b", 0.12)], PLACE)
     assert html([loop]).endswith(
         f'<a class="loop" {LINK} data-loop="0,0,8"><span class="screen">IMAGE</span><span '
         'class="headrow"><b>s</b><small>frame 7</small></span><span class="chips"><span title="b">'
@@ -142,7 +142,7 @@ def test_fold():
     "card",
     [
         Leaderboard([LeaderRow(0, HOSTILE, 0.5, None, "", "", "", note=HOSTILE)], HOSTILE),
-        [Loop(0, HOSTILE, 0, 0, 1, replace(STILL, words=HOSTILE), [(0, HOSTILE, "")], PLACE)],
+        [Loop(0, HOSTILE, 0, 0, 1, replace(STILL, words=HOSTILE), [(0, HOSTILE, 0.5)], PLACE)],
         HeatTable([(0, HOSTILE)], [HeatRow(HOSTILE, b"", [0.5], [None])], [0.5], 12),
         PairMatrix([(0, HOSTILE)], [[PairCell("", 0, 0, 0, HOSTILE, PLACE)]], HOSTILE),
         [FailureCard(0, HOSTILE, HOSTILE, HOSTILE, STILL, PLACE)],
