@@ -129,9 +129,7 @@ def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> list[Loop]
         ]
         loops.append(
             Loop(
-                number,
                 runs.stages[number].name,
-                frame,
                 max(scene.first, frame - _REACH),
                 min(scene.frames - 1, frame + _REACH),
                 _still(scene, frame, clips, runs.labels),
@@ -228,7 +226,6 @@ def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, list[F
         take, frame = clip.take, clip.worst["overlap", "online"][1]
         reason = textwrap.shorten(take.failure.partition("\n")[0], _MAX_REASON, placeholder=" …")
         card = FailureCard(
-            tracker,
             runs.labels[tracker],
             runs.stages[number].name,
             f"stopped: {reason}" if take.failure else f"lost at frame {frame}",

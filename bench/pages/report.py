@@ -386,9 +386,10 @@ class _Content:
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
         result = "commands, versions, parameters, fingerprints"
+        terms = [f"{name}: {text}" for name, text in GLOSSARY.items()]
         folds = [
             Fold("provenance", "Provenance", result, words, [*failed, *sheets], commands),
-            Fold("glossary", "Glossary", "terms of this page", terms=GLOSSARY),
+            Fold("glossary", "Glossary", "terms of this page", terms),
         ]
         title = "About this report"
         return PageSection("provenance", title, sheets=sheets, blocks=folds, nav="Provenance")

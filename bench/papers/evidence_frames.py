@@ -48,11 +48,7 @@ class Footage:
 
     reading: PageRuns
     scenes: Sequence[PlayerScene]
-    places: Mapping[ShownRun, PlayerPosition]
-
-    def place(self, run: ShownRun | None) -> PlayerPosition | None:
-        """Return the position of a run's worst frame; None without a run."""
-        return self.places.get(run) if run else None
+    places: Mapping[ShownRun | None, PlayerPosition]
 
 
 def film_runs(linked_runs: Iterable[ShownRun | None], context: Context, watch: Watch) -> Footage:
@@ -65,7 +61,8 @@ def film_runs(linked_runs: Iterable[ShownRun | None], context: Context, watch: W
         for file in context.runs.files(tracker, run.sequence)
     ]
     reading = collect_runs(_stored(dict.fromkeys(files)), [])
-    places = {run: place for run in runs if (place := _place(run, reading, context))}
+    places: dict[ShownRun | None, PlayerPosition] = {}
+    places |= {run: place for run in runs if (place := _place(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.effort.quick else MAX_SECONDS
     frames = _frames(reading, list(places.values()), limit)
     player_scenes = [*scenes(reading, watch, selected=frames)] if files else []

@@ -5,7 +5,7 @@ from file stems to figures and strips, or None.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -67,7 +67,10 @@ def draw_figures(context: Context) -> list[Drawing]:
         if entry.kind == "strip":
             if strip := read_strip(entry, context):
                 about = name, figure_label(name), entry.caption_of(name)
-                words = _strip_words(strip, entry)
+                words = (
+                    f"Frames {', '.join(map(str, entry.frames))} of `{strip.sequence.name}`, the "
+                    f"scene with the median error of {entry.trackers[0]} as recommended."
+                )
                 drawings.append(Drawing(*about, words, None, entry, strip))
         else:
             words, plots = _plots(name, entry, context)
@@ -105,49 +108,31 @@ def _write(name: str, plot: Drawn, context: Context) -> Path:
 
 def read_strip(entry: FigureEntry, context: Context) -> Strip | None:
     """Return the content of a strip: the scene with the median error; None without runs."""
-    scene = median_scene(entry, context)
-    if scene is None:
-        return None
-    frames = [number - context.description.frames_from for number in entry.frames]
-    rows = []
-    for tracker, setting, text in _rows(entry, context):
-        (judged, *_) = context.runs.judged_runs(text, scene)
-        rows.append((tracker, setting, judged))
-    return Strip(datasets.load(scene), frames, rows)
-
-
-def _strip_words(strip: Strip, entry: FigureEntry) -> str:
-    return (
-        f"Frames {', '.join(map(str, entry.frames))} of `{strip.sequence.name}`, the scene with "
-        f"the median error of {entry.trackers[0]} as recommended."
-    )
-
-
-def median_scene(entry: FigureEntry, context: Context) -> str | None:
-    """Return the scene with the median error of the first tracker as recommended, or None."""
     text = tracker_text(context.description, entry.trackers[0], "recommended")
     error = find_measure("mean_error", context.description.name)
     values = context.runs.values(text, entry.sequence, error, context.scenes)
+    if values.empty:
+        return None
     ordered = values.sort_values("value", kind="stable")["scene"]
-    return str(ordered.iloc[(len(ordered) - 1) // 2]) if len(ordered) else None
-
-
-def _rows(entry: FigureEntry, context: Context) -> Iterator[tuple[str, str, str]]:
-    """Yield tracker, setting and specification; only once if both settings are equal."""
+    scene = str(ordered.iloc[(len(ordered) - 1) // 2])
+    frames = [number - context.description.frames_from for number in entry.frames]
+    rows = []
     for tracker in entry.trackers:
-        texts = [tracker_text(context.description, tracker, setting) for setting in SETTINGS]
-        if len(set(texts)) == 1:
-            yield tracker, "both settings", texts[0]
-        else:
-            for setting, text in zip(SETTINGS, texts, strict=True):
-                yield tracker, setting.replace("-", " "), text
+        texts = {name: tracker_text(context.description, tracker, name) for name in SETTINGS}
+        if len(set(texts.values())) == 1:
+            texts = {"both settings": texts[SETTINGS[0]]}
+        for setting, text in texts.items():
+            (judged, *_) = context.runs.judged_runs(text, scene)
+            rows.append((tracker, setting.replace("-", " "), judged))
+    return Strip(datasets.load(scene), frames, rows)
 
 
 def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     """Draw a value by frame: one line per tracker, one panel per setting."""
     by_frame = series(entry.of, context.description.name)
     quantity = entry.quantity or QUANTITIES.get(entry.of, entry.of)
-    scenes, start = _scenes(entry, context), context.description.frames_from
+    start = context.description.frames_from
+    scenes = scene_names(context.description, entry.sequence, context.scenes)
     panels: dict[str, dict[str, Series]] = {}
     for setting in SETTINGS:
         for tracker in entry.trackers:
@@ -164,7 +149,3 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     plot = series_plot(panels, title, quantity, trackers, "scenes", start, ROW_HEIGHT)
     words = f"Curves of the {quantity} of {'; '.join(trackers)}: median and quartiles over "
     return f"{words}{len(scenes)} scenes of {entry.sequence}, one panel per setting.", plot
-
-
-def _scenes(entry: FigureEntry, context: Context) -> list[list[str]]:
-    return scene_names(context.description, entry.sequence, context.scenes)

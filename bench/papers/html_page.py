@@ -107,7 +107,7 @@ def _main_table(report: Report, footage: Footage) -> cards.SideTable:
     for row in main.rows:
         texts = [main_values(row, setting, report.context) for setting in SETTINGS]
         places = [
-            [footage.place(run) for run in main_runs(row, setting, report.context)]
+            [footage.places.get(run) for run in main_runs(row, setting, report.context)]
             for setting in SETTINGS
         ]
         if not main.columns:
@@ -245,7 +245,7 @@ def _item(row: VerdictRow, context: Context, footage: Footage) -> cards.VerdictI
         effect = f"difference {effect}" if is_difference and effect != MISSING else effect
         facts[name] = f"{verdict.verdict}: {effect}; {verdict.reason}"
         tone, remarks = TONES.get(verdict.verdict, "none"), "; ".join(row.remarks(setting))
-        place = footage.place(claim_run(claim, setting, context))
+        place = footage.places.get(claim_run(claim, setting, context))
         cells.append(cards.VerdictCell(name, verdict.verdict, tone, effect, remarks, place))
     quote = f"“{claim.quote}” ({claim.source})"
     title = f"{claim.short[:1].upper()}{claim.short[1:]}"

@@ -174,12 +174,6 @@ class Page:
     answer: str = ""  # heading; the title by default
     details: Sequence[str] = ()  # sentences below the heading
 
-    @property
-    def linked_sections(self) -> list[PageSection]:
-        """Sections in the navigation: those with a short name, or all if no section has one."""
-        visible = [section for section in self.sections if not section.hidden]
-        return [section for section in visible if section.nav] or visible
-
     def opening(self, scene: PlayerScene, frame: int | None = None, **options: str) -> str:
         """Return the address of a sequence, by default at its first frame with ground truth."""
         query = {"sequence": scene.name, "frame": scene.first if frame is None else frame}

@@ -21,6 +21,7 @@ ABSENT = -(2**31)
 
 _CHUNK_SIZE = 400_000  # bytes of frames that the player decodes together
 _MAX_WAITING = 32  # frames that wait for an encoding thread
+_MAX_PNG_SIZE = 200_000  # bytes; plots are smaller, and PNG keeps them sharp
 _MAX_PICTURE_SIZE = 4000, 16_000  # pixels; a side of WebP has at most 16 383
 _THUMBNAIL_SIZE = 88, 66  # pixels
 _EFFORT = 2  # effort of the WebP encoder, 0 to 6: more takes much longer and saves little
@@ -76,10 +77,12 @@ def _encode(picture: Image.Image, quality: int) -> bytes:
 
 
 def compress_picture(content: bytes) -> bytes:
-    """Convert a picture, such as a PNG plot, to WebP."""
+    """Convert a large PNG, such as a film strip, to WebP; return smaller ones unchanged."""
+    if len(content) <= _MAX_PNG_SIZE:
+        return content
     picture = Image.open(io.BytesIO(content)).convert("RGB")
     picture.thumbnail(_MAX_PICTURE_SIZE)
-    return _encode(picture, 90)
+    return _encode(picture, 80)
 
 
 def thumbnail(frame: bytes) -> bytes:

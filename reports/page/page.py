@@ -166,8 +166,9 @@ def _folder(page: Path) -> Path:
 
 
 def _address_of(picture: bytes) -> str:
-    """Return a data URL with the content of a WebP picture."""
-    return f"data:image/webp;base64,{b64encode(picture).decode()}"
+    """Return a data URL with the content of a picture."""
+    kind = "webp" if picture.startswith(b"RIFF") else "png"
+    return f"data:image/{kind};base64,{b64encode(picture).decode()}"
 
 
 def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:
