@@ -8,7 +8,7 @@ from hypothesis import settings
 from trackmark.bench.numba_compilation import prepare_numba
 
 # No deadline: the first call of a kernel compiles it, and the machine can be busy.
-settings.register_profile("everyday", deadline=None, max_examples=50)
+settings.register_profile("everyday", deadline=None, max_examples=25)
 settings.register_profile("nightly", deadline=None, max_examples=200)
 
 os.environ["COLUMNS"] = "80"  # independent of the terminal

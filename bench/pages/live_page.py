@@ -9,7 +9,8 @@ from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import State
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import PageRuns, read_runs, scenes
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
+from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.datasets import SequenceError
 from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
@@ -47,7 +48,9 @@ def write_live_page(
             pass
         if execution.errors:
             raise SequenceError("\n".join(execution.errors))
-        runs = read_runs(execution.folder, [spec.label for spec in specs], "all")
+        runs = collect_runs(
+            judged_runs(execution.folder), [spec.label for spec in specs], with_numbers=True
+        )
         page = _page(runs, watch)
         failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]
@@ -59,12 +62,12 @@ def _page(runs: PageRuns, watch: Watch) -> Page:
     named = ", ".join(runs.trackers)
     repetition = max(take.repetition for take in scene.takes)
     title = f"{named} on {scene.name}" + f", repetition {repetition}" * bool(repetition)
-    words = (
+    caption = (
         f"The player shows the boxes, masks, contours, particles, maps and numbers that {named} "
         f"returned on {scene.name} in repetition {repetition}. Select the sequence to open the "
         "player; ? lists the keys."
     )
-    section = PageSection("frames", "Frames", [words], scenes=True)
+    section = PageSection("frames", "Frames", scenes=True, caption=caption)
     page = Page(title, [section], runs.trackers, [scene])
     address = {"tracker": runs.trackers[0], "repetition": str(repetition)}
     for name in [name for take in scene.takes for name in take.maps][:1]:

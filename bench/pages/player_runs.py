@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 from operator import itemgetter
-from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, fi
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.outlines import is_round
-from trackmark.bench.reporting.stored_runs import StoredRun, judged_runs
+from trackmark.bench.reporting.stored_runs import StoredRun
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.page.content import PlayerPosition, PlayerRun, PlayerScene
 
@@ -39,8 +38,6 @@ ERRORS = np.linspace(0.0, 50.0, 51)
 
 Array: TypeAlias = NDArray[np.float64]
 Frames: TypeAlias = NDArray[np.int64]
-Layers: TypeAlias = Literal["none", "drawn", "all"]
-"""Contents in addition to boxes: `drawn` has outlines, particles and maps, `all` also numbers."""
 
 
 class ThresholdShares(NamedTuple):
@@ -134,21 +131,13 @@ def name_on_page(tracker: str, protocol: str) -> str:
     return tracker if protocol == STORED_ONE_PASS else f"{tracker} ({protocol})"
 
 
-def read_runs(
-    experiment: Path, trackers: Sequence[str], layers: Layers = "drawn", **only: str
-) -> PageRuns:
-    """Read all scored runs of an experiment.
-
-    `trackers`: trackers in the order of their colours; others follow. `only`: required values of
-    columns. Raises `ResultsError` if a file cannot be read.
-    """
-    return collect_runs(judged_runs(experiment, **only), trackers, layers)
-
-
 def collect_runs(
-    runs: Iterable[StoredRun], trackers: Sequence[str], layers: Layers = "drawn"
+    runs: Iterable[StoredRun], trackers: Sequence[str], with_numbers: bool = False
 ) -> PageRuns:
-    """Collect runs for a page; parameters as for `read_runs`."""
+    """Score runs for a page.
+
+    `trackers`: trackers in the order of their colours; others follow.
+    """
     names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
     stages: dict[str, SequenceRuns] = {}
     circumstances: dict[str, Mapping[str, Any]] = {}
@@ -161,7 +150,7 @@ def collect_runs(
             if row["tracker"] not in names:
                 names.append(row["tracker"])
             number = names.index(row["tracker"])
-            stage.clips.append(_judge(truth, _RunPart(run), row, number, layers))
+            stage.clips.append(_judge(truth, _RunPart(run), row, number, with_numbers))
         else:
             others.append((row, run))
         entry = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
@@ -176,10 +165,10 @@ def collect_runs(
         stage, number = stages[row["sequence"]], labels.index(name)
         if run.segments:
             parts = _split_segments(run, stage.truth)
-            stage.others += [_judge(stage.truth, part, row, number, "none") for part in parts]
+            stage.others += [_judge(stage.truth, part, row, number, False) for part in parts]
         else:
             part = _from_other_protocol(run, stage.truth)
-            stage.others.append(_judge(stage.truth, part, row, number, layers))
+            stage.others.append(_judge(stage.truth, part, row, number, with_numbers))
     return PageRuns(names, labels, list(stages.values()), list(circumstances.values()))
 
 
@@ -233,7 +222,7 @@ def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
 
 
 def _judge(
-    truth: Array, part: _RunPart, row: Mapping[str, Any], tracker: int, layers: Layers
+    truth: Array, part: _RunPart, row: Mapping[str, Any], tracker: int, with_numbers: bool
 ) -> PageRun:
     """Compute the scores of a part of a run by frame."""
     run, one_pass = part.run, part.judged is None
@@ -257,9 +246,9 @@ def _judge(
         run.revised,
         run.failure,
         is_round(run),
-        shapes(run) if layers != "none" else {},
-        maps(run) if layers != "none" else {},
-        {**part.numbers, **(numbers(run) if layers == "all" else {})},
+        shapes(run),
+        maps(run),
+        {**part.numbers, **(numbers(run) if with_numbers else {})},
         part.start,
         part.start_label,
         [] if part.judged is None else _spans(part.judged),

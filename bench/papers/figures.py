@@ -28,7 +28,6 @@ Image = NDArray[np.uint8]
 Drawn = Figure | Image
 Series = NDArray[np.float64]
 
-ROW_HEIGHT = 1.9  # height of a panel [inches]
 QUANTITIES = {"error": "centre error [px]"}
 
 
@@ -146,6 +145,6 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
         return "", None
     trackers = list(entry.trackers)
     title = f"{entry.sequence}: {quantity}"
-    plot = series_plot(panels, title, quantity, trackers, "scenes", start, ROW_HEIGHT)
+    plot = series_plot(panels, title, quantity, trackers, start)
     words = f"Curves of the {quantity} of {'; '.join(trackers)}: median and quartiles over "
     return f"{words}{len(scenes)} scenes of {entry.sequence}, one panel per setting.", plot

@@ -315,9 +315,8 @@ function nextFailure() {
   if (next === undefined) { say("No shown tracker leaves the true box."); return; }
   const here = found.filter(([i]) => i === next);
   const why = here.filter(([, , what]) => what === "stops").map(([, take]) => ` Its run failed: ${take.failure}`).join("");
-  const again = here.length === found.length ? " It is the only one." : next <= frame ? " The search continued from the start." : "";
   move(next);
-  say(`${here.map(([, take, what]) => `${data.trackers[take.tracker]} ${what}`).join("; ")} at frame ${next}.${again}${why}`);
+  say(`${here.map(([, take, what]) => `${data.trackers[take.tracker]} ${what}`).join("; ")} at frame ${next}.${why}`);
 }
 
 function hold(on) {

@@ -76,14 +76,13 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
     done = trackmark("report", "results/mine", "--folder", "report", "--format", "svg")
     page, others = done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
-    pictures = "6 pictures (.svg), 6 pictures (.pdf), 1 picture (.png), report.md, report.tex."
-    assert others == f"In its folder: 7 tables as .txt, .md, .csv and .tex, {pictures}"
+    tables = ", ".join(f"1 {suffix}" for suffix in (".txt", ".md", ".csv", ".tex"))
+    assert others == f"In its folder: {tables}, 4 .svg, 1 .png."
     suffixes = {file.suffix for file in (workspace / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
     assert {file.stem for file in (workspace / "report").glob("*.png")} == {"strip-Small"}
     figures = {file.stem for file in (workspace / "report").glob("*.svg")}
-    assert {"success", "precision", "frames-Small", "survival", "heat"} <= figures
-    assert "](success.svg)" in (workspace / "report" / "report.md").read_text()
+    assert figures == {"success", "precision", "survival", "speed-accuracy"}
     assert "camshift" in done.stdout
     markdown = trackmark("report", "results/mine", "--format", "markdown").stdout
     assert markdown.count("|") > 10
@@ -92,7 +91,7 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
 def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, workspace):
     trackmark(*STATIC, "data/Small")
     page = workspace / "results" / "mine" / "report.html"
-    for options in (["--json"], ["--format", "csv"], ["--no-pictures"]):
+    for options in (["--json"], ["--no-pictures"]):
         trackmark("report", "results", *options)
         assert not page.exists()
     done = trackmark("report", "results", "--frames")
@@ -130,11 +129,10 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, works
     trackmark(*STATIC, "data/Small,data/a|b,data/a-b")
     trackmark("report", "results/mine", "--folder", "first")
     assert len(list((workspace / "first").glob("strip-a-b-*.png"))) == 2
-    assert len(list((workspace / "first").glob("frames-a-b-*.png"))) == 2
     assert (workspace / "first" / "strip-Small.png").is_file()
     truth = workspace / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
-    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_for_papers", lambda *_: [])
+    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_figure", lambda file, _: file)
     errors = trackmark("report", "results/mine", "--folder", "second").stderr
     assert "Small: no film strip" in errors
     assert not (workspace / "second" / "strip-Small.png").exists()
@@ -153,7 +151,7 @@ def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, break_t
     assert "1 of 1 run FAILED:" in done.stdout
     assert line in done.stderr
     trackmark(*knob, "--timing", "--name", "timed", status=1)
-    report = ("report", "results/timed", "--folder", "report")
+    report = ("report", "results/timed", "--no-pictures")
     assert "1 of 1 failed" in trackmark(*report, status=1).stdout
 
 

@@ -149,7 +149,7 @@ def test_failed_runs_are_listed_by_the_printed_command(
     ]
     assert done.stdout.count("failed") == 3  # in the answer, in the table and at the end
     assert "last words" not in done.stdout + done.stderr
-    verbose = trackmark_process(*KNOB, "--name", name, "--verbose", status=1).stdout
+    verbose = trackmark(*KNOB, "--name", name, "--verbose", status=1).stdout
     assert "Output of knob.py:Knob on Small:\n  | last words\n" in verbose
     command = shlex.split(re.search("Log     trackmark (.*)", done.stdout)[1])
     assert command == ["results", "failures", f"results/{name}"]

@@ -206,8 +206,7 @@ CLASSES = {
 }
 
 EVERYDAY = [
-    *("Segfaults", "Forks", "ClosesDescriptors", "Prints", "PrintsAndRaises", "PrintsAndEnds"),
-    *("DrawsFromNumpy", "Leaks", "HangsWithoutThreads"),
+    *("Segfaults", "ClosesDescriptors", "Prints", "PrintsAndEnds", "Leaks", "HangsWithoutThreads"),
 ]
 
 

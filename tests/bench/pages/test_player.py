@@ -420,7 +420,7 @@ def test_absent_failures_are_stated(opened_page):
         opened_page.run(f"move({frame})")
         opened_page.key("f")
         assert opened_page.run("frame") == 40
-        message = f"{trackers[0]} leaves the true box at frame 40. It is the only one."
+        message = f"{trackers[0]} leaves the true box at frame 40."
         assert opened_page.run(MESSAGE) == message
     opened_page.run("scene.curve(1).out.fill(0)")
     opened_page.key("f")
