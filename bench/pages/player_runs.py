@@ -103,12 +103,11 @@ class PageRuns:
         self, tracker: str, sequences: Iterable[str], kind: str, trace: Trace = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on several sequences."""
-        by_trace = [
-            [self._worst.get((tracker, name, kind, its)) for name in sequences]
-            for its in (trace, "online")
-        ]
-        worst = [max(filter(None, found), key=itemgetter(0), default=None) for found in by_trace]
-        return next((place for _, place in filter(None, worst)), None)
+        for wanted in (trace, "online"):
+            worst = [self._worst.get((tracker, name, kind, wanted)) for name in sequences]
+            if any(worst):
+                return max(filter(None, worst), key=itemgetter(0))[1]
+        return None
 
     @cached_property
     def _worst(self) -> dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]]:
