@@ -14,6 +14,7 @@ from trackmark.bench.comparing.comparison import Comparison, Pair
 from trackmark.bench.comparing.run_summary import means_by_tracker
 from trackmark.bench.comparing.tables import milliseconds_text
 from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
+from trackmark.bench.reporting.tables import clock_notes
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.reports.page.cards import (
     FailureCard,
@@ -47,10 +48,13 @@ _REACH = 20  # frames of a loop before and after its hardest moment
 _MAX_REASON = 140  # characters
 
 
-def leaderboard(summary: Table, runs: PageRuns, notes: Mapping[str, str]) -> Leaderboard:
+def leaderboard(
+    summary: Table, runs: PageRuns, notes: Mapping[str, str], clock_of: Mapping[str, str]
+) -> Leaderboard:
     """Return the trackers by mean overlap.
 
-    `summary`: table of means. `notes`: notes on failed runs by tracker.
+    `summary`: table of means. `notes`: notes on failed runs by tracker. `clock_of`: result of
+    `clocks`.
     """
     rows = []
     approximately = "~" if any(head.startswith("~") for head in summary.heads) else ""
@@ -77,7 +81,8 @@ def leaderboard(summary: Table, runs: PageRuns, notes: Mapping[str, str]) -> Lea
         rows = [replace(row, marked=False) for row in rows]
     rows.sort(key=lambda row: -row.mean if isfinite(row.mean) else np.inf)
     n = len(runs.stages)
-    return Leaderboard(rows, f"{n} sequence{'s' * (n != 1)}")
+    over = [f"{n} sequence{'s' * (n != 1)}", *clock_notes(clock_of)]
+    return Leaderboard(rows, "; ".join(over))
 
 
 def poster(scene: PlayerScene) -> bytes:

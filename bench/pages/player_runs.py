@@ -100,7 +100,7 @@ class PageRuns:
         return self.worst_of(tracker, names, kind, trace)
 
     def worst_of(
-        self, tracker: str, sequences: Iterable[str], kind: str, trace: Trace = "online"
+        self, tracker: str, sequences: Sequence[str], kind: str, trace: Trace = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on several sequences."""
         for wanted in (trace, "online"):

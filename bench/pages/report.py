@@ -37,7 +37,7 @@ from trackmark.bench.reporting.answer import Answer
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.stored_runs import judged_runs
-from trackmark.bench.reporting.tables import not_repeatable, summary_of
+from trackmark.bench.reporting.tables import clocks, not_repeatable, summary_of
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
@@ -132,7 +132,8 @@ class _Content:
             self.summary = summary or summary_of(self.scored, self.timed, "")
         self.comparison, self.answer = self._compare()
         self.curves = share_charts(self.runs, self.whole)
-        self.speed = [] if self.summary is None else speed_charts(self.summary, self.runs)
+        clock_of = clocks(self.scored)
+        self.speed = [] if self.summary is None else speed_charts(self.summary, self.runs, clock_of)
         self.survival = survival_charts(self.scored, self.runs)
 
     def _compare(self) -> tuple[Comparison | None, Answer]:
@@ -175,7 +176,7 @@ class _Content:
         sheets = {name: self._sheet(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
         if summary is not None and runs.stages:
-            board = leaderboard(summary, runs, self.failed)
+            board = leaderboard(summary, runs, self.failed, clocks(self.scored))
             yield PageSection("summary", "Leaderboard", blocks=[board], span=7)
         if self.curves:
             yield PageSection("curves", "Success and precision", blocks=[self.curves], span=5)

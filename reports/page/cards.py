@@ -66,7 +66,7 @@ class Leaderboard:
     """Trackers by mean overlap, best first."""
 
     rows: Sequence[LeaderRow]
-    over: str  # number of sequences: `3 sequences`
+    over: str  # number of sequences, and notes on times: `3 sequences`
 
 
 @dataclass(frozen=True)
