@@ -1,5 +1,6 @@
 """Settings and fixtures of all tests."""
 
+import gc
 import os
 
 import pytest
@@ -19,8 +20,15 @@ EVIDENCE = pytest.StashKey()
 
 
 def pytest_configure(config):
-    """Generate more examples at night."""
+    """Generate more examples at night; collect tests without garbage collection."""
+    gc.disable()
     settings.load_profile("everyday" if "not slow" in config.option.markexpr else "nightly")
+
+
+def pytest_collection_finish():
+    """Exclude modules and tests from garbage collections, which would visit them often."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture

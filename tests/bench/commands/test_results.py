@@ -1,7 +1,6 @@
 """`trackmark results`, `report` and `show`: stored runs listed, merged, tabled and drawn."""
 
 import shutil
-from collections import Counter
 
 import av
 import cv2
@@ -9,7 +8,6 @@ import pytest
 
 from tests.bench.commands.conftest import SMALL, json_lines
 from trackmark import bench
-from trackmark.bench.store import results, run_rows
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -184,36 +182,16 @@ def test_show_never_overwrites_its_sequence(trackmark, workspace):
     assert (workspace / "mine.mp4").read_bytes() == content
 
 
-@pytest.mark.parametrize("command", [("report", "--by-attribute"), ("compare", "--results")])
-def test_command_reads_each_run_once(trackmark, workspace, monkeypatch, command):
-    stored = workspace / "results" / "stored"
-    where = (*SMALL, "--seeds", 2, "--name", "stored")
-    trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
-    monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
-    reads, decode = Counter(), results._read_run
-    monkeypatch.setattr(
-        results, "_read_run", lambda *row: reads.update([row[1]["id"]]) or decode(*row)
-    )
-    trackmark(*command, stored, "--metrics", "native,otb", "--folder", "out")
-    assert sorted(reads.values()) == [1] * 4
-    data = *command, stored, "--metrics", "native,otb,lasot", "--json"
-    first = trackmark(*data).stdout
-    monkeypatch.setattr(results.RunCache, "free", 0)
-    reads.clear()
-    assert trackmark(*data).stdout == first
-    assert min(reads.values()) > 1
-
-
 def test_report_by_attribute_measures_each_sequence_once(trackmark, workspace, otb):
     for speed in range(12):
         folder = otb(workspace / "twelve" / f"s{speed}", 4)
         boxes = [f"{5 + speed * frame},6,10,12\n" for frame in range(4)]
         (folder / "groundtruth_rect.txt").write_text("".join(boxes))
     trackmark("run", "--trackers", "static,camshift", "--sequences", "twelve", "--name", "twelve")
-    report = ("report", "results/twelve", "--by-attribute", "--metrics", "native,otb")
+    report = ("report", "results/twelve", "--by-attribute", "--metrics", "otb")
     first = trackmark(*report, "--folder", "paper").stdout
-    assert first.count("against attributes of the sequences") == 2
-    assert (workspace / "paper" / "attributes.png").is_file()
+    assert first.count("against attributes of the sequences") == 1
+    assert (workspace / "paper" / "attributes-otb.png").is_file()
     assert (workspace / "paper" / "attributes-otb.md").is_file()
     cache = workspace / "cache" / "attributes"
     times = sorted(file.stat().st_mtime_ns for file in cache.iterdir())

@@ -206,7 +206,8 @@ CLASSES = {
 }
 
 EVERYDAY = [
-    *("Segfaults", "ClosesDescriptors", "Prints", "PrintsAndEnds", "Leaks", "HangsWithoutThreads"),
+    *("Segfaults", "ClosesDescriptors", "Prints", "PrintsAndEnds", "DrawsFromNumpy", "Leaks"),
+    "HangsWithoutThreads",
 ]
 
 

@@ -78,6 +78,7 @@ def test_old_tracker_imports_old_modules(tracker, clips, tmp_path, monkeypatch):
         ("raise RuntimeError('no\\nmore')", "RuntimeError: no more"),
         ("import os; os._exit(3)", "its process ended"),
         ("ticks = float('nan')", "nan is not a duration"),
+        ("ticks = 0.0", "0.0 is not a duration"),
     ],
 )
 def test_tracker_that_cannot_be_timed_is_reported(tracker, clips, then, words):
