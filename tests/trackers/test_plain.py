@@ -7,7 +7,6 @@ import pytest
 
 from trackmark import trackers
 from trackmark.trackers import Estimate, Randomness, TrackerError
-from trackmark.trackers.base import catalogue
 from trackmark.trackers.base.plain import mask_argument, to_estimate, to_plugin
 
 BOX = [1.0, 2.0, 3.0, 4.0]
@@ -30,11 +29,9 @@ class Plain:
 
 @pytest.fixture
 def plain(tmp_path):
-    catalogue._load.cache_clear()
     file = tmp_path / "plain.py"
     file.write_text(SOURCE)
-    yield str(file)
-    catalogue._load.cache_clear()
+    return str(file)
 
 
 def test_plain_class_of_a_file_is_a_tracker_with_parameters(plain):

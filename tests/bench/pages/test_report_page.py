@@ -9,6 +9,7 @@ from urllib.parse import urlencode
 import numpy as np
 import pytest
 
+import trackmark as tm
 from tests import browser
 from tests.bench.pages.reading import (
     Cells,
@@ -255,7 +256,7 @@ def test_missing_or_changed_sequences_keep_scores(trackmark, workspace, otb):
     scores = [(row[0], row[2]["text"]) for row in rows_of_sequences(text)]
     assert scores == [("Small", "1.000"), ("Other", "1.000")]
     assert "image/webp;base64" not in text
-    assert "No frames" in bench.player("results/m", "Other").page
+    assert "No frames" in tm.player("results/m", "Other").page
 
 
 def test_curve_point_opens_frame_nearest_to_threshold(results, page):
