@@ -70,17 +70,17 @@ def library_versions(imports: set[str]) -> dict[str, str]:
 
     Names of the standard library and names without a distribution are omitted.
     """
-    return {
-        distribution: _version(distribution)
-        for name in sorted(imports - sys.stdlib_module_names)
-        for distribution in sorted({owner.name for owner in _distributions().get(name, ())})
-    }
+    versions: dict[str, str] = {}
+    for name in sorted(imports - sys.stdlib_module_names):
+        versions |= _versions(name)
+    return versions
 
 
 @cache
-def _version(distribution: str) -> str:
-    """Return an installed version; it is cached, because a lookup takes 1 ms."""
-    return metadata.version(distribution)
+def _versions(name: str) -> dict[str, str]:
+    """Return the versions of an import name's distributions, cached: a lookup takes some ms."""
+    distributions = sorted({owner.name for owner in _distributions().get(name, ())})
+    return {distribution: metadata.version(distribution) for distribution in distributions}
 
 
 def _follow_imports(file: Path, package: Path) -> tuple[str, set[str]]:

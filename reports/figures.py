@@ -24,9 +24,6 @@ from trackmark.reports.printable import printable
 _MAX_ALL_MARKED = 10  # number of points of a line up to which each has a marker
 _MARKER_DISTANCE = 0.2  # distance of the markers of longer lines, as a share of the diagonal
 
-_MAX_NAMED_ROWS = 100
-"""Maximum number of rows of a heat map with names and numbers."""
-
 
 def bare_figure(title: str, height: float) -> Figure:
     """Return a figure, 8 inches wide, with a title; `height`: without legend [inches]."""
@@ -84,9 +81,9 @@ def draw_image(axes: Axes, image: NDArray[Any]) -> None:
     axes.set_axis_off()
 
 
-def outline_effect(width: float, shade: str = "black") -> list[Any]:
-    """Return a path effect that keeps lines and texts readable; `width`: in points."""
-    return [withStroke(linewidth=width, foreground=shade)]
+def outline_effect(width: float) -> list[Any]:
+    """Return a black path effect that keeps lines and texts readable; `width`: in points."""
+    return [withStroke(linewidth=width, foreground="black")]
 
 
 def line_style(position: int) -> dict[str, Any]:
@@ -147,17 +144,10 @@ def write_figure(path: Path, figure: Figure) -> Path:
 
     For errors see `write_file`.
     """
-    key = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
-    metadata: dict[str, str | None] = {key: None} if key else {"Software": None}
+    metadata = {{".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix, "Software"): None}
     # Without a salt the ids in an SVG are random. Publishers refuse fonts of type 3, the default.
     with mpl.rc_context({"svg.hashsalt": "trackmark", "pdf.fonttype": 42}):
         return write_file(path, lambda file: figure.savefig(file, metadata=metadata))
-
-
-def write_for_papers(path: Path, figure: Figure) -> list[Path]:
-    """Write a figure, for an SVG also a PDF, as LaTeX includes no SVG; return the files."""
-    paths = [path, path.with_suffix(".pdf")] if path.suffix == ".svg" else [path]
-    return [write_figure(file, figure) for file in paths]
 
 
 @dataclass(frozen=True)
@@ -188,27 +178,4 @@ def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
         if panel.contour is not None:
             line |= {"linewidth": 1.8, "path_effects": outline_effect(3.2)}
             axes.add_patch(Polygon(panel.contour, **line))
-    return figure
-
-
-def heat_plot(values: ArrayLike, rows: Sequence[str], columns: Sequence[str], title: str) -> Figure:
-    """Draw a heat map of scores in [0, 1], (rows, columns); NaN is white with a dash."""
-    scores = np.asarray(values, np.float64)
-    figure = bare_figure(title, min(1.6 + 0.26 * len(rows), 30.0))
-    axes = figure.subplots()
-    axes.imshow(scores, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto", interpolation="nearest")
-    axes.xaxis.tick_top()
-    names = [fold(name, 24) for name in columns]
-    axes.set_xticks(range(len(columns)), names, rotation=30, ha="left", fontsize=8)
-    axes.spines[:].set_visible(False)
-    axes.tick_params(length=0)
-    if len(rows) > _MAX_NAMED_ROWS:
-        axes.set_yticks([])
-        axes.set_ylabel(f"{len(rows)} sequences", fontsize=9)
-        return figure
-    axes.set_yticks(range(len(rows)), [fold(name, 40) for name in rows], fontsize=7)
-    for (row, column), score in np.ndenumerate(scores):
-        text = f"{score:.2f}" if np.isfinite(score) else "-"
-        shade = "white" if score > 0.7 else "black"
-        axes.text(column, row, text, ha="center", va="center", fontsize=7, color=shade)
     return figure

@@ -29,7 +29,6 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # coordinates in cv2 are multiples of 2**-4 px
 _DASH = 4.0
 _DARK, _LIGHT = (0, 0, 0), (255, 255, 255)
-_MIN_RULER_STEP = 60  # distance between numbers of a ruler, so that they do not overlap [px]
 _MAX_COORDINATE = 1e5
 """Largest coordinate that is drawn [px]: OpenCV cannot draw much larger ones."""
 
@@ -109,25 +108,6 @@ def write_words(image: NDArray[np.uint8], words: str, origin: tuple[int, int]) -
     cv2.putText(image, words, origin, _FONT, 0.5, _LIGHT, 1, cv2.LINE_AA)
 
 
-def draw_ruler(image: NDArray[np.uint8], scale: float) -> None:
-    """Draw rulers in original pixels along the upper and the left edge of an enlarged image."""
-    end = max(image.shape[:2]) / scale
-    step = next(
-        digit * 10**power
-        for power in range(9)
-        for digit in (1, 2, 5)
-        if digit * 10**power * scale >= _MIN_RULER_STEP
-    )
-    for number, pixel in enumerate(np.arange(0, end, step / 5).tolist()):
-        offset, length = round(pixel * scale), 5 if number % 5 else 10
-        for shade, thickness in ((_DARK, 3), (_LIGHT, 1)):
-            cv2.line(image, (offset, 0), (offset, length), shade, thickness)
-            cv2.line(image, (0, offset), (length, offset), shade, thickness)
-        if number and number % 5 == 0:
-            write_words(image, f"{pixel:g}", (offset + 4, 17))
-            write_words(image, f"{pixel:g}", (12, offset + 5))
-
-
 def _polygons(
     box: NDArray[np.float64], shape: Shape, factors: NDArray[np.float64]
 ) -> list[NDArray[np.float64]]:
@@ -184,7 +164,6 @@ def film_strip(
     shades: Mapping[str, str] | None = None,
     words: Mapping[int, str] | None = None,
     count_from: int = 0,
-    ruler: bool = False,
     lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
 ) -> NDArray[np.uint8]:
     """Return a film strip: a BGR image, uint8 (height, width, 3).
@@ -194,8 +173,8 @@ def film_strip(
     `title`: text above the strip. `columns`: maximum number of frames in a row. `width`:
     approximate width [px]. `shades`: colours `#rrggbb` by label; by order of the labels by default.
     `words`: text after the frame number. `count_from`: printed number of the first frame of
-    the sequence. `ruler`: mark pixels along the upper and the left edge of each frame. `lines_of`:
-    function of the frame number that returns further outlines by label; see `overlay`.
+    the sequence. `lines_of`: function of the frame number that returns further outlines by label;
+    see `overlay`.
     """
     columns = min(columns, len(numbers))
     words = words or {}
@@ -206,11 +185,7 @@ def film_strip(
         scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
         frame_boxes = {label: rows[number] for label, rows in boxes.items()}
         text = f"{number + count_from} {words.get(number, '')}".strip()
-        tile = overlay(image, frame_boxes, shades, scale, "", shape, lines_of(number))
-        tiles.append(tile)
-        if ruler:
-            draw_ruler(tile, scale)
-        write_words(tile, text, (14, 36) if ruler else (5, 17))  # below the numbers of the ruler
+        tiles.append(overlay(image, frame_boxes, shades, scale, text, shape, lines_of(number)))
     height, wide = tiles[0].shape[:2]
     head, n_rows = 28 if title else 0, -(-len(tiles) // columns)
     size = head + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP

@@ -5,10 +5,10 @@ import json
 import re
 import textwrap
 import unicodedata
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from itertools import accumulate, groupby
-from math import ceil, inf
+from itertools import chain, groupby
+from math import inf
 
 from trackmark.reports.printable import one_line, width, wrap
 from trackmark.reports.tables import MISSING, Cell, Table, text_columns
@@ -36,34 +36,9 @@ _LATEX = {sign: f"\\{sign}" for sign in "&%$#_{}"} | {
 
 # Characters that pdfLaTeX cannot print; it stops at these.
 _UNPRINTABLE = re.compile(
-    "[^\x00-\x7fÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÑÒÓÔÕÖØÙÚÛÜÝßàáâãäåæçèéêëìíîïñòóôõöøùúûüýÿĆćČčĎďĚěĞğŁłŃńŇňŐőŒœŘřŚśŠšŤťŮůŰűŸŹźŻżŽž]+"
+    "[^\x00-\x7fÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÑÒÓÔÕÖØÙÚÛÜÝßàáâãäåæçèéêëìíîïñòóôõöøùúûüýÿĆćČčĎďĚěĞğŁłŃńŇňŐőŒœŘřŚśŠšŤťŮůŰűŸŹźŻżŽž]"
 )
-# Lines may break before each number. The command is robust, as LaTeX writes captions into files.
-OR_NUMBERS = (
-    r"\let\shownslash\textbackslash"
-    "\n"
-    r"\DeclareRobustCommand{\ornumbers}[2]{\ifdefined\Umathcode#1\else"
-    r"{\def\textbackslash{\allowbreak\shownslash}\texttt{#2}}\fi}"
-)
-
-TO_FIT = (
-    r"\providecommand{\tofit}[1]{\ifdefined\resizebox"
-    r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{#1}\else#1\fi}"
-)
-"""LaTeX command that scales a wide table down to the page if graphicx is loaded."""
-
 _HEAD_WIDTH = 12  # width at which column headings are wrapped on a terminal
-# Sizes of LaTeX tables in characters of \footnotesize in the class `article`:
-_LINE_WIDTH = 76
-_MAX_UNWRAPPED = 24  # width of the widest column that is not wrapped
-_MIN_WRAPPED = 12  # minimum width of a wrapped column
-_MAX_LINES = 36  # lines of the body of a table on a page
-_COLUMN_GAP = 3
-_MAX_NOTES = 900  # length of the notes inside a table; longer notes follow the table
-_WORD = re.compile(r"\S{13,}")
-_CUT = re.compile(r"[A-Za-z]{18,}|(?=\w*\d)\w{13,}|[/:=,_.;-]+(?=\w)")
-"""Possible line breaks in words that are longer than a column."""
-
 _FORMULA = re.compile("'*[=+@＝＋＠－-]")  # spreadsheets also accept the wide characters
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
 
@@ -101,89 +76,32 @@ def to_markdown(table: Table) -> str:
 def to_latex(table: Table) -> str:
     r"""Render a table in LaTeX (needs `\usepackage{booktabs}`); marked cells are bold.
 
-    Long texts are wrapped. A table that is still too wide is scaled down (with graphicx). A table
-    that is longer than a page is split. Characters that pdfLaTeX cannot print are replaced by their
-    numbers (`\u043a`); XeLaTeX and LuaLaTeX print them.
+    Characters that pdfLaTeX cannot print are replaced by their numbers (`\u043a`).
     """
+    caption, *notes = map(in_latex, [table.caption, *table.notes])
     if not table.rows:
-        texts = [breakable(in_latex(text)) for text in (table.caption, *table.notes)]
-        return "\n\n".join(texts) + "\n"
-    are_texts = text_columns(table)
-    widths = [max(len(cell.text) for cell in column) for column in zip(*table.rows, strict=True)]
-    wrapped = [
-        text and width > _MAX_UNWRAPPED for text, width in zip(are_texts, widths, strict=True)
+        return "\n\n".join([caption, *notes]) + "\n"
+    rows = [[*map(in_latex, table.heads)], *_cells(table, in_latex, r"\textbf{{{}}}")]
+    # LaTeX would parse a bracket or an asterisk at the start of a row as an option.
+    shields = ["{}" if row[0].startswith(("[", "*")) else "" for row in rows]
+    pairs = zip(shields, rows, strict=True)
+    heads, *body = (rf"{shield}{' & '.join(row)} \\" for shield, row in pairs)
+    columns = "".join("l" if text else "r" for text in text_columns(table))
+    lines = [
+        r"\begin{table}[htbp]",
+        r"\centering",
+        rf"\caption{{{caption}}}",
+        rf"\begin{{tabular}}{{{columns}}}",
+        r"\toprule",
+        heads,
+        r"\midrule",
+        *body,
+        r"\bottomrule",
+        r"\end{tabular}",
+        *(rf"\par\footnotesize {note}" for note in notes),
+        r"\end{table}",
     ]
-    others = [
-        max(width, len(head)) + _COLUMN_GAP
-        for width, head, is_wide in zip(widths, table.heads, wrapped, strict=True)
-        if not is_wide
-    ]
-    left = (_LINE_WIDTH - sum(others)) // max(1, sum(wrapped)) - _COLUMN_GAP
-    room = max(_MIN_WRAPPED, left)  # characters of a line in each wrapped column
-    kinds = ["l" if text else "r" for text in are_texts]
-    size = rf"p{{{room / _LINE_WIDTH:.3f}\linewidth}}"
-    columns = "".join(
-        size if is_wide else kind for is_wide, kind in zip(wrapped, kinds, strict=True)
-    )
-    heads, *rows = (
-        _latex_row(row, wrapped) for row in ([Cell(head) for head in table.heads], *table.rows)
-    )
-    lengths = [
-        max(len(cell.text) if is_wide else 1 for cell, is_wide in zip(row, wrapped, strict=True))
-        for row in table.rows
-    ]
-    pages: dict[int, list[str]] = {}
-    for row, end in zip(rows, accumulate(ceil(n / room) for n in lengths), strict=True):
-        pages.setdefault((end - 1) // _MAX_LINES, []).append(row)
-    notes = [rf"\par\footnotesize {breakable(in_latex(note))}" for note in table.notes]
-    follow = sum(map(len, table.notes)) > _MAX_NOTES
-    small = r"\footnotesize" if any(wrapped) else ""
-    lines = [TO_FIT]
-    for number, page in enumerate(pages.values()):
-        more = " (continued)" if number else ""
-        is_last = number == len(pages) - 1
-        lines += [
-            r"\begin{table}[htbp]",
-            r"\centering",
-            rf"\caption{{{breakable(in_latex(table.caption))}{more}}}",
-            rf"{small}\tofit{{\begin{{tabular}}{{{columns}}}",
-            r"\toprule",
-            heads,
-            r"\midrule",
-            *page,
-            r"\bottomrule",
-            r"\end{tabular}}",
-            *(notes if is_last and not follow else []),
-            r"\end{table}",
-        ]
-    lines += ["{", *notes, r"\par}"] if follow else []
-    if any(r"\ornumbers" in line for line in lines):
-        lines.insert(0, OR_NUMBERS)
     return "\n".join(lines) + "\n"
-
-
-def _latex_row(cells: Sequence[Cell], wrapped: Sequence[bool]) -> str:
-    r"""Return a row; LaTeX would parse a bracket or asterisk after `\\` as an option."""
-    texts = []
-    for cell, is_wide in zip(cells, wrapped, strict=True):
-        text = rf"\textbf{{{in_latex(cell.text)}}}" if cell.best else in_latex(cell.text)
-        # Wrapped cells are set ragged right; `\raggedright` would redefine `\\`.
-        texts.append(rf"\rightskip0pt plus1fil\hspace{{0pt}}{breakable(text)}" if is_wide else text)
-    shield = "{}" if texts[0].startswith(("[", "*")) else ""
-    return shield + " & ".join(texts) + r" \\"
-
-
-def breakable(latex: str) -> str:
-    """Allow line breaks in the long words of a LaTeX text, such as names and digests."""
-    return _WORD.sub(lambda word: _CUT.sub(_add_breaks, word[0]), latex)
-
-
-def _add_breaks(match: re.Match[str]) -> str:
-    word = match[0]
-    if not word[0].isalnum():
-        return word + r"\allowbreak{}"
-    mark = r"\-" if word.isalpha() else r"\allowbreak{}"
-    return mark.join(word[start : start + 8] for start in range(0, len(word), 8))
 
 
 def to_html(table: Table) -> str:
@@ -273,15 +191,9 @@ def _in_html(text: str) -> str:
 
 
 def in_latex(text: str) -> str:
-    r"""Escape a text for LaTeX; a text with `\ornumbers` needs `OR_NUMBERS` before it."""
+    """Escape a text for LaTeX."""
     escaped = "".join(_LATEX.get(sign, sign) for sign in one_line(text))
-    return _UNPRINTABLE.sub(_or_numbers, escaped)
-
-
-def _or_numbers(match: re.Match[str]) -> str:
-    """Return characters for XeLaTeX and LuaLaTeX, and their numbers for pdfLaTeX."""
-    numbers = "".join(rf"\textbackslash u{ord(sign):04x}" for sign in match[0])
-    return rf"\ornumbers{{{match[0]}}}{{{numbers}}}"
+    return _UNPRINTABLE.sub(lambda sign: rf"\textbackslash{{}}u{ord(sign[0]):04x}", escaped)
 
 
 FORMATS: Mapping[str, tuple[str, Callable[[Table], str]]] = {
@@ -296,41 +208,13 @@ FORMATS: Mapping[str, tuple[str, Callable[[Table], str]]] = {
 _MIN_COLUMNS = 2  # columns of scores that are never omitted
 
 
-def on_terminal(table: Table, more: str = "") -> str:
-    """Render a table in the width of a terminal if possible.
+def terminal_lines(table: Table, more: str = "") -> list[str]:
+    """Return caption, rows and notes in lines of the terminal's `width` if possible.
 
-    `more`: advice on how to print the omitted columns.
-    """
-    narrow, left_out = _fit_to_terminal(table)
-    notes = [one_line(note) for note in narrow.notes]
-    notes += [f"Left out: {'; '.join(left_out)}{more}."] if left_out else []
-    caption, _, body = to_text(replace(narrow, notes=[])).partition("\n")
-    return f"{wrap(caption)}\n{body}" + "".join(f"{wrap(note)}\n" for note in notes)
-
-
-def terminal_lines(table: Table) -> list[str]:
-    """Return caption, rows and notes in lines of the terminal's width if possible.
-
-    Columns that do not fit are omitted. There is no rule between heads and rows.
-    """
-    narrow, _ = _fit_to_terminal(table)
-    rows = [line for line in _lines(narrow) if line.strip("- ")]
-    texts = [table.caption, *map(one_line, table.notes)]
-    caption, *notes = [wrap(text).splitlines() for text in texts]
-    return [*caption, *rows, *(line for note in notes for line in note)]
-
-
-def _lines(table: Table) -> list[str]:
-    """Return the lines of a table as text without its caption and notes."""
-    return to_text(replace(table, notes=[])).splitlines()[1:]
-
-
-def _fit_to_terminal(table: Table) -> tuple[Table, list[str]]:
-    """Return the table in the `width` of a terminal, and the heads of omitted columns.
-
-    The reason of missing means is printed once per row. If the table is still too wide, the first
-    of two labels gets separate lines if rows share it. Then columns are omitted, starting with the
-    highest rank.
+    There is no rule between heads and rows. The reason of missing means is printed once per row. If
+    the table is still too wide, the first of two labels gets separate lines if rows share it. Then
+    columns are omitted, starting with the highest rank. `more`: advice on how to print them, for a
+    note that names them; no note by default.
     """
     shortened = narrow = replace(table, rows=list(map(_shorten_reasons, table.rows)))
     shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
@@ -345,7 +229,16 @@ def _fit_to_terminal(table: Table) -> tuple[Table, list[str]]:
         else:
             break
         narrow = _without_columns(shortened, left_out, grouped=grouped)
-    return narrow, [table.heads[i] for i in sorted(left_out)]
+    omitted = "; ".join(table.heads[column] for column in sorted(left_out))
+    notes = [*table.notes, *([f"Left out: {omitted} ({more})."] if omitted and more else [])]
+    texts = [wrap(one_line(text)).splitlines() for text in (table.caption, *notes)]
+    rows = [line for line in _lines(narrow) if line.strip("- ")]
+    return [*texts[0], *rows, *chain(*texts[1:])]
+
+
+def _lines(table: Table) -> list[str]:
+    """Return the lines of a table as text without its caption and notes."""
+    return to_text(replace(table, notes=[])).splitlines()[1:]
 
 
 def _shorten_reasons(row: list[Cell]) -> list[Cell]:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import cycle
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -148,11 +149,11 @@ def summary_table(
     spread = _statistic("std", measures, ["tracker"], by_pass, skip_undefined=skip_undefined)
     sizes = runs.groupby(["tracker", "sequence"], **_GROUPS).size().groupby("tracker", **_GROUPS)
     spread = spread.where(sizes.min() == sizes.max())
-    entries = _entries(runs, mean, spread, mean * np.nan, measures)
+    values = _values(runs, mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
-        _add_uncertainty(entries, by_unit, measures, uncertainties)
+        values = _with_uncertainty(values, by_unit, measures, uncertainties)
     caption = f"{title}: {means_over(sequences, n_units)}; metrics preset {preset}. {meaning}"
-    return _table("summary", caption, ["tracker"], entries, runs, measures, preset)
+    return _table("summary", caption, values, runs, measures, preset)
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -173,59 +174,40 @@ def sequence_table(
     mean, spread = (_statistic(name, measures, names, runs) for name in ("mean", "std"))
     index = pd.MultiIndex.from_product([runs[name].unique() for name in names], names=names)
     mean = mean.reindex(index[index.isin(mean.index)])
-    entries = _entries(runs, mean, spread, mean, measures)
+    values = _values(runs, mean, spread, mean, measures)
     caption = (
         f"{title}: every sequence; metrics preset {preset}. Means and ± standard deviations over "
         "repetitions."
     )
-    return _table("sequences", caption, names, entries, runs, measures, preset)
+    return _table("sequences", caption, values, runs, measures, preset)
 
 
 _GROUPS: Mapping[str, Any] = {"sort": False, "observed": True}
 
 
-class _Entry(NamedTuple):
-    """Mean of a measure; the fields are the columns of the data of a table."""
-
-    mean: float = math.nan
-    standard_deviation: float = math.nan  # over repetitions; NaN if a run is missing
-    low: float = math.nan
-    high: float = math.nan
-    marked: bool = False
-    out_of: float = math.nan
-    runs: int = 0
-    missing: str = ""  # reason of a missing mean
-
-
 def _table(
     name: str,
     caption: str,
-    label_names: Sequence[str],
-    entries: Mapping[tuple[str, ...], Sequence[_Entry]],
+    values: pd.DataFrame,
     runs: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
     preset: str,
 ) -> Table:
-    """Return a table of entries by the labels of a row."""
+    """Return a table of `_values`, which become its data."""
+    labels = [str(level) for level in values.index.names]
+    data = values.reset_index()
+    data[labels] = data[labels].astype(str)
+    pairs = zip(values.itertuples(), cycle(measures), strict=False)
+    cells = [Cell(_cell_text(value, measure), bool(value.marked)) for value, measure in pairs]
+    n = len(measures)
     rows = [
-        [*map(Cell, labels)]
-        + [Cell(_cell_text(*pair), pair[0].marked) for pair in zip(row, measures, strict=True)]
-        for labels, row in entries.items()
+        [*map(Cell, row), *cells[number * n : (number + 1) * n]]
+        for number, row in enumerate(data[labels][::n].to_numpy())
     ]
-    data = [
-        {
-            **dict(zip(label_names, labels, strict=True)),
-            "preset": preset,
-            "measure": measure.name,
-            **entry._asdict(),
-        }
-        for labels, row in entries.items()
-        for measure, entry in zip(measures, row, strict=True)
-    ]
-    heads = [*label_names, *(measure.head for measure in measures)]
+    data.insert(len(labels), "preset", preset)
+    heads = [*labels, *(measure.head for measure in measures)]
     notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
-    frame = pd.DataFrame(data).rename(columns={"missing": "lacking"})
-    return Table(name, caption, heads, len(label_names), rows, notes, frame, ranks)
+    return Table(name, caption, heads, len(labels), rows, notes, data, ranks)
 
 
 def _statistic(
@@ -247,83 +229,91 @@ def _statistic(
     return statistic.where(is_whole)
 
 
-def _entries(
+def _values(
     runs: pd.DataFrame,
     mean: pd.DataFrame,
     spread: pd.DataFrame,
     out_of: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
-) -> dict[tuple[str, ...], list[_Entry]]:
-    """Return the entries of a table by the labels of a row.
+) -> pd.DataFrame:
+    """Return the values of a table: a row per measure for each row of `mean`.
 
-    A mean is missing if a run does not count: `2 of 5 stale`. Failed runs count if they have a
-    score by the first measure.
+    A mean is missing if a run does not count; `lacking` is then the reason, such as `2 of 5 stale`.
+    Failed runs count if they have a score by the first measure.
     """
-    levels = list(mean.index.names)
-    sizes = runs.groupby(levels, **_GROUPS).size()
-    others = runs[~counted(runs, measures[0].name)].groupby(levels, **_GROUPS)["status"]
-    statuses = {labels: [*map(str, group)] for labels, group in others}
-    means, spreads, totals = (values.to_dict("index") for values in (mean, spread, out_of))
-    entries = {}
-    for key in mean.index:
-        labels = key if isinstance(key, tuple) else (key,)
-        kinds = statuses.get(labels, [])
-        reason = f"{len(kinds)} of {sizes[key]} {' or '.join(dict.fromkeys(kinds))}"
-        empty = _Entry(runs=int(sizes[key]), missing=reason if kinds else "")
-        entries[tuple(map(str, labels))] = [
-            empty
-            if kinds
-            else empty._replace(
-                mean=means[key].get(measure.name, math.nan),
-                standard_deviation=spreads[key].get(measure.name, math.nan),
-                out_of=totals[key].get(measure.out_of, math.nan),
-            )
-            for measure in measures
-        ]
-    return entries
+    levels, names = list(mean.index.names), [measure.name for measure in measures]
+    others = runs[~counted(runs, names[0])].groupby(levels, **_GROUPS)["status"]
+    counts = others.size().reindex(mean.index, fill_value=0)
+    kinds = others.agg(lambda statuses: " or ".join(statuses.unique())).reindex(mean.index)
+    sizes = runs.groupby(levels, **_GROUPS).size().reindex(mean.index)
+    reasons = [
+        f"{count} of {size} {kind}" if count else ""
+        for count, size, kind in zip(counts, sizes, kinds, strict=True)
+    ]
+
+    def column(values: pd.DataFrame, names: list[str]) -> NDArray[np.float64]:
+        present = values.reindex(mean.index, columns=names).where(counts == 0)
+        return present.to_numpy(np.float64).ravel()
+
+    columns = {
+        "measure": names * len(mean),
+        "mean": column(mean, names),
+        "standard_deviation": column(spread, names),
+        "low": np.nan,
+        "high": np.nan,
+        "marked": False,
+        "out_of": column(out_of, [measure.out_of for measure in measures]),
+        "runs": np.repeat(sizes.to_numpy(), len(names)),
+        "lacking": np.repeat(reasons, len(names)),
+    }
+    return pd.DataFrame(columns, index=mean.index.repeat(len(names)))
 
 
-def _add_uncertainty(
-    entries: Mapping[tuple[str, ...], list[_Entry]],
+def _with_uncertainty(
+    values: pd.DataFrame,
     by_unit: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
     uncertainties: Uncertainties,
-) -> None:
-    """Add intervals and marks to entries; missing means stay missing.
+) -> pd.DataFrame:
+    """Return the values with intervals and marks; missing means stay missing.
 
     `by_unit`: means by tracker and unit.
     """
-    rows = list(entries.values())
+    means = values["mean"].to_numpy().reshape(-1, len(measures))
+    low, high = np.full((2, *means.shape), np.nan)
+    marked = np.zeros(means.shape, bool)
+    every = pd.MultiIndex.from_product([by_unit.index.unique(level) for level in (0, 1)])
     for column, measure in enumerate(measures):
-        present = [i for i, row in enumerate(rows) if not np.isnan(row[column].mean)]
-        if not present:
+        present = np.flatnonzero(~np.isnan(means[:, column]))
+        if not len(present):
             continue
-        names = [by_unit.index.unique(level) for level in by_unit.index.names]
-        values = by_unit[measure.name].reindex(pd.MultiIndex.from_product(names))
-        table = values.to_numpy(np.float64).reshape(len(rows), -1)[present]
+        table = by_unit[measure.name].reindex(every).to_numpy(np.float64)
+        table = table.reshape(len(means), -1)[present]
         defined = ~np.isnan(table).all(axis=0)
-        intervals, marks = uncertainties(table[:, defined], measure)
-        for i, interval, marked in zip(present, intervals, marks, strict=True):
-            low, high = interval or (math.nan, math.nan)
-            rows[i][column] = rows[i][column]._replace(low=low, high=high, marked=marked)
+        intervals, marked[present, column] = uncertainties(table[:, defined], measure)
+        ends = [interval or (np.nan, np.nan) for interval in intervals]
+        low[present, column], high[present, column] = np.transpose(ends)
+    return values.assign(low=low.ravel(), high=high.ravel(), marked=marked.ravel())
 
 
-def _cell_text(entry: _Entry, measure: ScoreMeasure) -> str:
-    if entry.missing:
-        return f"{MISSING} ({entry.missing})"
-    if np.isnan(entry.mean):
+def _cell_text(value: Any, measure: ScoreMeasure) -> str:
+    """Return the text of a row of `_values`."""
+    if value.lacking:
+        return f"{MISSING} ({value.lacking})"
+    if np.isnan(value.mean):
         return MISSING
-    if measure.never and entry.mean == entry.out_of:
+    if measure.never and value.mean == value.out_of:
         return measure.never
-    is_count = bool(measure.out_of) and entry.mean.is_integer()
-    digits = 0 if is_count and not entry.standard_deviation > 0 else measure.decimals
-    text, spread, low, high = (f"{value * measure.scale:.{digits}f}" for value in entry[:4])
-    if np.isfinite(entry.low):
+    is_count = bool(measure.out_of) and value.mean.is_integer()
+    digits = 0 if is_count and not value.standard_deviation > 0 else measure.decimals
+    numbers = value.mean, value.standard_deviation, value.low, value.high
+    text, spread, low, high = (f"{number * measure.scale:.{digits}f}" for number in numbers)
+    if np.isfinite(value.low):
         text += f" [{low}, {high}]"
-    elif np.isfinite(entry.standard_deviation):
+    elif np.isfinite(value.standard_deviation):
         text += f" ±{spread}"
-    if np.isfinite(entry.out_of) and not measure.never:
-        text += f" of {entry.out_of * measure.scale:.0f}"
+    if np.isfinite(value.out_of) and not measure.never:
+        text += f" of {value.out_of * measure.scale:.0f}"
     return text
 
 

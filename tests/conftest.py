@@ -1,5 +1,6 @@
 """Settings and fixtures of all tests."""
 
+import gc
 import os
 
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import settings
 from trackmark.bench.numba_compilation import prepare_numba
 
 # No deadline: the first call of a kernel compiles it, and the machine can be busy.
-settings.register_profile("everyday", deadline=None, max_examples=50)
+settings.register_profile("everyday", deadline=None, max_examples=25)
 settings.register_profile("nightly", deadline=None, max_examples=200)
 
 os.environ["COLUMNS"] = "80"  # independent of the terminal
@@ -19,8 +20,15 @@ EVIDENCE = pytest.StashKey()
 
 
 def pytest_configure(config):
-    """Generate more examples at night."""
+    """Generate more examples at night; collect tests without garbage collection."""
+    gc.disable()
     settings.load_profile("everyday" if "not slow" in config.option.markexpr else "nightly")
+
+
+def pytest_collection_finish():
+    """Exclude modules and tests from garbage collections, which would visit them often."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
-from trackmark.bench.external.definition import close_idle_processes
+from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness

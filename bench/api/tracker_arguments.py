@@ -10,7 +10,8 @@ from trackmark import IMPORT_TIME
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker, source_file
 from trackmark.trackers import Randomness, TrackerError
 from trackmark.trackers.base.catalogue import PLUGIN_MODULE, resolve_plugin, validate_plugin
-from trackmark.trackers.base.plain import missing_methods, to_plugin
+from trackmark.trackers.base.plain import to_plugin
+from trackmark.trackers.base.plain_class import missing_methods
 
 
 def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> list[TrackerSpec]:

@@ -235,4 +235,4 @@ def _check_strip(sequence: "Sequence", truth: "GroundTruth", title: str) -> "NDA
     }
     with_box = np.flatnonzero(sources != "")
     numbers = with_box[evenly_spaced(0, len(with_box) - 1, STRIP_FRAMES)].tolist()
-    return film_strip(sequence.__getitem__, numbers, boxes, title, 6, ruler=True)
+    return film_strip(sequence.__getitem__, numbers, boxes, title, 6)

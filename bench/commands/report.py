@@ -1,6 +1,5 @@
 """Write tables, plots and a page of stored results."""
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -119,7 +118,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
 
     `experiment`: folder with imported results. `stored`: folder of the stored results, if any.
     """
-    from trackmark.bench.pages.report import Commands, further_tables
+    from trackmark.bench.pages.report import Commands
     from trackmark.bench.reporting.by_preset import preset_report
     from trackmark.bench.reporting.tables import title_of
     from trackmark.reports.write import list_written_files, write_tables
@@ -133,9 +132,8 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     arguments = [text for path in options.results_of for text in ("--results-of", path)]
     arguments += [] if options.sequences is None else ["--sequences", options.sequences]
     commands = Commands("" if stored is None else str(stored), arguments)
-    further = further_tables(experiment, tables, commands) if options.as_json else []
     if options.as_json or options.form in TEXTS:
-        _print(tables + further, options)
+        _print(tables, options)
     else:
         _print_summary(experiment, tables, options, title if several else "")
     target, files = stored or Path("report"), list[Path]()
@@ -202,16 +200,17 @@ def _print_summary(
 def _print(tables: "list[Table]", options: ReportOptions) -> None:
     """Print the tables of an experiment; as JSON one per line."""
     from trackmark.reports.renderers import FORMATS as RENDERERS
-    from trackmark.reports.renderers import on_terminal, to_json
+    from trackmark.reports.renderers import terminal_lines, to_json
 
-    is_text = options.form in TEXTS
-    _, render = RENDERERS[str(options.form) if is_text else "text"]
     if options.as_json:
-        render = to_json
-    elif not is_text and not options.wide:
-        render = functools.partial(on_terminal, more=" (--wide)")
-    if tables:
-        click.echo("\n".join(map(render, tables)))
+        texts = [*map(to_json, tables)]
+    elif options.form in TEXTS or options.wide:
+        _, render = RENDERERS[options.form if options.form in TEXTS else "text"]
+        texts = [*map(render, tables)]
+    else:
+        texts = ["\n".join([*terminal_lines(table, "--wide"), ""]) for table in tables]
+    if texts:
+        click.echo("\n".join(texts))
 
 
 def _write_page(

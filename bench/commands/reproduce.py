@@ -110,7 +110,8 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
         for execution in executions:
             execute_runs(execution, progress=progress)
             requested[execution.experiment.name] = execution.plan.manifest().versions
-    report = paper.report(options.output, folder, effort, requested)
+    with progress_bar("Drawing figures and judging claims", None, "claim") as judged:
+        report = paper.report(options.output, folder, effort, requested, judged)
     content = report_data(report, time.monotonic() - started_at)
     _write(report, content, folder)
     if options.as_json:

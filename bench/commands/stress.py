@@ -88,7 +88,7 @@ def command(options: StressOptions) -> int:
         write_curves,
     )
     from trackmark.bench.experiments.tracker_files import resolve_trackers
-    from trackmark.reports.renderers import on_terminal
+    from trackmark.reports.renderers import terminal_lines
     from trackmark.reports.write import list_written_files, write_tables
 
     if not (knob_texts := split_list(options.knobs)):
@@ -115,8 +115,8 @@ def command(options: StressOptions) -> int:
     else:
         click.echo("\n".join(answer_lines(result)))
         if not options.quiet:
-            texts_of_tables = map(on_terminal, tables(result))
-            click.echo("\n" + "\n".join(texts_of_tables), nl=False)
+            for table in tables(result):
+                click.echo("\n".join(["", *terminal_lines(table, "--folder")]))
     if (folder := options.folder) is not None:
         paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
         print_message("\n".join(list_written_files(paths)))

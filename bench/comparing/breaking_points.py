@@ -34,7 +34,6 @@ from trackmark.datasets.spec_string import format_text, name_hint, parse_text
 from trackmark.reports.figures import write_figure
 from trackmark.reports.plots import SurvivalCurve, breaking_plot
 from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
-from trackmark.reports.write import file_names
 
 ENOUGH = 0.05
 """Half-width of the interval, as a share of the range, at which no more runs are added."""
@@ -528,14 +527,13 @@ def _runs(result: BreakingPoints) -> Table:
 
 def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:
     """Write a figure of survival by level for each difficulty; return the files."""
-    names = file_names(axis.name for axis in result.axes)
     paths = []
     for axis, by_tracker in result.axes.items():
         levels = np.array([axis.level(place) for place in PLACES.tolist()])
         curves = {name: _curve(series, levels) for name, series in by_tracker.items()}
         title = f"Runs that survive under {axis.name}"
         figure = breaking_plot(curves, f"{axis.name} [{axis.unit}]", title, axis.logarithmic)
-        paths.append(write_figure(folder / f"curve-{names[axis.name]}.png", figure))
+        paths.append(write_figure(folder / f"curve-{axis.name}.png", figure))
     return paths
 
 

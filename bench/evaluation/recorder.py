@@ -289,10 +289,11 @@ class Recorder:
         self._update = tracker.update
         cpu, wall = thread_time(), perf_counter()
         tracker.init(shared_frame.image, box, mask)
-        self._initialisation = perf_counter() - wall, thread_time() - cpu
+        times = perf_counter() - wall, thread_time() - cpu
         if isinstance(tracker, ExternalPlugin):
-            self._external, self._includes_transfer = tracker, tracker.includes_transfer
-            self._initialisation = tracker.call_times
+            self._external, self._includes_transfer = tracker, tracker.call_times is None
+            times = tracker.call_times or (times[0], times[0])
+        self._initialisation = times
 
     def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
         """Update the tracker and store its estimate; return the time that it took [s]."""
@@ -305,8 +306,8 @@ class Recorder:
             estimate = update(argument)
             answered = perf_counter()
             times = answered - called_at, thread_time() - cpu
-            if self._external is not None:  # it measures itself, without the transfer of frames
-                times = self._external.call_times
+            if self._external is not None:  # this process is idle meanwhile
+                times = self._external.call_times or (times[0], times[0])
                 answered = began + times[0]
             self._wall.append(times[0])
             self._cpu.append(times[1])

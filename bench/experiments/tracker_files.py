@@ -28,7 +28,8 @@ from trackmark.bench.experiments.tracker_spec import (
     parse_trackers,
     split_text,
 )
-from trackmark.bench.external.definition import close_idle_processes, is_external, open_external
+from trackmark.bench.external.definition import is_external, open_external
+from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import describe_plugin, is_outside

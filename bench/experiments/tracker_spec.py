@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
 from trackmark import trackers
 from trackmark.bench.external.definition import is_external, open_external, split_table
+from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
@@ -23,7 +24,6 @@ from trackmark.trackers.base.catalogue import (
     DEFAULT_PRESET,
     Specification,
     in_file,
-    resolve_plugin,
 )
 
 TrackerFactory: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
@@ -233,12 +233,11 @@ def _from_text(text: str) -> TrackerSpec:
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
     if is_external(name, options):
-        external = open_external(name, options)
-        specification = resolve_plugin(
-            external.plugin, external.file, external.name, external.parameters
-        )
-        spec = _from_specification(specification, init, call_seconds=external.call_seconds)
-        vars(spec)["version"] = external.version  # value of the `cached_property`
+        specification = open_external(name, options)
+        plugin = cast(type[ExternalPlugin], specification.plugin)
+        limits = plugin.definition.start_timeout, plugin.definition.frame_timeout
+        spec = _from_specification(specification, init, call_seconds=max(limits))
+        vars(spec)["version"] = plugin.version  # value of the `cached_property`
         return spec
     specification = trackers.resolve(name, **options)
     class_name = specification.plugin.__name__

@@ -1,11 +1,40 @@
-"""Plugins whose tracker runs in another process."""
+"""Plugins whose tracker runs in another process, and the processes that wait for a tracker."""
 
+import os
 from abc import abstractmethod
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
 
+from pydantic import Field
+
+from trackmark import trackers
+from trackmark.bench.external.process import LineProcess
+from trackmark.datasets.file_digest import file_digests
+from trackmark.datasets.source_digest import tree_digest
 from trackmark.trackers import TrackerPlugin
+from trackmark.trackers.base.parameters import Parameters
 
 TRANSFER_CLOCK = "wall time with transfer"
-"""Value of `clock` in the circumstances of runs with `ExternalPlugin.includes_transfer`."""
+"""Value of `clock` in the circumstances of runs whose tracker does not measure itself."""
+
+
+class Definition(Parameters):
+    """Tracker in a process of its own, as a table of a file; docs/external.md has the keys."""
+
+    file: str = ""
+    python: str = ""
+    trax: str = ""
+    folder: str = ""
+    confidence: bool = True
+    stochastic: bool = False
+    parameters: Mapping[str, bool | int | float | str] = {}
+    environment: Mapping[str, str] = {}
+    start_timeout: float = Field(300.0, gt=0)
+    frame_timeout: float = Field(60.0, gt=0)
+    version: str = ""
 
 
 class ExternalPlugin(TrackerPlugin):
@@ -13,17 +42,54 @@ class ExternalPlugin(TrackerPlugin):
 
     Attributes
     ----------
-    call_times : tuple of float
-        Wall and CPU time of the last call of the tracker's `init` or `update` [s]. Replaces the
-        times that the harness measures in its own process.
-    includes_transfer : bool
-        True if the times include the transfer of the frame and of the answer, and the CPU time is
-        the wall time, because the tracker does not measure itself.
+    definition : Definition
+        Definition with absolute paths.
+    digest : str
+        Digest of the tracker's files; a process that has read other content is not used.
+    version : dict
+        Value of `Identity.tracker_version`.
+    call_times : tuple of float, or None
+        Wall and CPU time of the last call of the tracker's `init` or `update` [s]. None if the
+        tracker does not measure itself: then the wall time in this process counts as both.
     """
 
-    call_times: tuple[float, float]
-    includes_transfer = False
+    definition: ClassVar[Definition]
+    digest: ClassVar[str]
+    version: ClassVar[dict[str, Any]]
+    call_times: tuple[float, float] | None = None
 
     @abstractmethod
     def close(self) -> None:
         """Release the process; called when a run no longer needs the tracker."""
+
+
+_Process = TypeVar("_Process", bound=LineProcess)
+
+_idle: defaultdict[tuple[object, ...], list[Any]] = defaultdict(list)
+"""Processes without a tracker."""
+
+
+def take_process(start: Callable[[Definition], _Process], *key: Any) -> _Process:
+    """Return an idle process of a tracker, or start one; `key` is its definition and digest."""
+    processes = _idle[os.getpid(), *map(repr, key)]
+    return processes.pop() if processes else start(key[0])
+
+
+def keep_process(process: LineProcess, *key: object) -> None:
+    """Keep a process for the next tracker of its key, because a start can take seconds."""
+    _idle[os.getpid(), *map(repr, key)].append(process)
+
+
+def close_idle_processes() -> None:
+    """End the processes that wait for a tracker."""
+    for processes in _idle.values():
+        while processes:
+            processes.pop().close()
+
+
+def digest_file(file: Path) -> str:
+    """Return the digest of a file; of Python with the modules next to it that it imports."""
+    with suppress(SyntaxError):  # syntax of another version of Python
+        if file.suffix == ".py":
+            return tree_digest(file, Path(str(trackers.__file__)).parent)
+    return file_digests([file])[0][:16]

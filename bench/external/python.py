@@ -1,200 +1,173 @@
-"""Trackers of Python files in another interpreter: the parent's side of `worker.py`.
-
-A process that has run a tracker is reused for the next tracker of the same file, because importing
-a library such as PyTorch takes seconds. A process that failed or was interrupted is not reused.
-"""
+"""Trackers of Python files in another interpreter: the parent's side of `worker.py`."""
 
 import json
-import os
+import math
 import signal
+import sys
 import tempfile
-import weakref
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from trackmark.bench.external.plugin import ExternalPlugin
-from trackmark.bench.external.process import ExternalTrackerError, LineProcess, frame_file_options
-from trackmark.bench.external.worker import pack, unpack
-from trackmark.trackers import Box, Estimate, Image, Mask, Randomness
-from trackmark.trackers.base.plain import create_parameters, random_arguments, to_estimate
+from trackmark.bench.external.plugin import (
+    Definition,
+    ExternalPlugin,
+    digest_file,
+    keep_process,
+    take_process,
+)
+from trackmark.bench.external.process import FRAME_FOLDER, ExternalTrackerError, LineProcess
+from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
+from trackmark.trackers.base.catalogue import in_file
+from trackmark.trackers.base.plain import create_plugin, seed_number
 
 WORKER = Path(__file__).with_name("worker.py")
 
 
-@dataclass(frozen=True)
-class PythonClass:
-    """Tracker class of a file, the interpreter that runs it, and time limits.
+class WorkerProcess(LineProcess):
+    """Process of `worker.py`; `description` is its description of the tracker."""
 
-    `class_name` is empty if the file has one tracker. `digest` identifies the file's content: a
-    process that imported another content is not reused.
-    """
+    stack_signal = signal.SIGUSR1
 
-    python: str
-    file: Path
-    class_name: str
-    digest: str
-    environment: tuple[tuple[str, str], ...]
-    start_seconds: float
-    frame_seconds: float
-
-    def command(self, frames: int) -> list[str]:
-        """Return the command that starts the worker; a crash prints the stack of Python.
-
-        `frames`: descriptor of the file with the image of each request.
-        """
-        options = ["-X", "faulthandler", "-u"]
-        arguments = [str(WORKER), str(frames), str(self.file), self.class_name]
-        return [self.python, *options, *filter(None, arguments)]
-
-
-class _Session:
-    """Worker process, and the file through which it receives frames."""
-
-    def __init__(self, tracker: PythonClass) -> None:
+    def __init__(self, definition: Definition) -> None:
         # The file has no name, so that nothing is left if this process is killed.
-        self._frames = tempfile.TemporaryFile(**frame_file_options(), buffering=0)  # noqa: SIM115  # closed below
-        weakref.finalize(self, self._frames.close)
-        frames = self._frames.fileno()
-        self._process = LineProcess(
-            tracker.command(frames),
-            environment=dict(tracker.environment),
-            pass_fds=[frames],
-            stack_signal=signal.SIGUSR1,
+        self.frames = tempfile.TemporaryFile(dir=FRAME_FOLDER, buffering=0)  # noqa: SIM115  # closed with the process
+        # With faulthandler, a crash prints the stack of Python.
+        options = [definition.python, "-X", "faulthandler", "-u"]
+        arguments = [WORKER, self.frames.fileno(), *filter(None, in_file(definition.file) or ())]
+        super().__init__(
+            [*options, *map(str, arguments)],
+            environment=definition.environment,
+            files=[self.frames],
         )
         self.is_usable = True  # False while an answer is pending
-        self.description = self.ask(tracker.start_seconds, "describe")
+        self.description = self.ask(definition.start_timeout, "describe")
 
-    def ask(
-        self, seconds: float, operation: str, image: Image | None = None, **arguments: Any
-    ) -> dict[str, Any]:
+    def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
         """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
         self.is_usable = False
-        if image is not None:
-            arguments["shape"] = image.shape
-            data = np.ascontiguousarray(image).data
-            # Writing reports a full disk as an error; through a memory map, it would be a signal.
-            if os.pwrite(self._frames.fileno(), data, 0) != image.nbytes:
-                raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
-        request = json.dumps({"op": operation, **arguments}, default=int)
-        self._process.send(request.encode() + b"\n", seconds)
-        line = self._process.read_line(seconds)
+        request = json.dumps([operation, arguments], default=int)
+        self.send(request.encode() + b"\n", seconds)
+        line = self.read_line(seconds)
         try:
             answer: dict[str, Any] = json.loads(line)
         except ValueError:
-            raise self._process.fail(f"answered with {line[:80]!r}. Expected: JSON") from None
+            raise self.fail(f"answered with {line[:80]!r}. Expected: JSON") from None
         if "error" in answer:
-            raise self._process.fail(f"raised {answer['error']}")
+            raise self.fail(f"raised {answer['error']}")
         self.is_usable = True
         return answer
 
-    def close(self) -> None:
-        self._process.close()
-        self._frames.close()
-
-
-_idle: dict[tuple[int, PythonClass], list[_Session]] = {}
-"""Sessions without a tracker, by process id (of this process) and tracker class."""
-
-
-def _take(tracker: PythonClass) -> _Session:
-    idle = _idle.get((os.getpid(), tracker))
-    return idle.pop() if idle else _Session(tracker)
-
-
-def _give_back(tracker: PythonClass, session: _Session) -> None:
-    if session.is_usable:
-        _idle.setdefault((os.getpid(), tracker), []).append(session)
-    else:
-        session.close()
-
-
-def close_idle_processes() -> None:
-    """End the processes that wait for the next tracker of their file."""
-    for sessions in _idle.values():
-        while sessions:
-            sessions.pop().close()
-
 
 class PythonPlugin(ExternalPlugin):
-    """Plugin of a class in another interpreter; see `load_plugin`."""
-
-    tracker: ClassVar[PythonClass]
+    """Plugin of a class in another interpreter; see `open_plugin`."""
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
-        self._session = _take(self.tracker)
-        self._release = weakref.finalize(self, _give_back, self.tracker, self._session)
-        self._session.ask(
-            self.tracker.start_seconds,
+        self._process = take_process(WorkerProcess, self.definition, self.digest)
+        self._process.ask(
+            self.definition.start_timeout,
             "create",
             parameters=parameters.model_dump(),
-            **random_arguments(lambda seed: seed, seed),
+            seed=seed_number(seed),
             entropy=seed.entropy,
             spawn_key=seed.spawn_key,
         )
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
-        packed = None if mask is None else pack(mask)
-        self._call("init", image, box=np.asarray(box).tolist(), mask=packed)
+        pixels = [image] if mask is None else [image, mask]
+        self._call(self.definition.start_timeout, "init", *pixels, box=np.asarray(box).tolist())
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        estimate = self._call("update", image)["estimate"]
-        if isinstance(estimate, dict):
-            if estimate.get("mask"):
-                estimate["mask"] = unpack(*estimate["mask"])
-            if estimate.get("revised"):
-                estimate["revised"] = _revised(estimate)
-        return to_estimate(estimate)
+        fields = self._call(self.definition.frame_timeout, "update", image)["estimate"]
+        if fields.get("mask"):
+            shape, dtype = fields["mask"]
+            self._process.frames.seek(0)
+            data = self._process.frames.read(math.prod(shape) * np.dtype(dtype).itemsize)
+            fields["mask"] = np.frombuffer(data, dtype).reshape(shape)
+        if fields.get("revised"):
+            fields["revised"] = _boxes(fields["revised"])
+        return Estimate(**fields)
 
     def close(self) -> None:
         """See `ExternalPlugin.close`."""
-        self._release()
+        process = vars(self).pop("_process", None)
+        if process and process.is_usable:
+            keep_process(process, self.definition, self.digest)
+        elif process:
+            process.close()
 
     def _watch(self, image: Image) -> None:
-        self._call("watch", image)
+        self._call(self.definition.frame_timeout, "watch", image)
 
     def _finish(self) -> Mapping[int, Box]:
-        return _revised(self._session.ask(self.tracker.start_seconds, "finish"))
+        return _boxes(self._call(self.definition.start_timeout, "finish")["revised"])
 
-    def _call(self, operation: str, image: Image, **arguments: Any) -> dict[str, Any]:
-        limits = self.tracker
-        seconds = limits.start_seconds if operation == "init" else limits.frame_seconds
-        answer = self._session.ask(seconds, operation, image, **arguments)
+    def _call(
+        self, seconds: float, method: str, *pixels: Image | Mask, **arguments: Any
+    ) -> dict[str, Any]:
+        """Return the answer of a method of the tracker to an image and a mask."""
+        self._process.frames.seek(0)
+        for array in pixels:
+            # Writing reports a full disk as an error; through a memory map, it would be a signal.
+            if self._process.frames.write(np.ascontiguousarray(array).data) != array.nbytes:
+                raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
+        types = [(array.shape, array.dtype.str) for array in pixels]
+        answer = self._process.ask(seconds, method, pixels=types, **arguments)
         self.call_times = answer["wall"], answer["cpu"]
         return answer
 
 
-def _revised(answer: Mapping[str, Any]) -> dict[int, Box]:
-    return {frame: np.array(box) for frame, box in answer["revised"]}
+def _boxes(revised: Mapping[str, Any]) -> dict[int, Box]:
+    return {int(frame): np.array(box) for frame, box in revised.items()}
 
 
-def load_plugin(tracker: PythonClass) -> tuple[type[PythonPlugin], dict[str, str]]:
-    """Return a plugin that runs a class in another interpreter, and versions of its libraries.
+def open_plugin(
+    definition: Definition, owner: str, folder: Path
+) -> tuple[type[PythonPlugin], Path]:
+    """Return a plugin that runs a class in another interpreter, and the file of the class.
 
-    Raises `ExternalTrackerError` if the file cannot be imported there or has no such tracker.
+    Relative paths of the definition refer to `folder`; `owner` is the tracker in messages.
     """
-    session = _take(tracker)
-    description = session.description
-    _give_back(tracker, session)
-    try:
-        randomness = Randomness(description["randomness"])
-    except ValueError:
-        raise ExternalTrackerError(
-            f"{tracker.file}: the randomness is {description['randomness']!r}. Expected one of: "
-            f"{', '.join(Randomness)}."
-        ) from None
-    keys = ("name", "paper", "presets", "default_preset")
-    attributes = {key: description[key] for key in keys if key in description} | {
-        "__doc__": description["doc"],
-        "Parameters": create_parameters(description["parameters"]),
-        "randomness": randomness,
-        "tracker": tracker,
+    place = in_file(definition.file)
+    if place is None:
+        raise TrackerError(f"{owner}: {definition.file!r} is not a Python file (.py).")
+    file = (folder / place[0]).resolve()
+    if not file.is_file():
+        raise TrackerError(f"{file}: this tracker file does not exist.")
+    interpreter = find_interpreter(definition.python or sys.executable, folder)
+    paths = {"file": f"{file}:{place[1]}", "python": interpreter}
+    definition, digest = definition.model_copy(update=paths), digest_file(file)
+    process = take_process(WorkerProcess, definition, digest)
+    keep_process(process, definition, digest)
+    description = process.description
+    keys = ("paper", "presets", "default_preset")
+    plugin = create_plugin(
+        PythonPlugin,
+        owner,
+        description,
+        definition=definition,
+        digest=digest,
+        version={
+            "source": definition.version or f"{digest}-{description['class']}",
+            "libraries": description["libraries"],
+        },
+        **{key: description[key] for key in keys if key in description},
         **{name: getattr(PythonPlugin, f"_{name}") for name in description["methods"]},
-    }
-    return type(description["class"], (PythonPlugin,), attributes), description["libraries"]
+    )
+    return plugin, file
+
+
+def find_interpreter(python: str, folder: Path) -> str:
+    """Return the path of an interpreter; a name without `/` is looked up in PATH.
+
+    A folder is an environment of `venv` or conda. Links are kept, because they select it.
+    """
+    if "/" not in python and not (folder / python).is_dir():
+        return python
+    path = (folder / Path(python).expanduser()).absolute()
+    return str(path / "bin" / "python" if path.is_dir() else path)

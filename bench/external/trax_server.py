@@ -5,7 +5,7 @@ with rectangles. The state of a frame has the property `confidence` if the track
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from math import isnan
+from math import isnan, nan
 from pathlib import Path
 from typing import BinaryIO
 from urllib.parse import unquote
@@ -39,13 +39,13 @@ def serve(
     """
     hello = {"version": 4, "name": name, "identifier": name, "family": "trackmark", **FORMATS}
     properties = {f"trax.{key}": value for key, value in hello.items()}
-    answers.write(format_message("hello", properties=properties))
+    answers.write(format_message("hello", **properties))
     try:
         for answer in _states(make, requests):
             answers.write(answer)
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
-        answers.write(format_message("quit", properties={"trax.reason": reason[:MAX_REASON]}))
+        answers.write(format_message("quit", **{"trax.reason": reason[:MAX_REASON]}))
         raise
 
 
@@ -65,31 +65,21 @@ def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[
             text = line.decode(errors="replace")[:80]
             raise TrackerError(f"the client sent {text!r}. Expected: initialize or frame.")
         image = _read_image(request.values[0])
+        confidence = nan
         if region:
             tracker = make()
-            yield _initialise(tracker, image, region)
+            box, mask = parse_region(region, image.shape)
+            if box is None:
+                raise TrackerError(f"the client initialises with {region!r}: no target.")
+            tracker.init(image, box, mask)
+            region = ""
         elif tracker is None:
             raise TrackerError("the client sent a frame before initialize.")
         else:
-            yield _update(tracker, image)
-        region = ""
-
-
-def _initialise(tracker: Tracker, image: Image, region: str) -> bytes:
-    """Initialise a tracker; return the message with its state."""
-    box, mask = parse_region(region, image.shape)
-    if box is None:
-        raise TrackerError(f"the client initialises with {region!r}: no target.")
-    tracker.init(image, box, mask)
-    return format_message("state", format_region(["rectangle"], box))
-
-
-def _update(tracker: Tracker, image: Image) -> bytes:
-    """Update a tracker; return the message with its state."""
-    estimate = tracker.update(image)
-    region = format_region(["rectangle"], check_box(estimate.box))
-    confidence = {} if isnan(estimate.confidence) else {"confidence": float(estimate.confidence)}
-    return format_message("state", region, properties=confidence)
+            estimate = tracker.update(image)
+            box, confidence = check_box(estimate.box), float(estimate.confidence)
+        properties = {} if isnan(confidence) else {"confidence": confidence}
+        yield format_message("state", format_region(["rectangle"], box), **properties)
 
 
 def _read_image(address: str) -> Image:

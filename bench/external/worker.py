@@ -1,29 +1,28 @@
 """Run one tracker class of a file in this interpreter, for a harness in another interpreter.
 
 Usage: python worker.py FRAMES FILE [CLASS]. Needs Python 3.6 or newer and NumPy, but not trackmark.
-Each request on stdin and each answer on stdout is one line of JSON; output of the tracker goes to
-stderr. After an exception, the answer is `error`, the traceback is on stderr, and the process ends.
+Each request on stdin, `[operation, arguments]`, and each answer on stdout is one line of JSON;
+output of the tracker goes to stderr. After an exception, the answer is `error`, the traceback is on
+stderr, and the process ends.
 
-| request `op` and arguments | answer |
+| operation and arguments | answer |
 |---|---|
 | describe | class, doc, parameters, randomness, libraries, methods, ... |
 | create: parameters, seed, entropy, spawn_key | |
-| watch: shape | wall, cpu |
-| init: shape, box, mask | wall, cpu |
-| update: shape | wall, cpu, estimate: the returned value |
-| finish | wall, cpu, revised |
+| watch: pixels | wall, cpu |
+| init: pixels, box | wall, cpu |
+| update: pixels | wall, cpu, estimate |
+| finish: pixels (none) | wall, cpu, revised |
 
-FRAMES is the descriptor of a file with the image of each request: BGR bytes of the shape `shape`.
-A mask is a list: height, width, and its packed bits in base64. `wall` and `cpu` are the times of
-the tracker's method [s]; `cpu` counts all threads.
+FRAMES is the descriptor of a file with the image of each request (BGR), and after it the mask of
+`init`. `pixels` is a list of their shapes and types. The mask of an estimate is written to the same
+file; `estimate` has its shape and type. `wall` and `cpu` are the times of the tracker's method [s];
+`cpu` counts all threads.
 """
 
-import base64
 import faulthandler
 import importlib.util
-import inspect
 import json
-import math
 import os
 import random
 import select
@@ -37,8 +36,19 @@ from typing import Any, Iterable
 
 import numpy as np
 
-RANDOM = ("seed", "rng")  # arguments of `__init__` that are not parameters
-FIELDS = ("box", "visible", "confidence", "mask", "details", "revised")  # of an estimate
+
+def import_file(path: str, name: str) -> Any:
+    """Return the module of a file."""
+    spec = importlib.util.spec_from_file_location(name, path)  # type: Any
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+RULES = os.path.join(FOLDER, "..", "..", "trackers", "base", "plain_class.py")
+plain_class = import_file(RULES, "trackmark_plain_class")
 
 
 def load(path: str, name: str) -> Any:
@@ -46,79 +56,15 @@ def load(path: str, name: str) -> Any:
     path = os.path.abspath(path)
     sys.path[0] = os.path.dirname(path)  # instead of the folder of this file
     stem = os.path.splitext(os.path.basename(path))[0]
-    spec = importlib.util.spec_from_file_location("trackmark_plugin_" + stem, path)  # type: Any
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    if name:
-        return getattr(module, name)
-    classes = [
-        value
-        for value in vars(module).values()
-        if isinstance(value, type)
-        and value.__module__ == spec.name
-        and callable(getattr(value, "init", None))
-        and callable(getattr(value, "update", None))
-        and not inspect.isabstract(value)
-    ]
-    classes = [value for value in classes if is_plugin(value)] or classes
-    exported = [c for c in classes if c.__name__ in getattr(module, "__all__", [c.__name__])]
-    if len(exported) != 1:
-        names = ", ".join(value.__name__ for value in classes) or "none"
-        raise ValueError(
-            "%s: expected one class with the methods init(image, box) and update(image), but the "
-            "file defines: %s. Select one, for example %s:CLASS." % (path, names, path)
-        )
-    return exported[0]
-
-
-def is_plugin(kind: Any) -> bool:
-    """Return whether a class derives from `TrackerPlugin` of trackmark."""
-    return any(base.__name__ == "TrackerPlugin" for base in kind.__mro__)
-
-
-def arguments_of(kind: Any) -> Any:
-    """Return the arguments of a class by name."""
-    return inspect.signature(kind).parameters
+    module = import_file(path, "trackmark_plugin_" + stem)
+    return getattr(module, name or plain_class.only_tracker(module))
 
 
 def describe(kind: Any) -> Any:
     """Return the description of a tracker class."""
-    name = getattr(kind, "name", "")  # it can be a property
-    description = {"class": kind.__name__, "doc": kind.__doc__ or ""}  # type: Any
-    description["name"] = name if isinstance(name, str) else ""
-    if is_plugin(kind):
-        for key in ("paper", "presets", "default_preset"):
-            if hasattr(kind, key):
-                description[key] = getattr(kind, key)
-        fields = kind.Parameters.model_fields
-        defaults = {
-            key: field.get_default(call_default_factory=True) for key, field in fields.items()
-        }
-        randomness = kind.randomness
-    else:
-        defaults = {}
-        for argument in arguments_of(kind).values():
-            variable = argument.kind in (argument.VAR_POSITIONAL, argument.VAR_KEYWORD)
-            if argument.name in RANDOM or variable:
-                continue
-            if argument.default is argument.empty:
-                raise TypeError(
-                    "the argument %r of %s has no default. Expected: defaults for all arguments "
-                    "except seed and rng." % (argument.name, kind.__name__)
-                )
-            defaults[argument.name] = argument.default
-            if type(argument.default) is int and argument.annotation in (float, "float"):
-                defaults[argument.name] = float(argument.default)
-        drawn = any(name in arguments_of(kind) for name in RANDOM)
-        randomness = getattr(kind, "randomness", "generator" if drawn else "none")
-    description["parameters"] = {
-        key: value
-        for key, value in defaults.items()
-        if type(value) in (bool, int, str) or (type(value) is float and math.isfinite(value))
-        if not key.startswith("_")
-    }
-    description["randomness"] = getattr(randomness, "value", randomness)
+    description = plain_class.describe(kind)
+    keys = ("paper", "presets", "default_preset")
+    description.update({key: getattr(kind, key) for key in keys if hasattr(kind, key)})
     description["libraries"] = libraries()
     description["methods"] = [m for m in ("watch", "finish") if callable(getattr(kind, m, None))]
     return description
@@ -138,52 +84,56 @@ def libraries() -> Any:
     return versions
 
 
-def create(kind: Any, request: Any) -> Any:
+def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
     """Return a new tracker; the global random generators are seeded."""
-    parameters, seed = request["parameters"], request["seed"]
     # Code of users often draws from the global generators, which then repeat with the run.
     random.seed(seed)
     np.random.seed(seed)
 
     def sequence() -> Any:
-        return np.random.SeedSequence(request["entropy"], spawn_key=tuple(request["spawn_key"]))
+        return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
 
-    if is_plugin(kind):
-        return kind(kind.Parameters(**parameters), sequence())
-    if "seed" in arguments_of(kind):
-        parameters["seed"] = seed
-    if "rng" in arguments_of(kind):
-        parameters["rng"] = np.random.default_rng(sequence())
-    return kind(**parameters)
+    return plain_class.create(kind, parameters, seed, sequence)
 
 
-def init_arguments(tracker: Any, box: Any, mask: Any) -> Any:
-    """Return the arguments of `init` after the image: with the mask if `init` accepts it."""
-    box = np.array(box, np.float64)
-    signature = inspect.signature(tracker.init)
-    argument = signature.parameters.get("mask")
-    if argument is not None and argument.kind is not argument.POSITIONAL_ONLY:
-        return (box,), {"mask": mask}
-    try:
-        signature.bind(None, None, None)
-    except TypeError:
-        return (box,), {}
-    return (box, mask), {}
-
-
-def estimate_fields(answer: Any) -> Any:
-    """Return the value that `update` returned, with the fields of an object as a dict."""
-    if hasattr(answer, "box"):
-        answer = {key: getattr(answer, key) for key in FIELDS if hasattr(answer, key)}
-    elif hasattr(answer, "__array__"):
-        answer = {"box": answer}  # as a list, two rows would be a box and a confidence
-    if isinstance(answer, dict):
-        answer = {key: value for key, value in answer.items() if key != "arrays"}
-        if answer.get("mask") is not None:
-            answer["mask"] = pack(np.asarray(answer["mask"]))
-        if answer.get("revised"):
-            answer["revised"] = revised_fields(answer["revised"])
+def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None) -> Any:
+    """Return the answer of a method of the tracker."""
+    method = getattr(tracker, operation)
+    frames.seek(0)
+    arguments = [read_array(frames, *array) for array in pixels]
+    if operation == "init":
+        method = plain_class.adapt_init(method)
+        mask = arguments.pop() if len(arguments) == 2 else None
+        arguments += [np.array(box, np.float64), mask]
+    wall, cpu = time.perf_counter(), time.process_time()
+    result = method(*arguments)
+    answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
+    if operation == "finish":
+        answer["revised"] = revised_boxes(result)
+    elif operation == "update":
+        answer["estimate"] = fields = plain_class.estimate_fields(result)
+        fields.pop("arrays", None)
+        if fields.get("mask") is not None:
+            mask = np.asarray(fields["mask"])
+            frames.seek(0)
+            frames.write(mask.tobytes())
+            fields["mask"] = [mask.shape, mask.dtype.str]
+        if fields.get("revised"):
+            fields["revised"] = revised_boxes(fields["revised"])
     return answer
+
+
+def read_array(file: Any, shape: Any, dtype: Any) -> Any:
+    """Return a new array, because a tracker may keep or modify it."""
+    array = np.empty(shape, dtype)
+    if file.readinto(array) != array.nbytes:
+        raise OSError("the file of frames is too short")
+    return array
+
+
+def revised_boxes(revised: Any) -> Any:
+    """Return corrected boxes by frame."""
+    return {int(frame): np.asarray(box) for frame, box in revised.items()}
 
 
 def to_json(value: Any) -> Any:
@@ -191,66 +141,19 @@ def to_json(value: Any) -> Any:
     return np.asarray(value, np.float64).tolist()
 
 
-def revised_fields(revised: Any) -> Any:
-    """Return corrected boxes as JSON."""
-    return [[int(frame), np.asarray(box).tolist()] for frame, box in revised.items()]
-
-
-def pack(mask: Any) -> Any:
-    """Return a mask as JSON."""
-    if mask.dtype != np.bool_ or mask.ndim != 2:
-        raise ValueError(
-            "the mask is %s of shape %s. Expected: bool of the image's shape"
-            % (mask.dtype, mask.shape)
-        )
-    bits = base64.b64encode(np.packbits(mask).tobytes()).decode("ascii")
-    return [mask.shape[0], mask.shape[1], bits]
-
-
-def unpack(height: int, width: int, bits: str) -> Any:
-    """Return the mask of `pack`."""
-    pixels = np.unpackbits(np.frombuffer(base64.b64decode(bits), np.uint8))[: height * width]
-    return pixels.reshape(height, width).astype(np.bool_)
-
-
-def read_image(file: Any, shape: Any) -> Any:
-    """Return a new array, because a tracker may keep or modify it."""
-    image = np.empty(shape, np.uint8)
-    file.seek(0)
-    if file.readinto(image) != image.nbytes:
-        raise OSError("the file of frames is too short")
-    return image
-
-
 def respond(requests: Iterable[str], frames: Any, kind: Any) -> Iterable[Any]:
     """Yield the answer to each request."""
     tracker = None  # type: Any
     for line in requests:
-        request = json.loads(line)
-        operation = request["op"]
+        operation, arguments = json.loads(line)
         if operation == "describe":
             yield describe(kind)
-            continue
-        if operation == "create":
+        elif operation == "create":
             tracker = None  # releases the memory of the last one first
-            tracker = create(kind, request)
+            tracker = create(kind, **arguments)
             yield {}
-            continue
-        method, keywords = getattr(tracker, operation), {}
-        arguments = ()  # type: Any
-        if operation == "init":
-            mask = unpack(*request["mask"]) if request["mask"] else None
-            arguments, keywords = init_arguments(tracker, request["box"], mask)
-        if operation != "finish":
-            arguments = (read_image(frames, request["shape"]),) + arguments
-        wall, cpu = time.perf_counter(), time.process_time()
-        result = method(*arguments, **keywords)
-        answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
-        if operation == "update":
-            answer["estimate"] = estimate_fields(result)
-        elif operation == "finish":
-            answer["revised"] = revised_fields(result)
-        yield answer
+        else:
+            yield call(tracker, operation, frames, **arguments)
 
 
 def end_with_harness(requests: int) -> None:
@@ -266,7 +169,7 @@ def main() -> None:
     faulthandler.register(signal.SIGUSR1)  # writes the stack if the harness waits too long
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
     threading.Thread(target=end_with_harness, args=(requests.fileno(),), daemon=True).start()
-    frames = os.fdopen(int(sys.argv[1]), "rb", buffering=0)
+    frames = os.fdopen(int(sys.argv[1]), "r+b", buffering=0)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
 

@@ -298,9 +298,7 @@ def _rows_of(sheet: PageTable, sequence: str, number: int) -> PageTable | None:
     caption = "Mean over repetitions, ± standard deviation. A number opens its worst frame."
     rows = [table.rows[i][1:] for i in chosen]
     part = Table(f"scores-{number}", caption, table.heads[1:], table.n_labels - 1, rows)
-    values = sheet.values  # noqa: PD011  # not of pandas
     return PageTable(
         part,
-        [values[i] for i in chosen] if len(values) else [],
         [sheet.places[i] for i in chosen] if sheet.places else [],
     )

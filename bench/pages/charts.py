@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite, nan
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,6 @@ from trackmark.bench.statistics.units import units_of
 from trackmark.reports.page.content import Chart, Line, PlayerPosition
 from trackmark.reports.page.svg import CROWDED, TOP, at_reference
 from trackmark.reports.tables import Table
-from trackmark.reports.write import file_names
 
 _MAX_POINTS = 120
 """Maximum number of points of a curve over the frames of a sequence."""
@@ -33,10 +31,11 @@ _SUCCESS = Chart(
     "overlap",
     "share of frames with at least that",
     [],
-    "Share of frames with at least an overlap with the true box, by tracker; in parentheses the "
-    "area below the curve, which is the mean overlap.",
+    "Share of frames whose overlap reaches a threshold. A point opens the nearest frame.",
+    figure="success",
+    top=1.0,
     value_name="area",
-    caption="Share of frames whose overlap reaches a threshold. A point opens the nearest frame.",
+    percent=True,
     reference=0.5,
 )
 _PRECISION = Chart(
@@ -44,9 +43,11 @@ _PRECISION = Chart(
     "centre error [px]",
     "share of frames with at most that",
     [],
-    "Share of frames with at most a centre error, by tracker; in parentheses the share at 20 px.",
+    "Share of frames with at most a centre error. A point opens the nearest frame.",
+    figure="precision",
+    top=1.0,
     value_name="share at 20 px",
-    caption="Share of frames with at most a centre error. A point opens the nearest frame.",
+    percent=True,
     reference=20.0,
 )
 
@@ -56,23 +57,15 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
 
     `trackers`: trackers without unfinished runs.
     """
-    n = sum(bool(stage.clips) for stage in runs.stages)
-    over = f"Means over n = {n} sequences, of their repetitions first; no interval is drawn."
     left_out = " Trackers with failed runs are left out." * (len(runs.trackers) > len(trackers))
     charts = []
     for template in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
-        name = template.title.lower()
-        chart = replace(template, figure=name, top=1.0, percent=True)
-        lines = [_share_line(runs, runs.trackers.index(tracker), name) for tracker in trackers]
-        lines.sort(key=lambda line: line.position)
-        values = ", ".join(f"{line.label} {at_reference(chart, line)}" for line in lines)
-        options: dict[str, Any] = {
-            "lines": lines,
-            "words": f"{chart.words} {over}",
-            "caption": chart.caption + left_out,
-            "aria": f"{chart.caption} At {chart.reference:g}: {values}",
-        }
-        charts.append(replace(chart, **options))
+        positions = sorted(map(runs.trackers.index, trackers))
+        lines = [_share_line(runs, position, template.figure) for position in positions]
+        values = ", ".join(f"{line.label} {at_reference(template, line)}" for line in lines)
+        caption = template.words + left_out
+        words = f"{caption} At {template.reference:g}: {values}"
+        charts.append(replace(template, lines=lines, words=words, caption=caption))
     return charts
 
 
@@ -108,7 +101,7 @@ def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
 
 def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
     """Return the median overlap of the repetitions by frame, a chart per sequence."""
-    charts, names = {}, file_names([stage.name for stage in runs.stages])
+    charts = {}
     for position, stage in enumerate(runs.stages):
         finished: dict[int, list[PageRun]] = {}
         for clip in stage.clips:
@@ -121,14 +114,12 @@ def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
             if tracker < TOP or not is_crowded
         ]
         most = max(map(len, finished.values()), default=0)
-        median = f": the median over up to {most} repetitions" if most > 1 else ""
         which = f" of the first {TOP} trackers" * is_crowded
-        caption = f"Overlap by frame{which}{median}. A point opens its frame."
-        words = f"Overlap over the frames of {stage.name}, by tracker{median}."
+        which += f": the median over up to {most} repetitions" * (most > 1)
+        words = f"Overlap by frame{which}. A point opens its frame."
         if lines:
-            chart = Chart(stage.name, "frame", "overlap", lines, words, top=1.0, caption=caption)
-            figure = f"frames-{names[stage.name]}"
-            charts[stage.name] = replace(chart, figure=figure, named=False)
+            chart = Chart(stage.name, "frame", "overlap", lines, words, top=1.0, named=False)
+            charts[stage.name] = chart
     return charts
 
 
@@ -183,14 +174,10 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
         return []
     (head,) = (head for head in summary.heads if "time a frame" in head)
     units = units_of([stage.name for stage in runs.stages])
-    bars, caption = f"bars: 95 % interval of the mean {units.scope}", "bar: 95 % interval"
+    bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
-        bars = caption = f"no intervals: {MIN_UNITS} {units.plural} needed"
-    words = (
-        f"{quantity.title.capitalize()} against {head}; {bars}; n = {len(units)} {units.plural}. "
-        "Up and to the left is better."
-    )
-    caption = f"Mean overlap against time per frame; {caption}. Up and to the left is better."
+        bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
+    words = f"{quantity.title.capitalize()} against time per frame; {bars}. "
+    words += "Up and to the left is better."
     chart = speed_chart(dots, head, quantity.head, words)
-    reference: dict[str, Any] = {"reference": _VIDEO_TIME, "reference_label": "25 fps"}
-    return [replace(chart, top=1.0, caption=caption, **reference)]
+    return [replace(chart, top=1.0, reference=_VIDEO_TIME, reference_label="25 fps")]

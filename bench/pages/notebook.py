@@ -113,14 +113,14 @@ def _find_sequence(folder: Path, sequence: str | Path | Sequence) -> tuple[Path,
         runs = data_frames.load_runs(experiment)
         scored = runs[(runs["protocol"] == STORED_ONE_PASS) & (runs["status"] != "missing")]
         names |= dict.fromkeys(map(str, scored["sequence"].unique()), experiment)
-    given = sequence.name if isinstance(sequence, Sequence) else str(sequence)
-    name = complete_name(given, names)
+    requested = sequence.name if isinstance(sequence, Sequence) else str(sequence)
+    name = complete_name(requested, names)
     if name not in names:
         with suppress(datasets.SequenceError, OSError):  # then `sequence` is only a name
-            name = datasets.load(given).name
+            name = datasets.load(requested).name
     if name not in names:
         expected = f"Expected one of: {', '.join(sorted(names))}."
         if not names:
             expected = "The player shows one-pass runs only, and there are none."
-        raise ValueError(f"{folder}: no run on {given!r}. {expected}")
+        raise ValueError(f"{folder}: no run on {requested!r}. {expected}")
     return names[name], name

@@ -1,16 +1,14 @@
-"""Page of an experiment: its answer, cards of scores and frames, and tables for export."""
+"""Page of an experiment: its answer, and cards of scores and frames."""
 
 import json
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from datetime import date
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
 from trackmark.bench.comparing.comparable_runs import ComparisonError, same_boxes
@@ -22,6 +20,7 @@ from trackmark.bench.pages.cards import (
     hardest_moments,
     heat_table,
     leaderboard,
+    pair_matrix,
     sequence_folds,
 )
 from trackmark.bench.pages.charts import (
@@ -30,13 +29,9 @@ from trackmark.bench.pages.charts import (
     survival_charts,
     timeline_charts,
 )
-from trackmark.bench.pages.comparison_section import (
-    comparison_section,
-    parts_section,
-    repetition_text,
-)
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import Layers, name_on_page, read_runs, scenes
+from trackmark.bench.pages.parts_table import parts_table
+from trackmark.bench.pages.player_runs import name_on_page, read_runs, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.answer import Answer
 from trackmark.bench.reporting.by_preset import table_prefix
@@ -95,39 +90,26 @@ def write_report_page(
     """Write the page of an experiment's results, and return its files.
 
     `tables`: tables of the report. `watch`: called with the number of frames that were read and of
-    all frames. `full`: also write frames in full size. `figures`: also write figures, film strips,
-    further tables, and the page in Markdown and LaTeX. Raises `ResultsError` if results cannot be
-    read and `OSError` if a file cannot be written.
+    all frames. `full`: also write frames in full size. `figures`: also write figures and film
+    strips. Raises `ResultsError` if results cannot be read and `OSError` if a file cannot be
+    written.
     """
-    content = _Content(experiment, tables, commands, "drawn")
+    content = _Content(experiment, tables, commands)
     keep = partial(write_chunk, path) if full else None
     page = content.page(title, list(scenes(content.runs, commands.results, watch, keep)))
     paths = write_page(path, page)
     if figures:
-        from trackmark.bench.pages.paper_export import write_paper  # imports Matplotlib
-        from trackmark.bench.pages.report_figures import write_figures
+        from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib
 
-        paths += write_figures(experiment, path.parent, figures, page, content.runs)
-        paths += write_paper(path.parent, page, figures.suffix, {table.name for table in tables})
+        charts = [*content.curves, *content.speed, *content.survival]
+        paths += write_figures(experiment, path.parent, figures, title, charts, content.runs)
     return paths
-
-
-def further_tables(experiment: Path, tables: Sequence[Table], commands: Commands) -> list[Table]:
-    """Return the tables that only the page has, not the report with these `tables`."""
-    names = {table.name for table in tables}
-    content = _Content(experiment, tables, commands, "none")
-    stages = content.runs.stages
-    page = content.page("", [PlayerScene(stage.name, (1, 1), stage.truth, []) for stage in stages])
-    every = [sheet.table for section in page.sections for sheet in section.sheets]
-    return [table for table in every if table.name not in names]
 
 
 class _Content:
     """Runs, tables and commands from which the sections of a page are built."""
 
-    def __init__(
-        self, experiment: Path, tables: Sequence[Table], commands: Commands, layers: Layers
-    ) -> None:
+    def __init__(self, experiment: Path, tables: Sequence[Table], commands: Commands) -> None:
         self.experiment, self.commands = experiment, commands
         self.tables = {table.name: table for table in tables}
         self.all_runs = with_worst_scores(experiment, load_runs(experiment))
@@ -137,7 +119,7 @@ class _Content:
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
             means = self.scored.groupby("tracker", observed=True)["mean_overlap"].mean().fillna(0)
             names.sort(key=lambda name: -means[name])
-        self.runs = read_runs(experiment, names, layers)
+        self.runs = read_runs(experiment, names)
         is_finished = self.scored["status"] == "finished"
         incomplete = set(self.scored["tracker"][~is_finished].astype(str))
         self.whole = [name for name in names if name not in incomplete]
@@ -148,6 +130,9 @@ class _Content:
             summary = self.tables.get("summary")
             self.summary = summary or summary_of(self.scored, self.timed, "")
         self.comparison, self.answer = self._compare()
+        self.curves = share_charts(self.runs, self.whole)
+        self.speed = [] if self.summary is None else speed_charts(self.summary, self.runs)
+        self.survival = survival_charts(self.scored, self.runs)
 
     def _compare(self) -> tuple[Comparison | None, Answer]:
         """Return the comparison of the trackers, if there is one, and the answer."""
@@ -181,73 +166,57 @@ class _Content:
         heading, details = self.answer
         page = Page(title, [], self.runs.labels, filmed)
         page = replace(page, meta=self._counts(), answer=heading, details=details)
-        parts = self._sections(page)
-        sections = [
-            part for part in parts if part.charts or part.sheets or part.words or part.blocks
-        ]
-        return replace(page, sections=sections)
+        return replace(page, sections=[*self._sections(page)])
 
     def _sections(self, page: Page) -> Iterator[PageSection]:
-        """Yield the sections in the order of the page; hidden ones are only exported."""
-        runs, filmed = self.runs, page.scenes
+        """Yield the sections in the order of the page."""
+        runs, filmed, summary = self.runs, page.scenes, self.summary
         sheets = {name: self._sheet(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
-        words, failed = self._words(), self._failures()
-        yield PageSection("runs", "What was run", words, failed, hidden=True)
-        if self.summary is not None and runs.stages:
-            board = leaderboard(self.summary, runs, self.failed)
-            exported = [sheets["summary"]] if "summary" in sheets else []
-            yield PageSection("summary", "Leaderboard", sheets=exported, blocks=[board], span=7)
-        if shares := share_charts(runs, self.whole):
-            title = "Success and precision"
-            yield PageSection("curves", title, charts=shares, blocks=[shares], span=5)
+        if summary is not None and runs.stages:
+            board = leaderboard(summary, runs, self.failed)
+            yield PageSection("summary", "Leaderboard", blocks=[board], span=7)
+        if self.curves:
+            yield PageSection("curves", "Success and precision", blocks=[self.curves], span=5)
         if hardest := hardest_moments(runs, filmed):
             yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
-        if self.summary is not None and len(self.means):
-            options: dict[str, Any] = {"sheets": [self._heat_map()], "span": half}
-            options |= {"nav": "Sequences", "hidden": not self.means.notna().any(axis=None)}
-            options["blocks"] = [heat_table(self.means, self.summary, runs, filmed)]
-            yield PageSection("heat", "Sequences by trackers", **options)
-        differences: list[PageTable] = []
-        if self.comparison is not None:
+        if summary is not None and self.means.notna().any(axis=None):
+            heat, title = heat_table(self.means, summary, runs, filmed), "Sequences by trackers"
+            yield PageSection("heat", title, blocks=[heat], span=half, nav="Sequences")
+        if self.comparison is not None and self.comparison.pairs:
             limit = next((text for text in self.answer.details if "too few" in text), "")
-            which, differences = comparison_section(self.comparison, runs, limit)
-            yield replace(which, span=half)
-        if self.summary is not None and (speed := speed_charts(self.summary, runs)):
-            options = {"charts": speed, "blocks": speed, "span": 6, "nav": "Speed"}
-            yield PageSection("speed", "Speed and accuracy", **options)
+            pairs, title = pair_matrix(self.comparison, runs, limit), "Who beats whom"
+            yield PageSection("answers", title, blocks=[pairs], span=half, nav="Comparison")
+        if self.speed:
+            yield PageSection("speed", "Speed and accuracy", blocks=self.speed, span=6, nav="Speed")
         if cards := failures(runs, filmed):
             title, block = cards
             caption = (
                 "Lost: the centre is outside the true box for ten visible frames in a row. At most "
                 "six runs are shown, first the worst of each tracker."
             )
-            options = {"caption": caption, "span": 6, "nav": "Failures"}
+            options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Failures"}
             yield PageSection("failures", title, blocks=[block], **options)
-        yield parts_section(self.scored, self.occurring, runs, differences)
-        if survival := survival_charts(self.scored, runs):
-            per_tracker = self.scored.groupby("tracker", observed=True).size()
-            few = bool(per_tracker.min() < _MIN_RUNS_OF_SURVIVAL)
-            options = {"charts": survival, "blocks": survival, "hidden": few}
-            yield PageSection("survival", "Time to failure", **options)
+        if parts := parts_table(self.scored, self.occurring, runs):
+            yield PageSection("parts", "By parameter and attribute", blocks=[parts])
+        n_runs = self.scored.groupby("tracker", observed=True).size()
+        if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
+            yield PageSection("survival", "Time to failure", blocks=self.survival)
         charts = timeline_charts(runs)
         stages = sequence_folds(runs, filmed, charts, self.means, sheets.get("sequences"), page)
-        options = {"blocks": [*stages], "charts": [*charts.values()]}
-        options["caption"] = "Open a sequence for its overlap by frame and all scores."
-        yield PageSection("timelines", "Sequence by sequence", **options)
-        exported = [sheet for name, sheet in sheets.items() if name != "summary"]
+        caption = "Open a sequence for its overlap by frame and all scores."
+        title = "Sequence by sequence"
+        yield PageSection("timelines", title, blocks=[*stages], caption=caption)
         folds = [_fold(sheet) for name, sheet in sheets.items() if name != "sequences"]
-        blocks = [fold for fold in folds if fold]
-        yield PageSection("tables", "All scores", sheets=exported, blocks=blocks, hidden=not blocks)
-        yield self._provenance(words, failed)
+        if blocks := [fold for fold in folds if fold]:
+            yield PageSection("tables", "All scores", blocks=blocks)
+        yield self._provenance()
 
     def _words(self) -> list[str]:
-        """Return sentences on all runs, unfinished runs and protocols."""
+        """Return sentences on unfinished runs, protocols and times."""
         counts = Counter(complete(self.all_runs)["status"].astype(str))
         wrong = [f"{n} {status}" for status, n in counts.items() if status != "finished"]
-        hosts = sorted({str(entry["host"]) for entry in self.runs.circumstances})
-        words = [f"{self._counts()}. Host: {', '.join(hosts)}." if hosts else self._counts()]
-        words += [
+        words = [
             f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score. Means "
             "that need missing runs are missing."
             if wrong
@@ -262,26 +231,23 @@ class _Content:
             )
         if self.timed.empty and len(self.scored):
             words.append("Not measured: times without other load (`trackmark run --timing`).")
-        notes = [note for table in self.tables.values() for note in table.notes]
-        return [*words, *dict.fromkeys(notes)]
+        return words
 
     def _counts(self) -> str:
         """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
-        runs = complete(self.all_runs)
-        status = runs["status"].astype(str)
+        runs = self.all_runs
+        is_stored, is_timed = runs["status"] != "missing", runs["protocol"] == TIMING
         counts = {
             "tracker": runs["tracker"].nunique(),
             "sequence": runs["sequence"].nunique(),
-            "run": int(((status != "missing") & (runs["protocol"] != TIMING)).sum()),
+            "run": (is_stored & ~is_timed).sum(),
+            "timing run": (is_stored & is_timed).sum(),
+            "failed run": (runs["status"] == "failed").sum(),
         }
-        parts = [f"{n} {word}{'s' * (n != 1)}" for word, n in counts.items()]
-        if n_timed := int(((status != "missing") & (runs["protocol"] == TIMING)).sum()):
-            parts[-1] += f" and {n_timed} timing run{'s' * (n_timed != 1)}"
-        if n_failed := int((status == "failed").sum()):
-            parts[-1] += f", {n_failed} failed"
+        parts = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
         days = sorted({entry["date"] for entry in self.runs.circumstances if entry["date"]})
-        parts += [" to ".join(map(_day, dict.fromkeys(days[:1] + days[-1:])))] if days else []
-        return " · ".join(parts)
+        parts.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
+        return " · ".join(filter(None, parts))
 
     def _failures(self) -> list[PageTable]:
         """Return a table of failed runs, if any; each row opens the last frame with a box."""
@@ -304,14 +270,13 @@ class _Content:
             rows[:_MAX_FAILURES],
             notes=[f"{left} more are listed by `trackmark results failures`."] * (left > 0),
         )
-        return [PageTable(table, places=places[:_MAX_FAILURES])]
+        return [PageTable(table, places[:_MAX_FAILURES])]
 
     def _sheet(self, table: Table) -> PageTable:
-        """Return a table of scores that opens worst frames and is sorted by unrounded values."""
+        """Return a table of scores that opens worst frames."""
         data, columns = table.data, len(table.heads) - table.n_labels
         if "measure" not in data or len(data) != len(table.rows) * columns:
             return PageTable(table)
-        values = data["mean"].to_numpy(float).reshape(len(table.rows), columns)
         kinds = [_worst_frame_kind(str(name)) for name in data["measure"][:columns]]
         names = {stage.name for stage in self.runs.stages}
         protocols = [
@@ -323,7 +288,7 @@ class _Content:
             sequence = row["sequence"] if row.get("sequence") in names else None
             tracker = name_on_page(row["tracker"], [*protocols, STORED_ONE_PASS][0])
             places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
-        return PageTable(table, values.tolist(), places)
+        return PageTable(table, places)
 
     @cached_property
     def means(self) -> pd.DataFrame:
@@ -335,33 +300,19 @@ class _Content:
         means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
         return means.reindex(index=data["sequence"].unique(), columns=data["tracker"].unique())
 
-    def _heat_map(self) -> PageTable:
-        """Return the mean overlaps as a table for export."""
-        caption = (
-            f"Mean overlap with the true box by sequence and tracker: n = {len(self.means)} "
-            f"sequences, means over {repetition_text(self.scored)} each."
-        )
-        texts = self.means.map(lambda mean: f"{mean:.3f}" if np.isfinite(mean) else MISSING)
-        rows = texts.reset_index().to_numpy().tolist()
-        grid = text_table("heat", caption, ["sequence", *self.means], rows)
-        grid = replace(grid, data=self.means.reset_index())
-        return PageTable(grid, self.means.to_numpy(float).tolist(), heat=True)
-
-    def _provenance(self, words: Sequence[str], failed: Sequence[PageTable]) -> PageSection:
+    def _provenance(self) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""
-        runs = self.all_runs.rename(columns={"version": "run", "tracker_version": "version"})
+        runs, failed = self.all_runs, self._failures()
         runs = runs.assign(
-            version=runs["version"].str[:16], fingerprint=runs["fingerprint"].str[:16]
+            version=runs["tracker_version"].str[:16], fingerprint=runs["fingerprint"].str[:16]
         )
         trackers = runs.dropna(subset="version").drop_duplicates(["tracker", "version"])
         parameters = trackers["parameters"].astype(str).map(_format_parameters)
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
-        hosts = pd.DataFrame([*self.runs.circumstances]).rename(columns={"python": "Python"})
-        if len(hosts):
-            libraries = [
-                ", ".join(" ".join(entry) for entry in h.items()) for h in hosts["libraries"]
-            ]
-            hosts["libraries"] = libraries
+        hosts = [
+            {**entry, "libraries": ", ".join(map(" ".join, entry["libraries"].items()))}
+            for entry in self.runs.circumstances
+        ]
         sheets = [
             _listed(
                 "trackers",
@@ -376,22 +327,19 @@ class _Content:
             _listed(
                 "circumstances",
                 "Where and when runs were made.",
-                hosts.reindex(columns=["host", "date", "platform", "Python", "libraries"]),
+                pd.DataFrame(hosts, columns=["host", "date", "platform", "python", "libraries"]),
             ),
         ]
-        commands = [
-            self.commands.text("report", "--folder", "report"),
-            self.commands.text("compare"),
-        ]
+        commands = [self.commands.text("report", "--folder", "report")]
+        commands.append(self.commands.text("compare"))
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
-        result = "commands, versions, parameters, fingerprints"
+        result, tables = "commands, versions, parameters, fingerprints", [*failed, *sheets]
         folds = [
-            Fold("provenance", "Provenance", result, words, [*failed, *sheets], commands),
+            Fold("provenance", "Provenance", result, self._words(), tables, commands),
             Fold("glossary", "Glossary", "terms of this page", terms=GLOSSARY),
         ]
-        title = "About this report"
-        return PageSection("provenance", title, sheets=sheets, blocks=folds, nav="Provenance")
+        return PageSection("provenance", "About this report", blocks=folds, nav="Provenance")
 
 
 def _fold(sheet: PageTable) -> Fold | None:
@@ -410,12 +358,6 @@ def _listed(name: str, caption: str, data: pd.DataFrame) -> PageTable:
     return PageTable(text_table(name, caption, [*map(str, data)], rows))
 
 
-def _day(iso: str) -> str:
-    """Return a date in words: `24 November 2026`."""
-    day = date.fromisoformat(iso)
-    return f"{day.day} {day:%B %Y}"
-
-
 def _worst_frame_kind(measure: str) -> str:
     """Return the criterion of the worst frame for a measure; see `PageRuns.place`."""
     if measure == "first_loss":
@@ -425,5 +367,4 @@ def _worst_frame_kind(measure: str) -> str:
 
 def _format_parameters(parameters: str) -> str:
     """Convert parameters from JSON to the text of a specification."""
-    items: dict[str, Any] = json.loads(parameters)
-    return ", ".join(format_text("", {key: items[key]})[1:] for key in items) or MISSING
+    return format_text("", json.loads(parameters))[1:] or MISSING

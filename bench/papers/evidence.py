@@ -8,6 +8,7 @@ import pandas as pd
 from trackmark.bench.claims.claim_tests import Evidence
 from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, judge_row
+from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.papers.measures import Measure, find_measure
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
@@ -16,12 +17,14 @@ from trackmark.bench.papers.scene_values import scene_values
 BOUNDED = ("share", "overlap")  # units of measures with values in [0, 1]
 
 
-def verdict_rows(context: Context) -> list[VerdictRow]:
-    """Judge all claims in both settings."""
-    return [
-        judge_row(claim, {setting: evidence(claim, setting, context) for setting in SETTINGS})
-        for claim in context.claims.values()
-    ]
+def verdict_rows(context: Context, watch: Watch = lambda *_: None) -> list[VerdictRow]:
+    """Judge all claims in both settings; `watch` gets the number of judged claims and of all."""
+    rows = list[VerdictRow]()
+    for claim in context.claims.values():
+        watch(len(rows), len(context.claims))
+        of_claim = {setting: evidence(claim, setting, context) for setting in SETTINGS}
+        rows.append(judge_row(claim, of_claim))
+    return rows
 
 
 def evidence(claim: Claim, setting: str, context: Context) -> Evidence:

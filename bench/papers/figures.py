@@ -36,7 +36,6 @@ Drawn = Figure | Image
 Series = NDArray[np.float64]
 
 TILE_WIDTH = 320  # maximum width of a frame in a strip [px]
-ROW_HEIGHT = 1.9  # height of a panel [inches]
 QUANTITIES = {"error": "centre error [px]"}
 
 
@@ -196,7 +195,7 @@ def _series(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
         return "", None
     trackers = list(entry.trackers)
     title = f"{entry.sequence}: {quantity}"
-    plot = series_plot(panels, title, quantity, trackers, "scenes", start, ROW_HEIGHT)
+    plot = series_plot(panels, title, quantity, trackers, start)
     words = f"Curves of the {quantity} of {'; '.join(trackers)}: median and quartiles over "
     return f"{words}{len(scenes)} scenes of {entry.sequence}, one panel per setting.", plot
 

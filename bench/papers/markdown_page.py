@@ -33,6 +33,7 @@ def page(report: Report, folder: Path) -> str:
     parts = [f"# {entry.title}", f"{entry.citation}", f"**Method.** {entry.method}"]
     if report.verdicts:
         parts.append(f"**Result.** {entry.finding} {notes.get('Result', '')}".rstrip())
+    parts.append(VIDEOS)
     sections = {
         "The paper's numbers and ours": [*map(markdown, report.main)],
         "Figures": [_figures(report, folder)],

@@ -13,6 +13,7 @@ from trackmark.bench.claims.row_verdicts import (
     verdict_table,
 )
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError
+from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.papers import FOLDER, Effort, check_paper_name
 from trackmark.bench.papers.description import Description, read_description, read_sensitivity
 from trackmark.bench.papers.evidence import verdict_rows
@@ -94,8 +95,12 @@ class Reproduction:
         folder: Path,
         effort: Effort,
         requested: Mapping[str, Collection[RunKey]],
+        watch: Watch = lambda *_: None,
     ) -> Report:
-        """Judge the requested runs in `results` and write figures into `folder`."""
+        """Judge the requested runs in `results` and write figures into `folder`.
+
+        `watch`: called with the number of judged claims, and of all claims.
+        """
         runs = StoredRuns(results, requested, self.description)
         context = Context(self.description, self.claims, runs, folder, effort)
         timing = None if effort.quick else paper_module(self.name, "timing")
@@ -108,7 +113,7 @@ class Reproduction:
             context,
             main=[main_table(context), *times],
             figures=draw_figures(context),
-            verdicts=[] if effort.quick else verdict_rows(context),
+            verdicts=[] if effort.quick else verdict_rows(context, watch),
             criteria=criteria_table(self.name),
             settings=setting_table(self.description),
             sensitivity=sensitivity,

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from loky import ProcessPoolExecutor
+from loky import get_reusable_executor
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from trackmark import datasets, trackers
 from trackmark.bench.store.files import write_atomically
@@ -41,10 +40,9 @@ def scene_values(
     file = folder / "scenes" / f"{key}.json"
     if file.is_file():
         return np.array(json.loads(file.read_bytes()))
-    with ProcessPoolExecutor(max_workers=min(jobs, len(scenes))) as pool:
-        results = pool.map(function, scenes, *([name] * len(scenes) for name in settings))
-        title = f"{function.__name__}, {setting}" if settings else function.__name__
-        values = [*tqdm(results, title, len(scenes), unit="scene", disable=None, delay=1.0)]
+    # Its processes also compute the next function: starting them takes seconds.
+    pool = get_reusable_executor(max_workers=jobs)
+    values = [*pool.map(function, scenes, *([name] * len(scenes) for name in settings))]
     file.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(file, json.dumps(values).encode())
     return np.array(values)

@@ -10,7 +10,7 @@ from trackmark.bench.execution.plan import Plan, State
 from trackmark.bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
 from trackmark.bench.store.data_frames import to_data_frame
 from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.reports.renderers import on_terminal
+from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import Cell, Table, summary_table
 
 Rows: TypeAlias = Sequence[Mapping[str, Any]]
@@ -29,7 +29,7 @@ class ReplacedRuns:
     def before(self, caption: str) -> str:
         """Return the means of the old scores as text."""
         stages = {"before": _select(self._rows, self._stale)}
-        return on_terminal(_table(stages, caption))
+        return "\n".join(terminal_lines(_table(stages, caption)))
 
     def compared(self, now: Plan, rows: Rows) -> str:
         """Return the means of old and new scores of replaced runs as text; empty if there are none.
@@ -43,7 +43,7 @@ class ReplacedRuns:
         runs = "1 run" if len(replaced) == 1 else f"{len(replaced)} runs"
         table = _table(stages, f"Scores before and after the replacement of {runs}:")
         # `before` printed the notes on the old runs; the table of the new runs has its own notes.
-        return on_terminal(replace(table, notes=[]))
+        return "\n".join(terminal_lines(replace(table, notes=[])))
 
 
 def _select(rows: Rows, cells: Collection[RunKey]) -> Rows:

@@ -10,7 +10,7 @@ from functools import partial
 from itertools import pairwise
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -29,6 +29,9 @@ from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import attributes
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Progress = Callable[[int, int], object]
 """Callback with the number of measured frames and the number of all frames."""
@@ -310,19 +313,14 @@ def _ends(curve: Curve, measure: ScoreMeasure) -> tuple[str, str]:
     return f"{low} (≤ {first.last:.2g})", f"{high} (≥ {last.first:.2g})"
 
 
-def write_plot(
-    path: Path, curves: Sequence[Curve], measure: ScoreMeasure, title: str
-) -> list[Path]:
-    """Draw curves into a file, one panel per attribute; return the files, none without curves."""
-    from trackmark.reports.figures import write_for_papers
-    from trackmark.reports.plots import AttributeScores, attribute_plot
+def plot_attributes(curves: Sequence[Curve], measure: ScoreMeasure, title: str) -> "Figure":
+    """Draw curves, one panel per attribute."""
+    from trackmark.reports.plots import AttributeScores, attribute_plot  # imports Matplotlib
 
-    if not curves:
-        return []
     panels: dict[str, list[AttributeScores]] = {}
     for curve in curves:
         points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
         bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
         drawn = AttributeScores(curve.label, curve.places, curve.scores * measure.scale, bins)
         panels.setdefault(attributes.find(curve.attribute).head, []).append(drawn)
-    return write_for_papers(path, attribute_plot(panels, measure.head, title))
+    return attribute_plot(panels, measure.head, title)

@@ -38,7 +38,7 @@ from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
-from trackmark.reports.renderers import on_terminal
+from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import (
     MISSING,
     ScoreMeasure,
@@ -231,10 +231,10 @@ def summary_text(
     `whole`: with the rows of every sequence, also if there are rows of means.
     """
     option = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
-    more = f" (`trackmark report {folder}{option} --wide`)"
+    more = f"`trackmark report {folder}{option} --wide`"
     report = preset_report(folder, metrics, cells)
     tables = report.tables if whole else map(_means_only, report.tables)
-    return "\n".join(on_terminal(table, more) for table in tables)
+    return "\n\n".join("\n".join(terminal_lines(table, more)) for table in tables)
 
 
 def _means_only(table: Table) -> Table:

@@ -43,9 +43,7 @@ class PageTable:
     """Table with links from its cells to the player or to other pages."""
 
     table: Table
-    values: Sequence[Sequence[float]] = ()  # numbers of the columns after the labels
-    places: Sequence[Sequence[PlayerPosition | None]] = ()  # links of the same columns
-    heat: bool = False  # True to write its values in [0, 1] also as a heat map
+    places: Sequence[Sequence[PlayerPosition | None]] = ()  # links of the columns after the labels
 
     def place(self, row: int, column: int) -> PlayerPosition | None:
         """Return the position that a cell opens, if any."""
@@ -84,7 +82,6 @@ class Chart:
     figure: str = ""  # name of its file without suffix
     value_name: str = ""  # meaning of the numbers after the labels of lines
     caption: str = ""  # short text above the chart on a page, instead of `words`
-    aria: str = ""  # description with the main values for screen readers, instead of `words`
     percent: bool = False  # True if a page prints the ordinate in %
     named: bool = True  # True if lines have their names next to them on a page
     reference: float | None = None  # abscissa of a dashed vertical line
@@ -95,23 +92,19 @@ class Chart:
 class PageSection:
     """Section of a page.
 
-    `blocks`: cards (see `reports.page.cards`), charts and tables that the page shows. `words`,
-    `sheets` and `charts`: content of its export for papers. `scenes`: True to list the sequences
-    after the words. `span`: width in twelfths of the page. `nav`: name in the navigation. `hidden`:
-    True if the section is only exported.
+    `blocks`: cards (see `reports.page.cards`), charts and tables. `scenes`: True to list the
+    sequences after the `words`. `span`: width in twelfths of the page. `nav`: name in the
+    navigation.
     """
 
     key: str
     title: str
     words: Sequence[str] = ()
-    sheets: Sequence[PageTable] = ()
-    charts: Sequence[Chart] = ()
     scenes: bool = False
     blocks: Sequence[object] = ()
     caption: str = ""
     span: int = 12
     nav: str = ""
-    hidden: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,10 +163,9 @@ class Page:
     details: Sequence[str] = ()  # sentences below the heading
 
     @property
-    def linked_sections(self) -> list[PageSection]:
+    def linked_sections(self) -> Sequence[PageSection]:
         """Sections in the navigation: those with a short name, or all if no section has one."""
-        visible = [section for section in self.sections if not section.hidden]
-        return [section for section in visible if section.nav] or visible
+        return [section for section in self.sections if section.nav] or self.sections
 
     def opening(self, scene: PlayerScene, frame: int | None = None, **options: str) -> str:
         """Return the address of a sequence, by default at its first frame with ground truth."""

@@ -76,7 +76,7 @@ def chart_svg(chart: Chart, height: int = 300, width: int = 440) -> Markup:
         labelled = lines[:TOP] if crowded else lines
         parts += _labels(labelled, x, y) if chart.named else []
     scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
-    role, words = "group" if chart.kind == "dots" else "img", one_line(chart.aria or chart.words)
+    role, words = "group" if chart.kind == "dots" else "img", one_line(chart.words)
     svg = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">{}</svg>')
     return svg.format(width, height, role, words, scales, Markup("").join(parts))
 

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from tests import browser
 from trackmark import bench, datasets
@@ -249,6 +250,12 @@ def one_line():
         return line
 
     return line_of
+
+
+@pytest.fixture
+def blank_figures(monkeypatch):
+    """Write files without content instead of figures: drawing takes most of a report's time."""
+    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: Path(file).touch())
 
 
 @pytest.fixture

@@ -222,7 +222,7 @@ def test_repetitions_in_another_process_share_it_and_end_it(line, tmp_path):
     assert "libraries" in results["far", "line"].identity.tracker_version
 
 
-def test_edited_class_is_not_saved_and_edited_file_is_imported_again(line, tmp_path, monkeypatch):
+def test_edited_class_is_not_saved_and_edited_file_is_reloaded(line, tmp_path, monkeypatch):
     file = tmp_path / "edited.py"
     file.write_text(PLAIN)
     os.utime(file, (1, 1))

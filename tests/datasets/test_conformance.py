@@ -34,7 +34,7 @@ PARAMETERS = {
 }
 VERSIONS = [version for suite in suites() for version in read_versions(suite.golden).values()]
 GOLDEN = {text: golden for version in VERSIONS for text, golden in version.golden.items()}
-EVERYDAY = ("plain/target", "wang2010/hand", "nguyen2002/lights", "stress/twin")
+EVERYDAY = ("plain/target", "wang2010/hand", "stress/twin")
 """Cheap scenes that are tested every day, even if their source is unchanged."""
 
 

@@ -70,7 +70,7 @@ def test_page_can_contain_texts_only(tmp_path):
 def test_gaps_and_infinities_are_left_out(tmp_path):
     chart = Chart("c", "x", "y", [Line("l", 0, [0, 1], [np.nan, np.inf])], "words")
     table = Table("t", "", ["", "n"], 1, [[Cell("a"), Cell("—")]])
-    sheet = PageTable(table, [[float("nan")]], [[None]])
+    sheet = PageTable(table, [[None]])
     (path,) = write_page(
         tmp_path / "a.html", Page("T", [PageSection("a", "A", blocks=[sheet, chart])])
     )

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from trackmark.reports.files import write_file
 from trackmark.reports.overlay import (
     TRUTH,
-    draw_ruler,
     evenly_spaced,
     film_strip,
     legend,
@@ -234,22 +233,6 @@ def test_film_strip_draws_ellipses_shades_and_words():
     assert plain[10 * 4 + 4, 20 * 4 + 4].tolist() == [128] * 3
     assert np.argwhere((plain != strip).any(axis=2))[:, 1].min() > 8  # beyond the number
     assert np.array_equal(plain, counted)
-
-
-@pytest.mark.parametrize(("scale", "step"), [(1.0, 100), (2.5, 50), (8.0, 10), (0.1, 1000)])
-def test_ruler_marks_pixels(scale, step):
-    image = np.full((500, 700, 3), 128, np.uint8)
-    draw_ruler(image, scale)
-    places = [round(i * step * scale / 5) for i in range(1000)]
-    # Beside the corner, where both edges' marks meet, and above and left of the numbers.
-    across = np.flatnonzero((image[3] == 255).all(axis=-1))
-    down = np.flatnonzero((image[:, 3] == 255).all(axis=-1))
-    assert [offset for offset in across if offset > 10] == [
-        offset for offset in places if 10 < offset < 700
-    ]
-    assert [offset for offset in down if offset > 10] == [
-        offset for offset in places if 10 < offset < 500
-    ]
 
 
 def test_write_words_accepts_surrogates():

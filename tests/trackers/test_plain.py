@@ -7,7 +7,8 @@ import pytest
 
 from trackmark import trackers
 from trackmark.trackers import Estimate, Randomness, TrackerError
-from trackmark.trackers.base.plain import mask_argument, to_estimate, to_plugin
+from trackmark.trackers.base.plain import to_estimate, to_plugin
+from trackmark.trackers.base.plain_class import adapt_init
 
 BOX = [1.0, 2.0, 3.0, 4.0]
 IMAGE = np.zeros((9, 9, 3), np.uint8)
@@ -69,14 +70,19 @@ def test_dict_with_an_unknown_key_is_an_error():
         to_estimate({"box": BOX, "score": 1.0})
 
 
-def test_mask_is_passed_if_the_signature_has_it():
-    ways = {
-        "": [lambda image, box: 0, lambda image, box, scale=1: 0, lambda *images: 0],
-        "keyword": [lambda image, box, mask: 0, lambda image, box, *, mask=None: 0],
-        "position": [lambda image, box, region: 0],
-    }
-    for way, functions in ways.items():
-        assert {mask_argument(function, "x") for function in functions} == {way}
+@pytest.mark.parametrize(
+    ("init", "arguments"),
+    [
+        (lambda image, box: (image, box), (1, 2)),
+        (lambda image, box, scale=1: (image, box, scale), (1, 2, 1)),
+        (lambda *images: images, (1, 2)),
+        (lambda image, box, mask: (image, box, mask), (1, 2, 3)),
+        (lambda image, box, *, mask=None: (image, box, mask), (1, 2, 3)),
+        (lambda image, box, region: (image, box, region), (1, 2, 3)),
+    ],
+)
+def test_mask_is_passed_if_the_signature_has_it(init, arguments):
+    assert adapt_init(init)(1, 2, 3) == arguments
 
 
 def test_random_arguments_are_equal_for_equal_seeds():

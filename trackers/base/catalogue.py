@@ -14,7 +14,7 @@ from functools import cache
 from importlib import metadata
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import CodeType
 from typing import Annotated, Any, Literal, Protocol, get_args, get_origin
 
 import numpy as np
@@ -27,7 +27,8 @@ from trackmark.trackers.base.parameters import (
     closest_match,
     unknown_name_error,
 )
-from trackmark.trackers.base.plain import missing_methods, to_plugin
+from trackmark.trackers.base.plain import to_plugin
+from trackmark.trackers.base.plain_class import only_tracker
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -372,7 +373,10 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         raise TrackerError(
             f"{file}: the file cannot be imported: {_error_text(error, path)}{hint}"
         ) from error
-    class_name = class_name or _only_tracker(module, file)
+    try:
+        class_name = class_name or only_tracker(module)
+    except ValueError as error:
+        raise TrackerError(f"{file}: {error}") from None
     if not hasattr(module, class_name):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
         raise unknown_name_error(f"class in {file}", class_name, classes)
@@ -390,35 +394,6 @@ def _error_text(error: BaseException, file: str) -> str:
     # format_exception_only also handles exceptions whose `__str__` fails.
     message = traceback.format_exception_only(type(error), error)[-1]
     return " ".join(message.split())[:300] + where
-
-
-def _only_tracker(module: ModuleType, file: Path) -> str:
-    """Return the name of the only tracker class in a file; raise TrackerError if ambiguous.
-
-    Plain trackers count only if the file defines no `TrackerPlugin`.
-    """
-    defined = {
-        key: value
-        for key, value in vars(module).items()
-        if isinstance(value, type) and value.__module__ == module.__name__
-    }
-    trackers = {key: value for key, value in defined.items() if issubclass(value, TrackerPlugin)}
-    trackers = trackers or {
-        key: value for key, value in defined.items() if not missing_methods(value)
-    }
-    classes = [key for key in trackers if not inspect.isabstract(trackers[key])] or list(trackers)
-    exported = [key for key in classes if key in getattr(module, "__all__", classes)]
-    if len(exported) == 1:
-        return exported[0]
-    if not classes:
-        raise TrackerError(
-            f"{file}: the file defines no tracker. Expected: a class with the methods "
-            "init(image, box) and update(image)."
-        )
-    raise TrackerError(
-        f"{file}: the file defines several trackers: {', '.join(classes)}. Select one, for "
-        f"example {file}:{classes[0]}."
-    )
 
 
 def validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:

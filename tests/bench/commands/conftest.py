@@ -1,13 +1,11 @@
-"""Helpers for the tests of commands: parsers of printed output, and figures that stay blank."""
+"""Helpers for the tests of commands: parsers of printed output."""
 
 import json
 import re
 from functools import cache
 from importlib import metadata
-from pathlib import Path
 
 import pytest
-from matplotlib.figure import Figure
 
 SMALL = ("--sequences", "data/Small")
 TINY = "plain/target:length=12:width=64:height=64"
@@ -39,9 +37,3 @@ def cached_entry_points():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(metadata, "entry_points", cache(metadata.entry_points))
         yield
-
-
-@pytest.fixture
-def blank_figures(monkeypatch):
-    """Write files without content instead of figures: drawing takes most of a report's time."""
-    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: Path(file).touch())

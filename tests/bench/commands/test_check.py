@@ -157,6 +157,7 @@ def test_undeclared_randomness_is_refused(trackmark, workspace, edit):
     assert not (workspace / "baselines").exists()
 
 
+@pytest.mark.slow
 def test_hash_order_is_refused_as_undeclared_randomness(
     trackmark_process, workspace, edit, monkeypatch
 ):

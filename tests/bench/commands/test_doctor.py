@@ -52,6 +52,7 @@ def test_doctor_reports_that_no_kernel_can_be_stored(copied_doctor, tmp_path):
     assert about["caches"]["compiled kernels"].startswith("not available (")
 
 
+@pytest.mark.slow
 def test_doctor_counts_kernels_in_the_cache_folder_of_numba(
     trackmark_process, tmp_path, monkeypatch
 ):

@@ -15,7 +15,6 @@ from trackmark import bench, trackers
 from trackmark.bench.commands import describe
 from trackmark.bench.commands.results import command as results_command
 
-SCRIPT = Path(sys.executable).parent / "trackmark"
 COMMANDS = sorted(file.stem for file in (Path(bench.__file__).parent / "commands").glob("[!_]*.py"))
 
 
@@ -36,24 +35,25 @@ def test_every_command_is_listed_and_has_complete_help(trackmark):
             assert f"{command} {summary.strip()}" in unwrapped(overview)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "heavy"),
-    [
-        (["--help"], {"numpy", "cv2", "numba", "pandas", "pyarrow", "matplotlib"}),
-        (["compare", "--help"], {"cv2", "numba", "pandas", "pyarrow", "matplotlib"}),
-        (["list"], {"numba", "pandas", "pyarrow", "matplotlib", "av", "scipy"}),
-        (["describe", "multipart/1"], {"numba", "pandas", "pyarrow", "matplotlib", "av"}),
-    ],
-)
-def test_command_imports_only_what_it_needs(arguments, heavy):
+HEAVY = {"numba", "pandas", "pyarrow", "matplotlib", "av", "scipy"}
+IMPORTS = [  # each command runs in the process of those before it
+    (["--help"], {*HEAVY, "numpy", "cv2"}),
+    (["compare", "--help"], {*HEAVY, "cv2"}),
+    (["list"], HEAVY),
+    (["describe", "multipart/1"], HEAVY - {"scipy"}),
+]
+
+
+def test_command_imports_only_what_it_needs():
     code = (
         "import sys\nfrom trackmark.bench import cli\n"
-        f"try: cli.main({arguments!r})\n"
-        "except SystemExit as ended: assert not ended.code\n"
-        f"print(sorted({heavy!r} & set(sys.modules)))"
+        f"for arguments, heavy in {IMPORTS!r}:\n"
+        "    try: cli.main(arguments)\n"
+        "    except SystemExit as ended: assert not ended.code\n"
+        "    assert not heavy & set(sys.modules), (arguments, heavy & set(sys.modules))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 # Parts of the output of commands.
@@ -112,16 +112,10 @@ def test_lists_and_descriptions_have_their_data(trackmark):
 def test_doctor_finds_no_problem_and_lists_versions(trackmark):
     data = json.loads(trackmark("doctor", "--json").stdout)
     assert data["problems"] == []
+    assert re.match(r"\d+ in /", data["caches"]["compiled kernels"])
     assert data["trackers"]["static"] == "ready"
     names = {"opencv-python-headless", "opencv-contrib-python-headless"}
     assert names & data["versions"].keys()
-
-
-def test_closed_pipe_is_no_error():
-    done = subprocess.run(
-        f"{SCRIPT} list | head -1", shell=True, capture_output=True, text=True, check=True
-    )
-    assert done.stderr == ""
 
 
 @pytest.mark.slow
@@ -136,7 +130,7 @@ def test_demo_runs_and_draws_its_pictures(trackmark_process, workspace):
     assert len(text.splitlines()) <= 20
     assert "camshift:window=adaptive" in (folder / "report.html").read_text()
     pictures = [cv2.imread(str(path)) for path in folder.glob("*.png")]
-    assert len(pictures) in (17, 18)  # speed is drawn if load disturbed no timing run
+    assert len(pictures) in (9, 10)  # speed is drawn if load disturbed no timing run
     assert all(picture is not None for picture in pictures)
     assert (folder / "times.csv").is_file()
 

@@ -1,7 +1,6 @@
 """`trackmark results`, `report` and `show`: stored runs listed, merged, tabled and drawn."""
 
 import shutil
-from collections import Counter
 
 import av
 import cv2
@@ -9,7 +8,6 @@ import pytest
 
 from tests.bench.commands.conftest import SMALL, json_lines
 from trackmark import bench
-from trackmark.bench.store import results, run_rows
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -76,14 +74,13 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
     done = trackmark("report", "results/mine", "--folder", "report", "--format", "svg")
     page, others = done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
-    pictures = "6 pictures (.svg), 6 pictures (.pdf), 1 picture (.png), report.md, report.tex."
-    assert others == f"In its folder: 7 tables as .txt, .md, .csv and .tex, {pictures}"
+    tables = ", ".join(f"1 {suffix}" for suffix in (".txt", ".md", ".csv", ".tex"))
+    assert others == f"In its folder: {tables}, 4 .svg, 1 .png."
     suffixes = {file.suffix for file in (workspace / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
     assert {file.stem for file in (workspace / "report").glob("*.png")} == {"strip-Small"}
     figures = {file.stem for file in (workspace / "report").glob("*.svg")}
-    assert {"success", "precision", "frames-Small", "survival", "heat"} <= figures
-    assert "](success.svg)" in (workspace / "report" / "report.md").read_text()
+    assert figures == {"success", "precision", "survival", "speed-accuracy"}
     assert "camshift" in done.stdout
     markdown = trackmark("report", "results/mine", "--format", "markdown").stdout
     assert markdown.count("|") > 10
@@ -92,7 +89,7 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
 def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, workspace):
     trackmark(*STATIC, "data/Small")
     page = workspace / "results" / "mine" / "report.html"
-    for options in (["--json"], ["--format", "csv"], ["--no-pictures"]):
+    for options in (["--json"], ["--no-pictures"]):
         trackmark("report", "results", *options)
         assert not page.exists()
     done = trackmark("report", "results", "--frames")
@@ -130,11 +127,10 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, works
     trackmark(*STATIC, "data/Small,data/a|b,data/a-b")
     trackmark("report", "results/mine", "--folder", "first")
     assert len(list((workspace / "first").glob("strip-a-b-*.png"))) == 2
-    assert len(list((workspace / "first").glob("frames-a-b-*.png"))) == 2
     assert (workspace / "first" / "strip-Small.png").is_file()
     truth = workspace / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
-    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_for_papers", lambda *_: [])
+    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_figure", lambda file, _: file)
     errors = trackmark("report", "results/mine", "--folder", "second").stderr
     assert "Small: no film strip" in errors
     assert not (workspace / "second" / "strip-Small.png").exists()
@@ -153,7 +149,7 @@ def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, break_t
     assert "1 of 1 run FAILED:" in done.stdout
     assert line in done.stderr
     trackmark(*knob, "--timing", "--name", "timed", status=1)
-    report = ("report", "results/timed", "--folder", "report")
+    report = ("report", "results/timed", "--no-pictures")
     assert "1 of 1 failed" in trackmark(*report, status=1).stdout
 
 
@@ -186,36 +182,16 @@ def test_show_never_overwrites_its_sequence(trackmark, workspace):
     assert (workspace / "mine.mp4").read_bytes() == content
 
 
-@pytest.mark.parametrize("command", [("report", "--by-attribute"), ("compare", "--results")])
-def test_command_reads_each_run_once(trackmark, workspace, monkeypatch, command):
-    stored = workspace / "results" / "stored"
-    where = (*SMALL, "--seeds", 2, "--name", "stored")
-    trackmark("run", "--trackers", "static,camshift,knob.py:Knob", *where)
-    monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
-    reads, decode = Counter(), results._read_run
-    monkeypatch.setattr(
-        results, "_read_run", lambda *row: reads.update([row[1]["id"]]) or decode(*row)
-    )
-    trackmark(*command, stored, "--metrics", "native,otb", "--folder", "out")
-    assert sorted(reads.values()) == [1] * 4
-    data = *command, stored, "--metrics", "native,otb,lasot", "--json"
-    first = trackmark(*data).stdout
-    monkeypatch.setattr(results.RunCache, "free", 0)
-    reads.clear()
-    assert trackmark(*data).stdout == first
-    assert min(reads.values()) > 1
-
-
 def test_report_by_attribute_measures_each_sequence_once(trackmark, workspace, otb):
     for speed in range(12):
         folder = otb(workspace / "twelve" / f"s{speed}", 4)
         boxes = [f"{5 + speed * frame},6,10,12\n" for frame in range(4)]
         (folder / "groundtruth_rect.txt").write_text("".join(boxes))
     trackmark("run", "--trackers", "static,camshift", "--sequences", "twelve", "--name", "twelve")
-    report = ("report", "results/twelve", "--by-attribute", "--metrics", "native,otb")
+    report = ("report", "results/twelve", "--by-attribute", "--metrics", "otb")
     first = trackmark(*report, "--folder", "paper").stdout
-    assert first.count("against attributes of the sequences") == 2
-    assert (workspace / "paper" / "attributes.png").is_file()
+    assert first.count("against attributes of the sequences") == 1
+    assert (workspace / "paper" / "attributes-otb.png").is_file()
     assert (workspace / "paper" / "attributes-otb.md").is_file()
     cache = workspace / "cache" / "attributes"
     times = sorted(file.stat().st_mtime_ns for file in cache.iterdir())

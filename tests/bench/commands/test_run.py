@@ -4,10 +4,8 @@ import re
 import shlex
 import shutil
 import zlib
-from pathlib import Path
 
 import cv2
-import numpy as np
 import pytest
 
 from tests.bench.commands.conftest import SMALL, json_lines, masked, unwrapped
@@ -149,7 +147,7 @@ def test_failed_runs_are_listed_by_the_printed_command(
     ]
     assert done.stdout.count("failed") == 3  # in the answer, in the table and at the end
     assert "last words" not in done.stdout + done.stderr
-    verbose = trackmark_process(*KNOB, "--name", name, "--verbose", status=1).stdout
+    verbose = trackmark(*KNOB, "--name", name, "--verbose", status=1).stdout
     assert "Output of knob.py:Knob on Small:\n  | last words\n" in verbose
     command = shlex.split(re.search("Log     trackmark (.*)", done.stdout)[1])
     assert command == ["results", "failures", f"results/{name}"]
@@ -332,31 +330,3 @@ def test_limits_apply_and_their_defaults_are_documented(trackmark, break_tracker
     assert "the run took longer than its limit of 0.25 s" in done.stdout
     sizes = {"500MB": 500e6, "4GiB": 2**32, "1.5 g": 1.5e9, "1000": 1000}
     assert {text: memory_size(text) for text in sizes} == sizes
-
-
-SHARED = Path(__file__).parents[3].parent / "shared" / "sequences"
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not SHARED.is_dir(), reason="needs recorded sequences next to the checkout")
-def test_recorded_sequences_and_a_video_run(trackmark_process, workspace):
-    names = ",".join(str(SHARED / "otb" / name) for name in ("Crossing", "Couple"))
-    trackers = "static,camshift,opencv-mil"
-    trackmark_process("run", "--trackers", trackers, "--sequences", names, "--seeds", 5)
-    table = bench.load_runs(workspace / "results")
-    assert len(table) == 2 * (1 + 1 + 5)
-    frames = table[table["tracker"] == "static"].set_index("sequence")["evaluated_frames"]
-    assert frames.to_dict() == {"Crossing": 119, "Couple": 139}
-    polygons = np.loadtxt(SHARED / "vot" / "bag" / "groundtruth.txt", delimiter=",")
-    low, high = (end(polygons.reshape(-1, 4, 2), axis=1) for end in (np.min, np.max))
-    lines = ["frame,x,y,width,height"]
-    lines += [
-        ",".join(map(str, [i, *(a - 1), *(b - a)]))
-        for i, (a, b) in enumerate(zip(low, high, strict=True))
-    ]
-    (workspace / "bag.csv").write_text("\n".join(lines) + "\n")
-    video = SHARED / "video" / "bag.avi"
-    arguments = ("--sequences", video, "--truth", "bag.csv", "--name", "bag")
-    trackmark_process("run", "--trackers", "static,camshift", *arguments)
-    table = bench.load_runs(workspace / "results" / "bag")
-    assert (table["evaluated_frames"] == 195).all()

@@ -115,7 +115,6 @@ def test_hostile_trackers_of_one_unit_cost_their_own_runs(
     lock_step, clock_of_hangs, undisturbed, capfd
 ):
     (runs,) = run_units([lock_step(*hostile.EVERYDAY)])
-    assert runs["PrintsAndRaises"].output.endswith("word 19999\n")
     assert runs["PrintsAndEnds"].output == "famous last \\udcff words\n"
     assert set(runs["Prints"].output.split()[1:]) == {"loud"}  # the first word may be cut
     assert np.isfinite(runs["Segfaults"].boxes[:, 0]).tolist() == [True] * 3 + [False] * 9

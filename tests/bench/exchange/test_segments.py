@@ -69,7 +69,6 @@ def scores(run, sequence):
     [
         ("vot", "anchors"),
         ("vot", "anchors:spacing=20"),
-        ("otb-json", "tre"),
         ("otb-json", "tre:starts=4"),
         ("otb-json", "sre"),
     ],

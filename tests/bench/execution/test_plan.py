@@ -16,6 +16,8 @@ from trackmark.bench.experiments.experiment import Experiment, ExperimentError, 
 from trackmark.bench.store.results import Results
 from trackmark.datasets import SequenceError
 
+TINY = "plain/target:length=12:width=64:height=64"
+
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
 
@@ -262,7 +264,7 @@ def test_manifest_has_versions_of_the_stored_runs(finished):
 
 
 def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
-    sources = [SequenceSource(f"plain/target:scene={scene}") for scene in range(40)]
+    sources = [SequenceSource(f"{TINY}:scene={scene}") for scene in range(12)]
     large = Experiment("large", ("static",), tuple(sources[:4]))
     results, progress = Results(workspace / "results" / "large"), []
     alone = make_plan(large, results)

@@ -161,9 +161,7 @@ def test_tracker_from_the_child_equals_an_imported_one(calm):
     assert describe_tracker(str(file)) == trackers.describe(str(file))
 
 
-def test_command_survives_files_that_exit_or_print(
-    trackmark_process, trackmark, workspace, one_line
-):
+def test_command_survives_file_that_exits(trackmark, workspace, one_line):
     (workspace / "exits.py").write_text("import sys; sys.exit(0)")
     options = ("--sequences", "data/Small", "--json")
     done = trackmark("run", "--trackers", "exits.py", *options, status=2)
@@ -171,6 +169,3 @@ def test_command_survives_files_that_exit_or_print(
     assert (
         one_line(done) == "trackmark: exits.py: the file cannot be imported: SystemExit: 0 (line 1)"
     )
-    (workspace / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
-    done = trackmark_process("run", "--trackers", "prints.py:as=mine", *options)
-    assert [json.loads(line)["tracker"] for line in done.stdout.splitlines()] == ["mine"]

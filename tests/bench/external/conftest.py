@@ -1,6 +1,7 @@
 """Interpreters without trackmark, a clock for trackers that hang, and the end of processes."""
 
 import os
+import shutil
 import subprocess
 import sys
 from contextlib import suppress
@@ -9,18 +10,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import trackmark
 from trackmark.bench.external import process
-from trackmark.bench.external.definition import close_idle_processes
+from trackmark.bench.external.plugin import close_idle_processes
 
-FILE = Path(__file__).with_name("plain_tracker.py")
-_PROBE = """
-import sys
-import numpy
-try:
-    import trackmark
-except ImportError:
-    print(sys.version_info[:3])
-"""
+HOME = Path(trackmark.__file__).parents[1]
+DRIFT = Path(__file__).with_name("plain_tracker.py")
+TRAX = Path(__file__).with_name("trax_trackers") / "plain.py"
+
+
+@pytest.fixture
+def folder(tmp_path, otb, monkeypatch):
+    """Return the working directory, which has a sequence of 8 frames and two trackers."""
+    otb(tmp_path / "Noise", 8)
+    for file in (DRIFT, TRAX):
+        shutil.copy(file, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 @pytest.fixture(scope="session")
@@ -33,24 +39,19 @@ def environment(tmp_path_factory):
     for name in ("numpy", "numpy.libs"):
         if (site / name).exists():
             (packages / name).symlink_to(site / name)
-    assert _version(folder / "bin" / "python") == str(sys.version_info[:3])
+    probe = [folder / "bin" / "python", "-I", "-c", "import numpy, trackmark"]
+    done = subprocess.run(probe, capture_output=True, text=True, check=False)
+    assert "No module named 'trackmark'" in done.stderr
     return folder
-
-
-@pytest.fixture(scope="session")
-def other_python():
-    """Return an interpreter of another version with NumPy and without trackmark."""
-    for python in filter(None, [os.environ.get("OTHER_PYTHON"), *_interpreters()]):
-        if _version(python) not in ("", str(sys.version_info[:3])):
-            return python
-    pytest.skip("no Python of another version has NumPy; name one: OTHER_PYTHON=/path/to/python")
 
 
 @pytest.fixture(scope="session")
 def other_environment(tmp_path_factory):
     """Return a virtual environment of another version of Python, with NumPy from the index."""
     current = f"python{sys.version_info[0]}.{sys.version_info[1]}"
-    others = [python for python in _interpreters() if python.name != current]
+    pattern = "bin/python3.*[0-9]"
+    pythons = [*Path.home().glob(f".pyenv/versions/*/{pattern}"), *Path("/usr").glob(pattern)]
+    others = [python for python in pythons if python.name != current]
     for number, python in enumerate(sorted(others, key=lambda python: len(python.name))):
         folder = tmp_path_factory.mktemp("other") / str(number)
         pip = folder / "bin" / "python", "-m", "pip", "install", "--quiet", "numpy"
@@ -61,25 +62,15 @@ def other_environment(tmp_path_factory):
     pytest.skip("no other Python is installed for which pip can install NumPy")
 
 
-def _interpreters():
-    pattern = "bin/python3.*[0-9]"
-    return [*Path.home().glob(f".pyenv/versions/*/{pattern}"), *Path("/usr").glob(pattern)]
-
-
-def _version(python):
-    done = subprocess.run([python, "-I", "-c", _PROBE], capture_output=True, text=True, check=False)
-    return done.stdout.strip()
-
-
 @pytest.fixture(autouse=True)
 def _no_processes_afterwards():
     yield
     close_idle_processes()
 
 
-@pytest.fixture
-def clock_of_hangs(tmp_path, monkeypatch):
-    """Let time pass only while a tracker hangs, however busy the machine is."""
+@pytest.fixture(autouse=True)
+def hangs(tmp_path, monkeypatch):
+    """Let time pass only while a tracker hangs, however busy the machine is; return its file."""
     marker = tmp_path / "hangs"
     monkeypatch.setenv("HANGS", str(marker))
     seconds = 0.0
@@ -90,6 +81,7 @@ def clock_of_hangs(tmp_path, monkeypatch):
         return seconds
 
     monkeypatch.setattr(process, "monotonic", monotonic)
+    return marker
 
 
 def living(program):

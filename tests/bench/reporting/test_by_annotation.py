@@ -11,10 +11,10 @@ ATTRIBUTES = {"one": "OCC, SV", "two": "OCC", "three": "SV, FM"}
 
 @pytest.fixture
 def tagged(workspace, otb):
-    """Write three sequences of 360 frames with OTB's `attrs.txt`."""
+    """Write three sequences of 120 frames with OTB's `attrs.txt`."""
     for number, (name, tags) in enumerate(ATTRIBUTES.items()):
-        folder = otb(workspace / "tagged" / name, 360)
-        boxes = [f"{5 + (number + 1) * frame // 40},6,10,12\n" for frame in range(360)]
+        folder = otb(workspace / "tagged" / name, 120)
+        boxes = [f"{5 + (number + 1) * frame // 40},6,10,12\n" for frame in range(120)]
         (folder / "groundtruth_rect.txt").write_text("".join(boxes))
         (folder / "attrs.txt").write_text(tags)
     return "tagged"

@@ -104,7 +104,7 @@ def pictured(workspace, words, steps, **options):
     return film_strip(sequence.__getitem__, range(5), boxes, "Small", **options)
 
 
-def test_pictures_name_the_trace_that_they_draw(trackmark, ran):
+def test_pictures_name_the_trace_that_they_draw(trackmark, ran, blank_figures):
     online = pictured(ran, "online boxes", [0] * 5)
     show = ("show", "data/Small", "--results", "results/mine", "--output")
     trackmark(*show, "shown.png")

@@ -19,8 +19,8 @@ from trackmark.datasets import SequenceError
 from trackmark.datasets.image_files import SUFFIXES
 from trackmark.datasets.interface import MAX_COORDINATE
 
-N_DAMAGED_FILES = {"everyday": 50, "weekly": 10_000}
-N_COPIES = {"everyday": 40, "weekly": 1000}
+N_DAMAGED_FILES = {"everyday": 25, "weekly": 10_000}
+N_COPIES = {"everyday": 20, "weekly": 1000}
 STRAY = [
     *(b"\0", b"\xff", b"\xe9", b"-", b"9", b"1e300", b"nan", b",", b"\n", b"\r", b'"'),
     b"\xc2\xb2",  # superscript two: a digit for Python

@@ -30,23 +30,19 @@ static int32_t width_of(const std::string &address) {
     return width;
 }
 
-int main(int count, char **values) {
-    const std::string version = count > 1 ? values[1] : "4", mode = count > 2 ? values[2] : "";
+int main(int, char **values) {
+    const std::string version = values[1];
     std::cout << "a banner\n@@TRAX:hello \"trax.version=" << version
               << "\" \"trax.name=c++\" \"trax.image=path\" \"trax.region=polygon\"" << std::endl;
     std::string line, region;
-    int frame = 0;
     while (std::getline(std::cin, line)) {
         if (line.rfind("@@TRAX:quit", 0) == 0) break;
         std::vector<std::string> given = arguments(line);
         if (line.rfind("@@TRAX:initialize", 0) == 0) {
             region = given.at(version == "4" ? 0 : 1);
-            frame = 0;
             if (version == "4") continue;  // the image follows in a message `frame`
         }
         int32_t width = width_of(given.at(0));
-        if (frame == 3 && mode == "signal") std::abort();
         std::cout << "width " << width << "\n@@TRAX:state \"" << region << "\"" << std::endl;
-        ++frame;
     }
 }

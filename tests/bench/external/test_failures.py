@@ -1,0 +1,143 @@
+"""Failures of external trackers: each costs its own run, and leaves no process behind."""
+
+import re
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.bench.external.conftest import DRIFT, HOME, TRAX, living
+from trackmark import bench, datasets
+from trackmark.bench.engine import pool as pool_module
+from trackmark.bench.engine.pool import Pool
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.tracker_files import resolve_trackers
+from trackmark.bench.experiments.tracker_spec import run_identity
+from trackmark.bench.external.process import delete_frame_files
+from trackmark.bench.external.python import WORKER
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+PYTHON = {
+    "raise": r"the process raised ValueError: broken\. .*last words.*, in misbehave",
+    "sys.exit": r"the process ended with status 3\.",
+    "signal": r"the process ended by signal 11 .*last words.*in misbehave",
+    "nan": r"the box \[nan, 1\.0, 2\.0, 3\.0\] is invalid",
+    "garbage": r"the box .*nonsense.* Expected: four numbers",
+    "key": r"the process raised ValueError: update returned a dict with the keys 'box', 'score'",
+    "hang": r"the process did not answer in 60 s\..*last words.*waiting.* in hang",
+    "slow start": r"the process did not answer in 300 s\..*waiting.* in __init__",
+}
+COMMAND = {
+    "raise": r"the process ended with status 1\. Its last line: ValueError: broken.*in main",
+    "exit": r"the process ended with status 7\.",
+    "signal": r"the process ended by signal 6 \(Aborted\)\..*a log line",
+    "hang": r"the process did not answer in 60 s\..*a log line",
+    "flood": r"the process ended with status 7\. The end of its output: yyy",
+    "garbage": r"the process answered with the region 'nonsense,1'\. Expected:",
+    "nan": r"the process answered with the region 'nan,1,2,3'\. Expected:",
+    "confidence": r"the confidence 7\. Expected: a number from 0 to 1\. Add confidence=false",
+    "quit": r"the process ended the session: out of \"memory\"",
+    "hello": r"the process sent '@@TRAX:hello'\. Expected: the message 'state'",
+}
+
+
+@pytest.mark.parametrize("mode", PYTHON)
+def test_failure_of_a_class_names_command_end_and_last_output(environment, mode):
+    run = bench.evaluate_run(f"{DRIFT}:python={environment}:mode={mode}", "Noise")
+    program = "" if mode in ("nan", "garbage") else f"{environment}/bin/python"
+    assert_failed(run, 1 if mode == "slow start" else 3, program, PYTHON[mode])
+
+
+@pytest.mark.parametrize("mode", COMMAND)
+def test_failure_of_a_command_names_command_end_and_last_output(mode):
+    command = f"{sys.executable} plain.py 4 {mode}"
+    run = bench.evaluate_run(f"trax:command={command}:as=mine", "Noise")
+    assert_failed(run, 1 if mode == "confidence" else 3, command, COMMAND[mode])
+    assert not living("plain.py")
+
+
+def assert_failed(run, frames, program, error):
+    reason, _, trace = run.failure.partition("\n")
+    assert np.isfinite(run.boxes[:, 0]).sum() == frames, reason
+    assert re.search(error, " ".join(trace.split())), trace
+    assert program in reason
+
+
+def wait_until(condition):
+    until = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def test_hung_worker_ends_with_its_harness(environment, hangs, folder):
+    """A killed harness cannot end its workers."""
+    text, sequence = f"{DRIFT}:python={environment}:mode=hang", str(folder / "Noise")
+    code = f"from trackmark import bench; bench.evaluate_run({text!r}, {sequence!r})"
+    harness = subprocess.Popen([sys.executable, "-c", code], cwd=HOME)
+    wait_until(hangs.exists)
+    assert len(living(str(WORKER))) == 1
+    harness.kill()
+    harness.wait()
+    wait_until(lambda: not living(str(WORKER)))
+
+
+def perform(texts, options=""):
+    """Return the outcomes of runs in worker processes by specification; add options to these."""
+    specs, units = resolve_trackers(texts), []
+    assert not living("plain")
+    for text, spec in specs.items():
+        version = run_identity(spec, datasets.load("Noise"), 0).version
+        entries, seconds = (Entry(text + options, 0, version),), spec.call_seconds
+        source = SequenceSource("Noise")
+        units.append(Unit(source, entries, "accuracy", 8, owner=text, call_seconds=seconds))
+    with closing(Pool(Limits())) as pool:
+        outcomes = {unit.owner: outcome for unit, outcome in pool.perform(units)}
+    assert not living("plain")
+    return outcomes
+
+
+def test_worker_process_contains_failures(environment, monkeypatch):
+    """Neither a process nor a file with frames remains."""
+    ended = [99999999]
+    Path("/dev/shm/trackmark-frames-99999999-x.bmp").touch()
+    delete_frame_files(99999999)
+
+    def delete(pid):
+        ended.append(pid)
+        delete_frame_files(pid)
+
+    monkeypatch.setattr(pool_module, "delete_frame_files", delete)
+    command = f"trax:command={sys.executable} plain.py 4"
+    texts = {
+        f"{command}:as=calm": "",
+        f"{command} exit:as=exit": "plain.py 4 exit: the process ended with status 7",
+        f"plain_tracker.py:python={environment}:mode=raise": "raised ValueError: broken",
+        f"plain_tracker.py:python={environment}": "",
+    }
+    hang = f"{command} hang:as=hang"
+    outcomes = perform(texts) | perform([hang], ":frame_timeout=3")
+    texts[hang] = "plain.py 4 hang: the process did not answer in 3 s"
+    for text, failure in texts.items():
+        reason = outcomes[text].runs[0].failure
+        assert bool(reason) == bool(failure)
+        assert failure in reason
+    assert len(ended) > 1
+    assert not [file for pid in ended for file in Path("/dev/shm").glob(f"trackmark-*-{pid}-*")]
+
+
+def test_failed_start_in_a_worker_is_an_error_of_the_sequence(folder):
+    """The process starts once for the plan and once for the run, which gets no licence here."""
+    (folder / "used").mkdir()
+    code = "import os, sys\nif os.listdir('used'): sys.exit('no licence')\n"
+    file = folder / "licensed.py"
+    file.write_text(f"{code}open('used/1', 'w').close()\n{TRAX.read_text()}")
+    (outcome,) = perform([f"trax:command={sys.executable} licensed.py 4:as=mine"]).values()
+    assert "Noise: " in str(outcome)
+    assert "ended with status 1. The end of its output:\nno licence" in str(outcome)
