@@ -101,7 +101,7 @@ def player(
 
 
 def complete_name(sequence: str, names: Iterable[str]) -> str:
-    """Return the name that is or ends with `/sequence`, if there is a single one."""
+    """Return the only name whose last part is `sequence`; `sequence` if it is a name itself."""
     ends = [name for name in names if sequence in (name, name.rpartition("/")[2])]
     return ends[0] if sequence not in ends and len(ends) == 1 else sequence
 
