@@ -7,8 +7,9 @@ import trackmark as tm
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.pages.player_runs import read_runs
+from trackmark.bench.pages.player_runs import collect_runs
 from trackmark.bench.protocols import TIMING
+from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
@@ -82,7 +83,7 @@ def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
     for run in runs:
         results.write(run)
     stored = load_runs(results.folder).set_index("tracker")
-    page = read_runs(results.folder, [])
+    page = collect_runs(judged_runs(results.folder), [])
     (stage,) = page.stages
     drawn = {page.trackers[clip.take.tracker]: clip.overlaps for clip in stage.clips}
     for run in runs:
