@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-_MAX_LISTED = 10  # maximum number of missing sequences that a text names
+_MAX_LISTED = 10  # maximum number of missing or unknown sequences that a text names
 
 _OTB_50 = """
     Basketball Biker Bird1 BlurBody BlurCar2 BlurFace BlurOwl Bolt Box Car1 Car4 CarDark CarScale
@@ -55,37 +55,41 @@ SETS = (
 
 @dataclass(frozen=True)
 class Coverage:
-    """Comparison of a folder with an official set."""
+    """Comparison of a folder with an official set; without known names, the lists are empty."""
 
     official: OfficialSet
-    size: int  # sequences in the folder
-    missing: tuple[str, ...]  # names of missing sequences; empty if the names are unknown
+    size: int  # sequences of the set in the folder; all in the folder if names are unknown
+    missing: tuple[str, ...]  # names of the set that the folder lacks
+    unknown: tuple[str, ...]  # names in the folder that the set does not have
 
     def __str__(self) -> str:
         """Return the comparison in one line."""
-        if self.size == self.official.size and not self.missing:
-            return f"{self.official.name}: complete, {self.size} sequences"
-        text = f"{self.official.name}: {self.size} of {self.official.size} sequences"
-        if not self.missing:
-            return text
-        n_more = len(self.missing) - _MAX_LISTED
-        more = f" and {n_more} more" if n_more > 0 else ""
-        return f"{text}, missing: {', '.join(self.missing[:_MAX_LISTED])}{more}"
+        name, size = self.official.name, self.official.size
+        text = f"complete, {size}" if self.size == size else f"{self.size} of {size}"
+        text = f"{name}: {text} sequences"
+        for word, names in (("missing", self.missing), ("unknown", self.unknown)):
+            n_more = len(names) - _MAX_LISTED
+            more = f" and {n_more} more" if n_more > 0 else ""
+            text += f", {word}: {', '.join(names[:_MAX_LISTED])}{more}" if names else ""
+        return text
 
 
 def compare(reader: str, names: Iterable[str]) -> list[Coverage]:
     """Compare the sequences of a folder with the official sets of a reader.
 
-    Sets that are smaller than the folder, or that lack one of its names, are omitted. If the folder
-    is as large as some sets, only these sets are compared.
+    Sets that lack a quarter of the folder's sequences or more are omitted. Of the other sets, those
+    with the fewest unknown sequences are compared, and only complete ones if there are any.
     """
     present = set(names)
-    coverages = []
+    coverages: dict[int, list[Coverage]] = {}  # by number of unknown sequences
     for official in SETS:
-        if official.reader == reader and len(present) <= official.size:
-            if official.names and not present <= official.names:
-                continue
-            missing = sorted(official.names - present)
-            coverages.append(Coverage(official, len(present), tuple(missing)))
-    complete = [entry for entry in coverages if entry.size == entry.official.size]
-    return complete or coverages
+        members = present & official.names if official.names else present
+        unknown = tuple(sorted(present - members))
+        n_unknown = len(unknown) or max(0, len(members) - official.size)
+        if official.reader == reader and 4 * n_unknown < len(present):
+            missing = tuple(sorted(official.names - present))
+            coverage = Coverage(official, len(members), missing, unknown)
+            coverages.setdefault(n_unknown, []).append(coverage)
+    closest = coverages[min(coverages)] if coverages else []
+    complete = [entry for entry in closest if entry.size == entry.official.size]
+    return complete or closest

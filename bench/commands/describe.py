@@ -219,7 +219,12 @@ def _several(name: str) -> Description | None:
     coverages = [entry for text in formats for entry in _coverages(text, names)]
     lines += [f"{'official':12} {entry}" for entry in coverages]
     official = [
-        {"name": entry.official.name, "sequences": entry.official.size, "missing": entry.missing}
+        {
+            "name": entry.official.name,
+            "sequences": entry.official.size,
+            "missing": entry.missing,
+            "unknown": entry.unknown,
+        }
         for entry in coverages
     ]
     return {**data, "official": official, "of them": names}, lines + [f"  {x}" for x in names]

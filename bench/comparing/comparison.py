@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from trackmark.bench.comparing.comparable_runs import AllFailedError, check_runs, selected_trackers
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs
-from trackmark.bench.reporting.tables import uncertainty_of, update_times
+from trackmark.bench.reporting.tables import clocks, uncertainty_of, update_times
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import Decision, decide
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
@@ -45,6 +45,7 @@ class Standing:
     kept: float  # share of runs that never lost the target; the name is a key of --json
     milliseconds: float  # per frame
     timed: bool  # True: measured in timing runs; False: in accuracy runs, which share the machine
+    clock: str  # clock of a tracker that is not timed by its CPU time; otherwise empty
 
 
 @dataclass(frozen=True)
@@ -257,16 +258,17 @@ def compare(
 def _standings(
     runs: pd.DataFrame, means: Means, losses: Losses, units: StatisticalUnits, measure: ScoreMeasure
 ) -> list[Standing]:
-    clock = _clock(runs[runs["tracker"].isin(list(means))])
+    columns, clock_of = _clock(runs[runs["tracker"].isin(list(means))]), clocks(runs)
     by_unit = units.means(list(means.values()))
     intervals, marks = uncertainty_of(by_unit, measure)
     standings = []
     for name, values, interval, mark in zip(means, by_unit, intervals, marks, strict=True):
-        milliseconds, timed = _times(runs[runs["tracker"] == name], clock)
+        times = _times(runs[runs["tracker"] == name], columns)
         _, lost = losses[name]
         survival = float(1 - lost.mean()) if len(lost) else nan
         mean = float(values.mean())
-        standings.append(Standing(name, mean, interval, mark, survival, milliseconds, timed))
+        clock = clock_of.get(name, "")
+        standings.append(Standing(name, mean, interval, mark, survival, *times, clock))
     return standings
 
 

@@ -48,7 +48,9 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
         if np.isfinite(standing.milliseconds):
             ends = np.array(standing.interval or (np.nan, np.nan)) * measure.scale
             x, y, low, high = standing.milliseconds, standing.mean * measure.scale, *ends
-            points.append(Line(standing.tracker, len(points), [x], [y], [low], [high]))
+            mark = f" ({standing.clock})" if standing.clock else ""
+            label = standing.tracker + mark
+            points.append(Line(label, len(points), [x], [y], [low], [high]))
     if points:
         chart = speed_chart(points, "time a frame [ms]", measure.head)
         figures["speed-accuracy"] = chart_plot(chart, title)

@@ -22,6 +22,7 @@ from trackmark.bench.reporting.tables import (
     SUMMARY,
     TIMES,
     clock_notes,
+    clocks,
     mean_table,
     not_repeatable,
     summary_of,
@@ -119,13 +120,7 @@ def answer_on(
     if not ranked and len(left_out) < len(means):
         return Answer("There is no answer: no tracker has runs on all sequences."), None
     entries = [
-        RankedTracker(
-            name,
-            overlaps[name]["mean"],
-            _interval(overlaps[name]),
-            milliseconds=means[name]["milliseconds"]["mean"],
-        )
-        for name in ranked
+        RankedTracker(name, overlaps[name]["mean"], _interval(overlaps[name])) for name in ranked
     ]
     units = units_of([str(name) for name in scored["sequence"].unique()])
     measured = Measured(len(units), units.kind, units.plural)
@@ -195,10 +190,13 @@ def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
             "again."
         )
     else:
+        clock_of = clocks(runs)
+        if not set(warm.index) <= set(clock_of):
+            warm = warm.drop([*clock_of], errors="ignore")  # only CPU times are compared
         fastest = str(warm.idxmin())
         verb = "is the fastest" if len(warm) > 1 else "was timed"
         head = f"{fastest} {verb}: {milliseconds_text(1e3 * warm.min())} per frame."
-    table_lines = [*terminal_lines(table), *map(one_line, clock_notes(runs))]
+    table_lines = [*terminal_lines(table), *map(one_line, clock_notes(clocks(runs)))]
     return [*lines, *([""] if lines else []), head, "", *table_lines]
 
 

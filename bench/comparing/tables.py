@@ -12,6 +12,7 @@ import pandas as pd
 
 from trackmark.bench.comparing.comparison import Comparison, Pair, means_in_part, parts_of
 from trackmark.bench.reporting.answer import Answer, Measured, RankedTracker, answer
+from trackmark.bench.reporting.tables import clock_notes
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
     MIN_UNITS_FOR_SMALL,
@@ -93,7 +94,7 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     for row, standing in zip(table.rows, standings, strict=True):
         row[4] = Cell(milliseconds_text(standing.milliseconds))
     star = "*: no other tracker is better"
-    notes = [_too_few(comparison) or star]
+    notes = [_too_few(comparison) or star, *_clock_notes(comparison)]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
     heads = [*table.heads[:-1], "time"]
@@ -187,7 +188,8 @@ def answer_of(comparison: Comparison) -> Answer:
             _scaled(standing.interval, measure.scale),
             n_wins,
             standing.milliseconds,
-            *answers.get(standing.tracker, ()),
+            *answers.get(standing.tracker, ("", "")),
+            standing.clock,
         )
         for standing, n_wins in zip(comparison.standings, wins, strict=True)
     ]
@@ -224,7 +226,7 @@ def _standings(comparison: Comparison) -> Table:
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
     few = _too_few(comparison)
-    notes = [few or "*: no other tracker is better, over all pairs."]
+    notes = [few or "*: no other tracker is better, over all pairs.", *_clock_notes(comparison)]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
         notes.append(
@@ -240,6 +242,11 @@ def _standings(comparison: Comparison) -> Table:
         notes=notes,
         data=pd.DataFrame(data).drop(columns="interval"),
     )
+
+
+def _clock_notes(comparison: Comparison) -> list[str]:
+    clock_of = {entry.tracker: entry.clock for entry in comparison.standings if entry.clock}
+    return clock_notes(clock_of)
 
 
 def _caption(comparison: Comparison) -> str:

@@ -175,7 +175,15 @@ def default_name(
     trackers, sequences = sorted(trackers), sorted(sequences)
     content = json.dumps([trackers, sequences, str(truth or "")])
     digest = hashlib.sha256(content.encode()).hexdigest()[:6]
-    return f"{_short_name(trackers)}-on-{_short_name(sequences)}-{digest}"
+    names = [_tracker_name(text) for text in trackers]
+    return f"{_short_name(names)}-on-{_short_name(sequences)}-{digest}"
+
+
+def _tracker_name(text: str) -> str:
+    """Return the name that a specification gives, or the specification without interpreter."""
+    parts = text.split(":")
+    names = [part.removeprefix("as=") for part in parts if part.startswith("as=")]
+    return names[0] if names else ":".join(p for p in parts if not p.startswith("python="))
 
 
 def _short_name(texts: Sequence[str]) -> str:

@@ -132,9 +132,6 @@ def open_plugin(
     """Return a plugin that runs a class in another interpreter, and the file of the class.
 
     Relative paths of the definition refer to `folder`; `owner` is the tracker in messages.
-
-    Raises `TrackerError` if there is no such file. Raises `ExternalTrackerError` if the file cannot
-    be imported there or has no such tracker.
     """
     place = in_file(definition.file)
     if place is None:

@@ -279,9 +279,6 @@ def open_plugin(definition: Definition, owner: str, folder: Path) -> tuple[type[
 
     Relative paths of the definition refer to `folder`; `owner` is the tracker in messages. The
     process started for this serves the first tracker.
-
-    Raises `TrackerError` for an open quotation. Raises `ExternalTrackerError` if the command does
-    not start a tracker that speaks TraX.
     """
     folder = (folder / Path(definition.folder).expanduser()).absolute()
     definition = definition.model_copy(update={"folder": str(folder)})

@@ -1,6 +1,6 @@
 """Charts of an experiment's page; their points open frames in the player."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite, nan
 
@@ -10,7 +10,7 @@ import pandas as pd
 from trackmark.bench.comparing.run_summary import means_by_tracker
 from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRun, PageRuns
 from trackmark.bench.reporting.shared_charts import speed_chart, survival_chart, survival_line
-from trackmark.bench.reporting.tables import SUMMARY
+from trackmark.bench.reporting.tables import SUMMARY, clock_notes
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.statistics.units import units_of
 from trackmark.reports.page.content import Chart, Line, PlayerPosition
@@ -161,8 +161,11 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
     return [survival_chart(lines, words)] if lines else []
 
 
-def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
-    """Return the plot of mean overlap against the time per frame; none for a single tracker."""
+def speed_charts(summary: Table, runs: PageRuns, clock_of: Mapping[str, str]) -> list[Chart]:
+    """Return the plot of mean overlap against the time per frame; none for a single tracker.
+
+    `clock_of`: result of `clocks`.
+    """
     quantity, dots = SUMMARY[0], []
     for name, measures in means_by_tracker(summary).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, "milliseconds"))
@@ -177,6 +180,7 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
+    bars = "; ".join([bars, *clock_notes(clock_of)])
     words = f"{quantity.title.capitalize()} against time per frame; {bars}. "
     words += "Up and to the left is better."
     chart = speed_chart(dots, head, quantity.head, words)

@@ -75,17 +75,18 @@ def player(
     ResultsError
         If there are no results, or they are damaged.
     """
-    from trackmark.bench.pages.player_runs import read_runs, scenes
+    from trackmark.bench.pages.player_runs import collect_runs, scenes
+    from trackmark.bench.reporting.stored_runs import judged_runs
     from trackmark.reports.page.content import Page, PageSection, PlayerPosition
     from trackmark.reports.page.page import write_page
 
     folder = Path(results) if isinstance(results, str | Path) else results.stored_folder
     experiment, name = _find_sequence(folder, sequence)
-    runs = read_runs(experiment, [], sequence=name)
+    runs = collect_runs(judged_runs(experiment, sequence=name), [])
     if tracker is not None and tracker not in runs.labels:
         names = ", ".join(runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (scene,) = scenes(runs, str(experiment), lambda *_: None)
+    (scene,) = scenes(runs, lambda *_: None)
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.frames:
         raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.frames - 1}.")

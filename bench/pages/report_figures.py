@@ -53,7 +53,7 @@ def write_figures(
         if curves:
             figures[table.name] = plot_attributes(curves, measure, title)
     for report in requested.annotated:
-        if len(report.heads) >= MIN_AXES:
+        if report.scores and len(report.heads) >= MIN_AXES:
             scores, heads = report.scores, report.heads
             figures[report.table.name] = radar_plot(scores, heads, report.quantity, title)
     paths = [

@@ -25,6 +25,7 @@ class RankedTracker(NamedTuple):
     milliseconds: float = nan  # per frame
     answer: str = ""  # decision on the main tracker against this one, such as `better`
     reason: str = ""  # reason of an inconclusive answer
+    clock: str = ""  # see `Standing`; times are compared only if the clocks are equal
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,8 @@ def _runner_up(
     if second.reason and second.interval:
         reason = second.reason.replace("interval", "the interval of the difference", 1)
         text += f" ({reason})"
+    if first.clock != second.clock:
+        return [f"{text}."]
     if faster := _times_faster(first.milliseconds / second.milliseconds):
         text += f" and is {faster} faster"
     elif slower := _times_faster(second.milliseconds / first.milliseconds):

@@ -5,9 +5,11 @@ sequence belongs to an attribute if the attribute occurs in one of its frames.
 """
 
 from collections.abc import Collection, Mapping
+from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from trackmark.bench.metrics import preset as metrics_preset
@@ -16,7 +18,7 @@ from trackmark.bench.protocols import TIMING
 from trackmark.bench.reporting.by_preset import presets_for, scores_by_group, table_prefix
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
-from trackmark.reports.tables import Cell, Table
+from trackmark.reports.tables import MISSING, Cell, Table
 
 MIN_AXES = 3
 """Minimum number of attributes of a radar plot."""
@@ -27,7 +29,9 @@ class AnnotationReport(NamedTuple):
 
     table: Table
     quantity: str
-    scores: Mapping[str, list[float]]  # scores by tracker, in the order of `heads`
+    scores: Mapping[
+        str, list[float]
+    ]  # by tracker, in the order of `heads`; empty if none is finite
     heads: list[str]  # attributes with their number of sequences
 
 
@@ -64,13 +68,24 @@ def _report(
     heads = [f"{group} ({len(members)})" for group, members in groups.items()]
     trackers = list(results[next(iter(groups))])
     values = {name: [results[group][name].scores[score] for group in groups] for name in trackers}
+    notes = []
+    if not np.isfinite([*values.values()]).any():
+        values = {}
+        notes = [
+            f"The table is empty: no tracker has a finite {heading(score)} on these sequences. See "
+            f"`trackmark describe {preset}` for its definition."
+        ]
     quantity = f"{heading(score)} ({preset})"
     table = Table(
         name=f"{table_prefix(stored)}annotated-{preset}",
         caption=f"{quantity} over the sequences with an annotated attribute (number of sequences).",
         heads=["tracker", *heads],
         n_labels=1,
-        rows=[[Cell(name), *(Cell(f"{x:.3f}") for x in values[name])] for name in trackers],
+        rows=[
+            [Cell(name), *(Cell(f"{x:.3f}" if isfinite(x) else MISSING) for x in row)]
+            for name, row in values.items()
+        ],
+        notes=notes,
         data=pd.DataFrame.from_dict(values, "index", columns=list(groups))
         .rename_axis("tracker")
         .reset_index(),

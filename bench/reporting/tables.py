@@ -1,6 +1,6 @@
 """Tables of stored results."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -121,14 +121,13 @@ def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
     masks = f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them"
     result += _table_of("segmentation", segmenting, SEGMENTATION, masks)
-    clocks = clock_notes(runs)
-    notes = [*not_repeatable(runs).values(), *clocks]
+    notes = not_repeatable(runs).values()
     result = [replace(table, notes=[*table.notes, *notes]) for table in result]
     times = (
         f"{title}, timing runs (no time: other load disturbed a pass; remove the run and repeat it)"
     )
     for table in _table_of("times", timed, TIMES, times):
-        result.append(replace(table, notes=[*table.notes, *clocks]))
+        result.append(replace(table, notes=[*table.notes, *clock_notes(clocks(timed))]))
     return result
 
 
@@ -163,11 +162,19 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def clock_notes(runs: pd.DataFrame) -> list[str]:
-    """Return a note per tracker that is not timed by its CPU time."""
+def clocks(runs: pd.DataFrame) -> dict[str, str]:
+    """Return the clock of each tracker that is not timed by its CPU time.
+
+    Times are comparable only if their clocks are equal.
+    """
     pairs = runs.reindex(columns=["tracker", "clock"]).astype(str).drop_duplicates()
     pairs = pairs[~pairs["clock"].isin(("", "nan"))]
-    return [f"times of {tracker}: {clock}" for tracker, clock in pairs.itertuples(index=False)]
+    return dict(pairs.itertuples(index=False))
+
+
+def clock_notes(clock_of: Mapping[str, str]) -> list[str]:
+    """Return a note per tracker in the result of `clocks`, for tables and charts with times."""
+    return [f"times of {tracker}: {clock}" for tracker, clock in clock_of.items()]
 
 
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:
@@ -186,7 +193,8 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
 def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
     runs, time = _with_times(scored, timed)
-    return mean_table(runs, (*SUMMARY, *_mask_columns(scored), time), title, PRESET)
+    table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), time), title, PRESET)
+    return replace(table, notes=[*table.notes, *clock_notes(clocks(scored))])
 
 
 def _mask_columns(scored: pd.DataFrame) -> tuple[ScoreMeasure, ...]:

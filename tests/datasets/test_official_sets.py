@@ -33,6 +33,18 @@ def test_missing_sequences_are_named_or_counted():
     assert [str(entry) for entry in compare("lasot", names)] == ["LaSOT: 1399 of 1400 sequences"]
 
 
+def test_names_that_a_set_does_not_have_are_listed():
+    renamed = OTB_100.names - {"Vase"} | {"Vase_1"}
+    assert [str(entry) for entry in compare("otb", renamed)] == [
+        "OTB-100: 99 of 100 sequences, missing: Vase, unknown: Vase_1"
+    ]
+    assert [str(entry) for entry in compare("otb", OTB_100.names | {"Own"})] == [
+        "OTB-100: complete, 100 sequences, unknown: Own"
+    ]
+    names = [f"person{number}" for number in range(124)]
+    assert [str(entry) for entry in compare("uav123", names)] == ["UAV123: 124 of 123 sequences"]
+
+
 @pytest.mark.parametrize(("reader", "names"), [("otb", ["Own"]), ("vot", ["ball"])])
 def test_folder_of_other_sequences_is_not_compared(reader, names):
     assert official_sets.compare(reader, names) == []

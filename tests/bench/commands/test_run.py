@@ -13,6 +13,7 @@ from tests.bench.conftest import messages
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
 from trackmark.bench.engine.work_unit import Limits
+from trackmark.bench.experiments.experiment import default_name
 from trackmark.bench.store.results import Results
 
 MINE = ("run", "--name", "mine", "--trackers")
@@ -92,6 +93,19 @@ def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspa
     assert folder_of(trackmark(*reversed_)) == folders[0]
     trackmark(*run, "b/Small", "--output", "elsewhere", "--name", "mine")
     assert [file.name for file in (workspace / "elsewhere").iterdir()] == ["mine"]
+
+
+def test_default_name_has_no_interpreter_or_command():
+    names = [
+        default_name([text], ["samples/face"])
+        for text in (
+            "lib/mine.py:Mine:size=2:python=envs/torch/bin/python",
+            "lib/mine.py:python=env:as=mine",
+            'trax:command="./build/tracker --fast":as=fast',
+        )
+    ]
+    heads = [name.partition("-on-face-")[0] for name in names]
+    assert heads == ["mine.py-Mine-size=2", "mine", "fast"]
 
 
 def test_json_has_one_line_per_run_with_its_scores(trackmark):

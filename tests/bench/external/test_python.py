@@ -50,11 +50,24 @@ def test_other_version_of_python_gives_equal_boxes(other_environment):
         assert content(external) == content(bench.evaluate_run(f"{NAME}:mode={mode}", "Noise"))
 
 
-def test_masks_are_passed_in_both_directions(environment):
-    tracker = open_external(NAME, {"python": str(environment), "mode": "rich"}).create()
+WATCHING = """
+class Watching:
+    def watch(self, image): self.seen = image.mean()
+    def init(self, image, box, mask): self.box, self.mask = box, mask
+    def update(self, image): return {"box": self.box, "mask": self.mask}
+    def finish(self): return {0: [self.seen, 2, 3, 4]}
+"""
+
+
+def test_masks_watched_frames_and_last_corrections_are_passed(environment, folder):
+    (folder / "watching.py").write_text(WATCHING)
+    tracker = open_external("watching.py", {"python": str(environment)}).create()
     image = np.random.default_rng(0).integers(0, 256, (30, 41, 3), np.uint8)
-    tracker.init(image, np.array([1.0, 2, 3, 4]), image[::-1, :, 0] > 99)
-    assert np.array_equal(tracker.update(image).mask, image[::-1, :, 0] > 99)
+    mask = image[::-1, :, 0] > 99
+    tracker.watch(image)
+    tracker.init(image, np.array([1.0, 2, 3, 4]), mask)
+    assert np.array_equal(tracker.update(image).mask, mask)
+    assert tracker.finish()[0].tolist() == [image.mean(), 2, 3, 4]
 
 
 def test_plugin_runs_where_trackmark_is_installed():

@@ -1,7 +1,11 @@
 """Times that trackers in other processes report."""
 
+import shutil
+
+import trackmark as tm
 from trackmark import bench
-from trackmark.bench.comparing.run_summary import summarise_times
+from trackmark.bench.comparing.run_summary import summarise, summarise_times
+from trackmark.bench.pages.report import Commands, write_report_page
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.results import Results
 
@@ -35,16 +39,33 @@ class Unclocked(Clocked):
 
 
 def test_reported_times_replace_measured_times(folder, run_trial):
-    """Tables have a note on times that include the transfer."""
+    """Tables with times have a note on times that include the transfer."""
     (folder / "clocked.py").write_text(CLOCKED)
+    shutil.copytree(folder / "Noise", folder / "Other")
     names = ["static", "clocked.py:Clocked", "clocked.py:Unclocked"]
     note = "times of unclocked: wall time with transfer"
     for timing in (False, True):
-        results = run_trial(folder / f"results-{timing}", names, ["Noise"], timing=timing)
-        runs = bench.load_runs(results).set_index("tracker")
+        results = run_trial(folder / f"results-{timing}", names, ["Noise", "Other"], timing=timing)
+        runs = bench.load_runs(results).set_index(["tracker", "sequence"])
         assert runs["update_seconds"].notna().all()
         for score in ("warm_seconds_p99", "wall_seconds_median", "initialisation_seconds"):
-            assert not timing or runs.loc["clocked", score] == 2.0
-        assert timing or runs.loc["clocked", "update_seconds"] == 2.0
-        assert all(note in table.notes for table in tables(results))
-        assert summarise_times(results, Results(results).list_keys())[-1] == note
+            assert not timing or runs.loc[("clocked", "Noise"), score] == 2.0
+        assert timing or runs.loc[("clocked", "Noise"), "update_seconds"] == 2.0
+        noted = [table.name for table in tables(results) if note in table.notes]
+        assert noted == ["times" if timing else "summary"]
+    lines = summarise_times(results, Results(results).list_keys())
+    assert lines[0].startswith("static is the fastest: ")
+    assert lines[-1] == note
+
+
+def test_times_with_transfer_are_marked(folder, run_trial):
+    (folder / "clocked.py").write_text(CLOCKED)
+    results = run_trial(folder / "results", ["static", "clocked.py:Unclocked"], ["Noise"])
+    note = "times of unclocked: wall time with transfer"
+    assert note in summarise(results).lines()
+    assert note in str(tm.compare(tm.load_results(results))).splitlines()
+    page = folder / "page.html"
+    write_report_page(results, page, [], "", Commands(), lambda *_: None)
+    in_leaderboard, in_plot = (f"1 sequence; {note}", f"sequences needed; {note}")
+    assert in_leaderboard in page.read_text()
+    assert in_plot in page.read_text()

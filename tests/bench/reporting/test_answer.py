@@ -28,6 +28,8 @@ def test_fewer_than_six_sequences_have_no_better_tracker():
         "Three sequences are too few to generalise (6 needed).",
     )
     assert "best" not in answer(trackers, FEW).text
+    trackers[2] = trackers[2]._replace(clock="wall time with transfer")
+    assert answer(trackers, FEW).details[0] == "camshift follows with 0.62."
 
 
 @pytest.mark.parametrize(
