@@ -8,8 +8,15 @@ FULL   := $(VENV)/.ready-full
 DOCS   := $(VENV)/.ready-docs
 SITE   := out/site
 # Quiet twice: show errors, but no warnings, for example about missing folders of the package index.
-INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
-          --disable-pip-version-check --editable
+# `compileall` uses all cores, pip one. It fails at files of Python 2 in scikit-video, which are unused.
+$(READY): EXTRAS = dev
+$(FULL): EXTRAS = dev,dask,docs
+$(DOCS): EXTRAS = dev,docs
+define install
+@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
+  --disable-pip-version-check --no-compile --editable '.[$(EXTRAS)]'
+@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true
+endef
 # Tests start hundreds of processes: keep compiled bytecode for them, even if the environment forbids it.
 test test-full test-weekly test-newest: export PYTHONDONTWRITEBYTECODE =
 # One process per core. Tests of a file run in one process, which compiles and loads shared code once.
@@ -26,16 +33,16 @@ $(READY): pyproject.toml constraints.txt
 	         "Name another: make $(MAKECMDGOALS) PYTHON=python3.12" >&2; exit 2; }
 	@echo "Setting up $(VENV) with the packages of constraints.txt: a minute or two, once."
 	@$(PYTHON) -m venv $(VENV)
-	@$(INSTALL) '.[dev]'
+	$(install)
 	@find bench datasets trackers -name '*.nb[ci]' -delete  # kernels compiled for older packages
 	@touch $@
 
 $(FULL): $(READY)
-	@$(INSTALL) '.[dev,dask,docs]'
+	$(install)
 	@touch $@
 
 $(DOCS): $(READY)
-	@$(INSTALL) '.[dev,docs]'
+	$(install)
 	@touch $@
 
 demo: $(READY)

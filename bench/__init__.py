@@ -4,8 +4,8 @@ These functions are below those of `import trackmark`.
 
 >>> from trackmark import bench
 >>> run = bench.evaluate_run("static", "samples/face")
->>> 0 < bench.score(run, "samples/face")["mean_overlap"] < 1
-True
+>>> run.status
+'finished'
 """
 
 if __name__ != "trackmark.bench":
@@ -16,37 +16,28 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.loop import evaluate_run
-    from trackmark.bench.evaluation.run_record import Run
-    from trackmark.bench.evaluation.scoring import score
     from trackmark.bench.execution.executor import run_experiment
     from trackmark.bench.experiments.experiment import Experiment, read_experiment
-    from trackmark.bench.pages.notebook import player
     from trackmark.bench.reporting.by_attribute import by_attribute
     from trackmark.bench.store.data_frames import load_runs
 
 __all__ = [
     "Experiment",
-    "Run",
     "by_attribute",
     "evaluate_run",
     "load_runs",
-    "player",
     "read_experiment",
     "run_experiment",
-    "score",
 ]
 
 # Module of every public name. It is imported on first use: `trackmark --help` needs no NumPy.
 _HOMES = {
     "Experiment": "trackmark.bench.experiments.experiment",
-    "Run": "trackmark.bench.evaluation.run_record",
     "by_attribute": "trackmark.bench.reporting.by_attribute",
     "evaluate_run": "trackmark.bench.evaluation.loop",
     "load_runs": "trackmark.bench.store.data_frames",
-    "player": "trackmark.bench.pages.notebook",
     "read_experiment": "trackmark.bench.experiments.experiment",
     "run_experiment": "trackmark.bench.execution.executor",
-    "score": "trackmark.bench.evaluation.scoring",
 }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_BYTES = 60_000
-"""Maximum size of a film strip as a PNG image."""
+"""Maximum size of a film strip as a JPEG image."""
 
 _WIDTH = 320  # maximum width of an image [px]
 _COLOURS = ((0, 200, 0), (0, 0, 255))  # BGR of the first and the second box
@@ -17,19 +17,19 @@ _COLOURS = ((0, 200, 0), (0, 0, 255))  # BGR of the first and the second box
 def film_strip(
     images: Sequence[NDArray[np.uint8]], boxes: Sequence[Sequence[NDArray[np.float64]]]
 ) -> str:
-    """Return an HTML element with images side by side, as PNG of at most `MAX_BYTES`.
+    """Return an HTML element with images side by side, as JPEG of at most `MAX_BYTES`.
 
     `images`: BGR images of equal size, at least one. `boxes`: up to two boxes per image, shape
     (4,); the first one is drawn green, the second one red. Boxes that are not finite are not drawn.
     """
     scale = min(1.0, _WIDTH / images[0].shape[1])
     while True:
-        png = _encode(
-            [_draw(image, drawn, scale) for image, drawn in zip(images, boxes, strict=True)]
-        )
-        if len(png) <= MAX_BYTES:
-            text = base64.b64encode(png).decode()
-            return f'<img alt="frames with boxes" src="data:image/png;base64,{text}">'
+        drawn = [_draw(*pair, scale) for pair in zip(images, boxes, strict=True)]
+        quality = [cv2.IMWRITE_JPEG_QUALITY, 85]
+        jpeg = cv2.imencode(".jpg", np.hstack(drawn), quality)[1].tobytes()
+        if len(jpeg) <= MAX_BYTES:
+            text = base64.b64encode(jpeg).decode()
+            return f'<img alt="frames with boxes" src="data:image/jpeg;base64,{text}">'
         scale *= 0.8
 
 
@@ -44,7 +44,3 @@ def _draw(
             corner = int(x + width), int(y + height)
             cv2.rectangle(small, (int(x), int(y)), corner, colour, 1)
     return small
-
-
-def _encode(images: list[NDArray[np.uint8]]) -> bytes:
-    return cv2.imencode(".png", np.hstack(images))[1].tobytes()

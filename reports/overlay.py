@@ -163,7 +163,6 @@ def film_strip(
     shape: Shape = "box",
     shades: Mapping[str, str] | None = None,
     words: Mapping[int, str] | None = None,
-    count_from: int = 0,
     lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
 ) -> NDArray[np.uint8]:
     """Return a film strip: a BGR image, uint8 (height, width, 3).
@@ -172,9 +171,8 @@ def film_strip(
     `boxes`: boxes (n, 4) by label, one row per frame, or contours by frame; see `overlay`.
     `title`: text above the strip. `columns`: maximum number of frames in a row. `width`:
     approximate width [px]. `shades`: colours `#rrggbb` by label; by order of the labels by default.
-    `words`: text after the frame number. `count_from`: printed number of the first frame of
-    the sequence. `lines_of`: function of the frame number that returns further outlines by label;
-    see `overlay`.
+    `words`: text after the frame number. `lines_of`: function of the frame number that returns
+    further outlines by label; see `overlay`.
     """
     columns = min(columns, len(numbers))
     words = words or {}
@@ -184,7 +182,7 @@ def film_strip(
         image = image_of(number)
         scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
         frame_boxes = {label: rows[number] for label, rows in boxes.items()}
-        text = f"{number + count_from} {words.get(number, '')}".strip()
+        text = f"{number} {words.get(number, '')}".strip()
         tiles.append(overlay(image, frame_boxes, shades, scale, text, shape, lines_of(number)))
     height, wide = tiles[0].shape[:2]
     head, n_rows = 28 if title else 0, -(-len(tiles) // columns)

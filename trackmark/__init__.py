@@ -2,7 +2,7 @@
 
 >>> import trackmark as tm
 >>> results = tm.evaluate("static", "samples/face")
->>> 0 < tm.score(results["static", "face"], "samples/face")["mean_overlap"] < 1
+>>> 0 < tm.score(results["static", "face"])["mean_overlap"] < 1
 True
 
 `trackmark.datasets` has the sequences, `trackmark.trackers` the trackers and `trackmark.metrics`
@@ -22,6 +22,7 @@ if (
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import importlib
+import time
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -53,6 +54,9 @@ __all__ = [
     "score",
     "trackers",
 ]
+
+IMPORT_TIME = time.time()
+"""Time of the import [s since 1970]. Modules that were edited later are not those that run."""
 
 # Module of every public name. It is imported on first use: `trackmark --help` needs no NumPy.
 _HOMES = {

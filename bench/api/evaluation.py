@@ -3,20 +3,22 @@
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
 from trackmark import datasets
-from trackmark.bench.api.results import Results, load_results
-from trackmark.bench.api.tracker_arguments import resolve_trackers, tracker_texts
+from trackmark.bench.api.results import Results, load_results, preset_for
+from trackmark.bench.api.tracker_arguments import resolve_trackers, tracker_texts, unsaved_reason
 from trackmark.bench.comparing.run_summary import tracker_line
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
-from trackmark.bench.metrics import canonical_name
+from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness
@@ -29,7 +31,6 @@ def evaluate(
     repetitions: int = 1,
     protocol: str = ONE_PASS,
     metrics: str = "native",
-    jobs: int = 1,
     seed: int | None = None,
     raise_errors: bool = False,
 ) -> Results:
@@ -52,8 +53,6 @@ def evaluate(
         Protocol, for example `supervised:skip=10`; see docs/protocols.md.
     metrics : str
         Default metrics of the results: one of `trackmark.metrics.names()`.
-    jobs : int
-        Number of processes; only 1 is possible. `trackmark.run` uses several processes.
     seed : int, optional
         Selects other random numbers for all runs. Such results cannot be saved.
     raise_errors : bool
@@ -68,38 +67,31 @@ def evaluate(
     Raises
     ------
     TypeError
-        For an object that is not a tracker or a sequence.
+        For an object that is not a tracker, a sequence or the name of metrics.
     TrackerError, SequenceError, ProtocolError, ValueError
         For invalid or unknown names or values, and for a sequence without ground truth.
     """
-    if jobs != 1:
-        raise ValueError(
-            f"jobs is {jobs}. Expected: 1, as evaluate uses this process only. Use trackmark.run "
-            "for several processes; it stores the runs in a folder."
-        )
-    if repetitions < 1:
-        raise ValueError(f"repetitions is {repetitions}. Expected: 1 or more.")
-    canonical_name(metrics)
-    stored = parse_protocol(protocol).text
+    base_seed = 0 if seed is None else seed
+    stored = _check(protocol, metrics, repetitions=repetitions, seed=base_seed)
     specs = resolve_trackers(trackers, repetitions, seed)
     opened = _open_sequences(sequences)
     for sequence, _ in opened:
         sequence.check_runnable()
+    in_memory = {spec.label: unsaved_reason(spec) for spec in specs}
     runs: dict[tuple[str, str, int], Run] = {}
-    for sequence, source in opened:
-        origin = {"source": source} if source else {}
-        for entries in _passes(specs, repetitions, stored):
-            passed = run_protocol(entries, sequence, stored, raise_errors=raise_errors)
-            for run_of_pass in passed.runs:
-                identity = run_of_pass.identity
-                circumstances = {**run_of_pass.circumstances, **origin}
-                key = identity.tracker, sequence.name, identity.repetition
-                runs[key] = replace(run_of_pass, circumstances=circumstances)
-        evaluated_sequences[sequence.fingerprint] = sequence
-    reason = "has no source file that determines its boxes"
-    in_memory = {spec.label: reason for spec in specs if spec.file is None}
-    if seed is not None:
-        in_memory = {spec.label: f"was evaluated with seed={seed}" for spec in specs}
+    try:
+        for sequence, source in opened:
+            origin = {"source": source} if source else {}
+            for entries in _passes(specs, repetitions, stored):
+                passed = run_protocol(entries, sequence, stored, raise_errors=raise_errors)
+                for run_of_pass in passed.runs:
+                    identity = run_of_pass.identity
+                    circumstances = {**run_of_pass.circumstances, **origin}
+                    key = identity.tracker, sequence.name, identity.repetition
+                    runs[key] = replace(run_of_pass, circumstances=circumstances)
+            evaluated_sequences[sequence.fingerprint] = sequence
+    finally:
+        close_idle_processes()
     results = Results(runs, stored, metrics, [sequence for sequence, _ in opened], in_memory)
     _warn_of_failures(results)
     return results
@@ -144,14 +136,14 @@ def run(
     TrackerError, SequenceError, ExperimentError, ProtocolError, ResultsError, ValueError
         If a part cannot be executed. Finished runs stay stored.
     """
-    canonical_name(metrics)
-    texts, names = tracker_texts(trackers), [name for name, _ in _sequence_texts(sequences)]
-    folder = Path("results") / default_name(texts, names) if output is None else Path(output)
-    folder = folder.expanduser()
+    _check(protocol, metrics, repetitions=repetitions, jobs=1 if jobs is None else jobs)
+    texts, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
+    default = Path("results") / default_name(texts, [text for text, _ in selected])
+    folder = (default if output is None else Path(output)).expanduser()
     experiment = Experiment(
         name=folder.name,
         trackers=texts,
-        sequences=tuple(SequenceSource(text) for _, text in _sequence_texts(sequences)),
+        sequences=tuple(SequenceSource(name) for _, name in selected),
         repetitions=repetitions,
         protocol=protocol,
     )
@@ -159,6 +151,18 @@ def run(
     results = load_results(stored, metrics=metrics, protocol=protocol)
     _warn_of_failures(results)
     return results
+
+
+def _check(protocol: str, metrics: str, **numbers: int) -> str:
+    """Return the stored name of a protocol; raise an error for invalid arguments."""
+    for name, value in numbers.items():
+        least = 0 if name == "seed" else 1
+        if not isinstance(value, Integral) or value < least:
+            raise ValueError(f"{name} is {value!r}. Expected: an integer of {least} or more.")
+    stored = parse_protocol(protocol).text
+    if not can_score(preset := preset_for(metrics, stored), stored):
+        raise ValueError(f"{preset} cannot score runs by the protocol {protocol}.")
+    return stored
 
 
 def _listed(sequences: Any) -> list[Any]:
@@ -170,8 +174,8 @@ def _sequence_texts(sequences: Any) -> Iterator[tuple[str, str]]:
     for entry in _listed(sequences):
         if not isinstance(entry, str | Path):
             raise TypeError(
-                f"{entry!r}: worker processes open sequences by name. Give a name or path, or use "
-                "trackmark.evaluate."
+                f"{entry!r} is not a name or path of a sequence. trackmark.evaluate also takes a "
+                "Sequence."
             )
         text = str(entry.expanduser().absolute()) if isinstance(entry, Path) else entry
         for name in datasets.matching(text):
@@ -187,13 +191,11 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
     for entry in _listed(sequences):
         if isinstance(entry, Sequence):
             pairs = [(entry, "")]
-        elif isinstance(entry, str | Path):
+        else:
             pairs = [
                 (load_sequence(text), SequenceSource(text).absolute().text)
                 for _, text in _sequence_texts(entry)
             ]
-        else:
-            raise TypeError(f"{entry!r} is not a sequence. Expected: a name, a path or a Sequence.")
         for sequence, source in pairs:
             other, _ = opened.setdefault(sequence.name, (sequence, source))
             if other.fingerprint != sequence.fingerprint:
@@ -211,14 +213,15 @@ def _passes(
 ) -> Iterator[list[tuple[TrackerSpec, int]]]:
     """Yield the runs of each pass over a sequence.
 
-    Trackers share the images of a pass. Trackers that use the random numbers of the process, and
-    trackers whose time counts, have their own passes.
+    Trackers share the images of a pass. Trackers that use the random numbers of the process,
+    trackers whose time counts, and each process of a tracker have their own passes.
     """
+    time_dependent = stored_protocol(stored).time_dependent
     shared = []
     for spec in specs:
         once = spec.randomness is Randomness.NONE
         entries = [(spec, repetition) for repetition in range(1 if once else repetitions)]
-        if spec.randomness is Randomness.PROCESS or stored_protocol(stored).time_dependent:
+        if spec.randomness is Randomness.PROCESS or time_dependent or spec.call_seconds:
             yield from ([entry] for entry in entries)
         else:
             shared += entries

@@ -3,12 +3,13 @@
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections import UserDict
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import pandas as pd
 
@@ -18,6 +19,7 @@ from trackmark.bench.comparing.comparison import compare as compare_runs
 from trackmark.bench.comparing.tables import screen_lines
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
+from trackmark.bench.pages.notebook import complete_name
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
 from trackmark.bench.reporting.by_preset import measures_of, presets_for, runs_by
 from trackmark.bench.reporting.failed_runs import with_worst_scores
@@ -56,7 +58,7 @@ class Results:
     sequences : iterable of Sequence
         Sequences of runs in memory.
     in_memory : mapping of str to str, optional
-        Reason why a tracker's runs cannot be saved, by tracker.
+        Reason why a tracker's runs cannot be saved, empty if they can, by tracker.
     folder : Path, optional
         Folder that contains the runs; None for runs in memory.
     """
@@ -71,7 +73,7 @@ class Results:
         folder: Path | None = None,
     ) -> None:
         self.runs, self.protocol, self.folder = runs, protocol, folder
-        self.metrics = presets_for([canonical_name(metrics)], protocol)[0]
+        self.metrics = preset_for(metrics, protocol)
         self._sequences, self._in_memory = list(sequences), in_memory or {}
 
     def __getitem__(self, key: tuple[str, str] | RunName) -> Run:
@@ -81,9 +83,7 @@ class Results:
                 "results['camshift', 'face']; the attribute `runs` has all names."
             )
         tracker, name, repetition = (*key, 0)[:3]
-        sequences = list(dict.fromkeys(sequence for _, sequence, _ in self.runs))
-        ends = [sequence for sequence in sequences if sequence.rpartition("/")[2] == name]
-        sequence = ends[0] if name not in sequences and len(ends) == 1 else name
+        sequence = complete_name(name, {sequence for _, sequence, _ in self.runs})
         if (tracker, sequence, repetition) not in self.runs:
             names = [str(other) for other in self.runs]
             wanted = str((tracker, sequence, repetition))
@@ -145,14 +145,18 @@ class Results:
 
     @property
     def failures(self) -> pd.DataFrame:
-        """Failed runs: tracker, sequence, error, name of the frame, and repetition."""
+        """Failed runs: tracker, sequence, frame (missing if it is unknown), error, repetition."""
         rows = []
         for (tracker, sequence, repetition), run in self.runs.items():
             if run.failure:
-                frame, _, error = run.failure.splitlines()[0].partition(": ")
-                rows.append([tracker, sequence, error, frame, repetition])
-        # If a line is too narrow, pandas omits the column in the middle.
-        return pd.DataFrame(rows, columns=["tracker", "sequence", "error", "frame", "repetition"])
+                name, _, error = run.failure.splitlines()[0].partition(": ")
+                frame = None
+                with suppress(ValueError):  # no frame, or the sequence cannot be opened
+                    opened = run.open_sequence()
+                    frame = list(map(opened.frame_name, range(len(opened)))).index(name)
+                rows.append([tracker, sequence, frame, error, repetition])
+        names = ["tracker", "sequence", "frame", "error", "repetition"]
+        return pd.DataFrame(rows, columns=names).astype({"frame": "Int64"})
 
     def save(self, folder: str | Path) -> Path:
         """Store runs in memory in a new folder, as `trackmark run` does; return the folder.
@@ -165,10 +169,12 @@ class Results:
         if self.folder is not None:
             raise ResultsError(f"these results are already stored in {self.folder}.")
         for tracker, reason in self._in_memory.items():
-            raise ResultsError(
-                f"tracker {tracker!r} {reason}: its runs are in memory only. Write the class to a "
-                "file, give the file to evaluate, and use the default seed."
-            )
+            if reason:
+                raise ResultsError(
+                    f"tracker {tracker!r} {reason}: its runs are in memory only. Write the class "
+                    "to a file, give the file to evaluate, restart Python after an edit, and use "
+                    "the default seed."
+                )
         if (folder / DATABASE).exists():
             raise ResultsError(f"{folder} already contains results. Choose another folder.")
         self._write(folder)
@@ -194,9 +200,7 @@ class Results:
 
     def _scored(self, metrics: str | None) -> tuple[str, pd.DataFrame]:
         """Return the metrics preset, and the runs with its scores."""
-        preset = self.metrics
-        if metrics is not None:
-            preset = presets_for([canonical_name(metrics)], self.protocol)[0]
+        preset = self.metrics if metrics is None else preset_for(metrics, self.protocol)
         runs = load_runs(self.stored_folder)
         runs = runs[runs["protocol"] == self.protocol].reset_index(drop=True)
         if preset != PRESET:
@@ -224,34 +228,22 @@ class Results:
         return f"<Results of {', '.join(words)} {place}>"
 
     def _repr_html_(self) -> str:
-        """Return the means with the best ones in bold, and the numbers of runs."""
+        """Return the means, and the numbers of runs."""
         preset, runs = self._with_worst_scores()
-        table = self._mean_table(preset, runs)
         failed = int((runs["status"] == "failed").sum())
-        rows = [list(row) for row in table.rows]
-        for column, measure in enumerate(measures_of(preset), 1):
-            means = table.data[table.data["measure"] == measure.name]["mean"].to_numpy()
-            best = pd.Series(means).agg("max" if measure.direction == "higher" else "min")
-            for row, mean in zip(rows, means, strict=True):
-                row[column] = replace(row[column], best=bool(mean == best))
-        return f"{to_html(replace(table, rows=rows))}<p>{len(runs)} runs, {failed} failed.</p>"
+        table = to_html(self._mean_table(preset, runs))
+        return f"{table}<p>{len(runs)} runs, {failed} failed.</p>"
 
 
-class _StoredRuns(Mapping[RunName, Run]):
+class _StoredRuns(UserDict[RunName, Any]):
     """Runs in a folder, which are read when they are used."""
 
     def __init__(self, store: Store, protocol: str) -> None:
-        self._store, self._protocol = store, protocol
-        self._names = {key[:3]: key for key in store.list_keys() if key[3] == protocol}
+        super().__init__({key[:3]: key for key in store.list_keys() if key[3] == protocol})
+        self._store = store
 
     def __getitem__(self, name: RunName) -> Run:
-        return self._store.read(self._names[name])
-
-    def __iter__(self) -> Iterator[RunName]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
+        return self._store.read(self.data[name])
 
 
 def load_results(
@@ -297,6 +289,11 @@ def load_results(
     return Results(_StoredRuns(store, selected), selected, metrics, folder=experiments[0])
 
 
+def preset_for(metrics: str, protocol: str) -> str:
+    """Return the preset of metrics for runs by a protocol, which is given by its stored name."""
+    return presets_for([canonical_name(metrics)], protocol)[0]
+
+
 class PrintedComparison(Comparison):
     """Comparison that prints like `trackmark compare`: answer, standings and pairs."""
 
@@ -309,6 +306,7 @@ def compare(
     baseline: str | None = None,
     metric: str | None = None,
     *,
+    metrics: str | None = None,
     margin: float | None = None,
 ) -> Comparison:
     """Compare trackers pairwise on the same sequences, as `trackmark compare` does.
@@ -320,7 +318,9 @@ def compare(
     baseline : str, optional
         Tracker that is compared with each other tracker; all pairs by default.
     metric : str, optional
-        Score of the metrics of `results`; the first one by default.
+        Score of the metrics; the first one by default.
+    metrics : str, optional
+        One of `trackmark.metrics.names()`; the metrics of `results` by default.
     margin : float, optional
         Largest irrelevant difference, in the unit of the score.
 
@@ -331,10 +331,13 @@ def compare(
 
     Raises
     ------
-    ResultsError
+    ResultsError, ValueError
         If the runs cannot be compared, or if a name is unknown.
     """
-    folder, preset, stored = results.stored_folder, results.metrics, results.protocol
+    if not isinstance(results, Results):
+        raise TypeError(f"{results!r} is not Results. For a folder, give load_results(folder).")
+    folder, stored = results.stored_folder, results.protocol
+    preset = results.metrics if metrics is None else preset_for(metrics, stored)
     runs = load_runs(folder)
     measure = compared_measure(preset, metric, margin)
     table, measure = scored_runs(folder, runs, stored, preset, measure)

@@ -1,15 +1,15 @@
 """Trackers as arguments of functions: texts, classes, functions, objects, dicts and lists."""
 
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
-
+from trackmark import IMPORT_TIME
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker, source_file
-from trackmark.trackers import Randomness, Tracker, TrackerError
-from trackmark.trackers.base.catalogue import DEFAULT_PRESET, validate_plugin
+from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers.base.catalogue import PLUGIN_MODULE, resolve_plugin, validate_plugin
 from trackmark.trackers.base.plain import to_plugin
 from trackmark.trackers.base.plain_class import missing_methods
 
@@ -22,12 +22,7 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     """
     by_label: dict[str, tuple[Any, TrackerSpec]] = {}
     for name, tracker in _named(trackers):
-        spec = _resolve(tracker, name)
-        if repetitions > 1 and _is_instance(tracker):
-            raise TrackerError(
-                f"tracker {spec.label!r} is an object, and repetitions is {repetitions}. Give the "
-                "class, not an instance."
-            )
+        spec = _resolve(tracker, name, repetitions)
         other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
         equal = isinstance(tracker, str) and spec.version == other_spec.version
         if other is not tracker and not equal:
@@ -37,7 +32,7 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
             )
     if not by_label:
         raise TrackerError("no tracker is given. Give at least one.")
-    return [_with_base_seed(spec, base_seed) for _, spec in by_label.values()]
+    return [_changed(spec, base_seed=base_seed) for _, spec in by_label.values()]
 
 
 def tracker_texts(trackers: Any) -> tuple[str, ...]:
@@ -51,9 +46,9 @@ def tracker_texts(trackers: Any) -> tuple[str, ...]:
             file = source_file(tracker) if callable(tracker) else None
             example = f"{file}:{tracker.__name__}" if file else "path/to/file.py:ClassName"
             raise TrackerError(
-                f"{name or tracker!r}: worker processes read trackers from files. Give, for "
-                f"example, {example!r} (its import must start no runs), or use "
-                "trackmark.evaluate."
+                f"{name or tracker!r}: worker processes read trackers from files, and a dict "
+                f"cannot name them. Give, for example, {example!r} (its import must start no "
+                "runs), or use trackmark.evaluate."
             )
         texts.append(str(tracker))
     return tuple(texts)
@@ -70,66 +65,65 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
         yield "", trackers
 
 
-def _is_instance(tracker: Any) -> bool:
-    """Return whether an object is a tracker that was already created."""
-    return not isinstance(tracker, type) and not missing_methods(tracker)
-
-
-def _resolve(tracker: Any, name: str) -> TrackerSpec:
+def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     if isinstance(tracker, str | Path):
         spec = parse_tracker(str(tracker))
-        return replace(spec, label=name) if name else spec
-    if not callable(tracker) and not _is_instance(tracker):
+        return _changed(spec, label=name) if name else spec
+    is_class, missing = isinstance(tracker, type), missing_methods(tracker)
+    if not is_class and missing and (len(missing) == 1 or not callable(tracker)):
         raise TypeError(
-            f"{tracker!r} is not a tracker. Expected: a name, a file, a class with the methods "
-            "init(image, box) and update(image), a function that creates such an object, or an "
-            "object."
+            f"{tracker!r} is not a tracker: it lacks {', '.join(missing)}. Expected: a name, a "
+            "file, a class with the methods init(image, box) and update(image), a function that "
+            "creates such an object, or an object."
         )
-    kind = type(tracker) if _is_instance(tracker) else tracker
+    kind = tracker if is_class or missing else type(tracker)
     own_name = getattr(kind, "__name__", "tracker")
-    if isinstance(tracker, type):
+    if is_class:
         plugin = validate_plugin(tracker, name or own_name)
     else:
-        plugin = to_plugin(_same(tracker) if _is_instance(tracker) else tracker, name or own_name)
-    declared = plugin.name if isinstance(plugin.name, str) else ""
+        if not missing and repetitions > 1:
+            raise TrackerError(
+                f"tracker {name or own_name!r} is an object, and repetitions is {repetitions}. "
+                "Give the class, not an instance."
+            )
+        plugin = to_plugin(tracker if missing else lambda: tracker, name or own_name)
+        plugin.__name__ = own_name
+    declared = getattr(kind, "name", "")
+    declared = declared if isinstance(declared, str) else ""
     label = name or declared or own_name
-    preset = str(getattr(plugin, "default_preset", DEFAULT_PRESET))
-    parameters = plugin.Parameters.checked(label, plugin.presets.get(preset, {}))
     # Other objects can depend on values that no file contains.
-    determined = isinstance(tracker, type) and "<locals>" not in tracker.__qualname__
+    file = source_file(tracker) if is_class and "<locals>" not in tracker.__qualname__ else None
+    specification = resolve_plugin(plugin, file or Path(), label, {})
     return TrackerSpec(
         label=label,
-        name=label,
-        preset=preset,
-        parameters=parameters.model_dump(),
-        randomness=plugin.randomness,
-        make=lambda seed: plugin(parameters, seed),
-        file=source_file(tracker) if determined else None,
+        # As in a specification of the file: both get the same random numbers.
+        name=declared or (f"{file.name}:{own_name}" if file else own_name),
+        preset=specification.preset,
+        parameters=specification.parameters.model_dump(),
+        randomness=Randomness(getattr(kind, "randomness", plugin.randomness)),
+        make=specification.create,
+        file=file,
         class_name=own_name,
     )
 
 
-def _same(tracker: Any) -> Callable[[], Any]:
-    """Return a function that returns the tracker, with the attributes of its class."""
+def unsaved_reason(spec: TrackerSpec) -> str:
+    """Return the reason why runs of a tracker cannot be saved; empty if they can."""
+    if spec.base_seed is not None:
+        return f"was evaluated with seed={spec.base_seed}"
+    if spec.file is None:
+        return "has no source file that determines its boxes"
+    # The version of a process is up to date, and trackmark imports an edited file again.
+    for name, module in [] if spec.call_seconds else list(sys.modules.items()):
+        file = Path(getattr(module, "__file__", None) or "")
+        checked = spec.file.parent in file.parents and PLUGIN_MODULE not in name and file.is_file()
+        if checked and file.stat().st_mtime > IMPORT_TIME:
+            return f"uses {file}, which has changed since trackmark was imported"
+    return ""
 
-    def same() -> Any:
-        return tracker
 
-    kind = type(tracker)
-    same.__name__, same.__qualname__, same.__doc__ = kind.__name__, kind.__qualname__, kind.__doc__
-    vars(same).update(
-        name=getattr(kind, "name", ""), randomness=getattr(kind, "randomness", Randomness.NONE)
-    )
-    return same
-
-
-def _with_base_seed(spec: TrackerSpec, base: int | None) -> TrackerSpec:
-    """Return a tracker whose random numbers also depend on `base`; see `run_seed`."""
-    if base is None:
-        return spec
-
-    def make(seed: np.random.SeedSequence) -> Tracker:
-        entropy = [base, cast(int, seed.entropy)]
-        return spec.make(np.random.SeedSequence(entropy, spawn_key=seed.spawn_key))
-
-    return replace(spec, make=make)
+def _changed(spec: TrackerSpec, **fields: Any) -> TrackerSpec:
+    """Return a tracker with other fields and the same version, which it may have been given."""
+    changed = replace(spec, **fields)
+    vars(changed)["version"] = spec.version  # value of the `cached_property`
+    return changed

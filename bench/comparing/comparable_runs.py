@@ -50,7 +50,10 @@ def compared_measure(
             problem = (
                 f"{name} is a score of all sequences together; trackers are compared by sequence"
             )
-        raise ComparisonError(f"{problem}. Choose one of {', '.join(measures)}.")
+        raise ComparisonError(
+            f"{problem}. Choose one of {', '.join(measures)}, or other metrics: --metrics, or "
+            "metrics= in Python."
+        )
     measure = measures[name]
     if preset != PRESET:
         if margin is None and measure.direction == "lower":

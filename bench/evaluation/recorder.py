@@ -274,8 +274,8 @@ class Recorder:
         if self._made is None:
             key, number = self.identity, self._trackers_begun
             self._trackers_begun += 1
-            seed = run_seed(self._spec.name, key.sequence, key.repetition, number)
-            self._made = self._spec.make(seed)
+            run = self._spec.name, key.sequence, key.repetition, number
+            self._made = self._spec.make(run_seed(*run, base=self._spec.base_seed))
         return self._made
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:

@@ -96,24 +96,27 @@ class Run:
         """Return the online or revised boxes, shape (n, 4), which are equal without corrections."""
         return self.boxes if trace == "online" or self.revised is None else self.revised
 
-    def overlaps(self, sequence: str | Path | Sequence) -> NDArray[np.float64]:
+    def overlaps(self, sequence: str | Path | Sequence | None = None) -> NDArray[np.float64]:
         """Return the overlap (IoU) of each row with the ground truth, shape (n,).
 
         Values are in [0, 1]. They are NaN if the target is absent, 0 for rows without a box, and 1
-        for the init box. Raises `ValueError` for another sequence.
+        for the init box. By default the sequence is opened as for the run. Raises `ValueError` for
+        another sequence.
         """
         return overlap(self._truth(sequence), self.boxes)
 
-    def centre_errors(self, sequence: str | Path | Sequence) -> NDArray[np.float64]:
+    def centre_errors(self, sequence: str | Path | Sequence | None = None) -> NDArray[np.float64]:
         """Return the centre location error of each row [px], shape (n,).
 
-        Values are NaN if the target is absent, and infinite for rows without a box. Raises
-        `ValueError` for another sequence.
+        Values are NaN if the target is absent, and infinite for rows without a box. The argument
+        and errors are those of `overlaps`.
         """
         return centre_error(self._truth(sequence), self.boxes)
 
-    def _truth(self, sequence: str | Path | Sequence) -> NDArray[np.float64]:
+    def _truth(self, sequence: str | Path | Sequence | None) -> NDArray[np.float64]:
         """Return the ground-truth box of each row, shape (n, 4)."""
+        if sequence is None:
+            sequence = self.open_sequence()
         loaded = load_sequence(sequence) if isinstance(sequence, str | Path) else sequence
         if loaded.fingerprint != self.identity.fingerprint:
             raise ValueError(
@@ -130,7 +133,7 @@ class Run:
         if self.failure:
             text += f"<p>{escape(self.failure.splitlines()[0])}</p>"
         try:
-            sequence = self._sequence()
+            sequence = self.open_sequence()
             truth = self._truth(sequence)
         except ValueError:  # the sequence cannot be opened, or has changed
             return f"{text}<p>The images cannot be opened.</p>"
@@ -148,7 +151,7 @@ class Run:
         )
         return f"{text}{strip}<p>Green: ground truth. Red: estimate.</p>"
 
-    def _sequence(self) -> Sequence:
+    def open_sequence(self) -> Sequence:
         """Return the sequence of the run; raise `SequenceError` if it cannot be opened."""
         if sequence := evaluated_sequences.get(self.identity.fingerprint):
             return sequence

@@ -127,7 +127,7 @@ def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthA
 
 def score(
     run_or_boxes: Run | ArrayLike,
-    sequence: str | Path | GroundTruthLike,
+    sequence: str | Path | GroundTruthLike | None = None,
     metrics: str = "native",
     trace: Trace = "online",
     *,
@@ -139,8 +139,8 @@ def score(
     ----------
     run_or_boxes : Run or array of float64, shape (n, 4)
         A finished run, or boxes `[x, y, width, height]` in pixels from 0, one row per frame.
-    sequence : str, Path or Sequence
-        The sequence of the run or of the boxes; see `load_sequence`.
+    sequence : str, Path or Sequence, optional
+        The sequence of the boxes; see `load_sequence`. That of a run is opened by default.
     metrics : str
         Definitions of the scores: one of `trackmark.metrics.names()`.
     trace : {'online', 'revised'}
@@ -156,6 +156,8 @@ def score(
 
     Raises
     ------
+    TypeError
+        For an object that is neither a run nor boxes, and for boxes without a sequence.
     ValueError
         For a failed run, an unknown preset or trace, another sequence, or a run that the preset
         cannot score.
@@ -171,9 +173,18 @@ def score(
         warnings.warn(message, FutureWarning, stacklevel=2)
         metrics = preset
     if not isinstance(run_or_boxes, Run):
-        estimates = RunEstimates(run_or_boxes)
-        return dict(metrics_preset(metrics).score(_truth(sequence), estimates).scores)
+        if sequence is None:
+            raise TypeError("the sequence of the boxes is missing. Give its name or a Sequence.")
+        try:
+            boxes = np.asarray(run_or_boxes, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"{type(run_or_boxes).__name__} is neither a run nor boxes. Expected: a run, for "
+                "example results['static', 'face'], or an array of shape (n, 4)."
+            ) from None
+        return dict(metrics_preset(metrics).score(_truth(sequence), RunEstimates(boxes)).scores)
     run = run_or_boxes
+    sequence = run.open_sequence() if sequence is None else sequence
     scores = dict(score_run(run, sequence, metrics, trace).scores)
     if run.segmentation is not None and trace == "online":
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])

@@ -105,6 +105,7 @@ class TrackerSpec:
     class_name: str = ""  # class in the file, if it is not part of the name
     # Time limit of a call, which the tracker's own process enforces [s]; 0 without such a process.
     call_seconds: float = 0.0
+    base_seed: int | None = None  # selects other random numbers for all runs; see `run_seed`
 
     @cached_property
     def version(self) -> dict[str, Any]:

@@ -27,6 +27,8 @@ def preset(name: str) -> Preset:
 
 def canonical_name(name: str) -> str:
     """Return the name of the preset with this name or alias; raise `ValueError` if unknown."""
+    if not isinstance(name, str):
+        raise TypeError(f"metrics is {name!r}. Expected: one name, for example 'otb'.")
     if name in names():
         return name
     aliases = _aliases()

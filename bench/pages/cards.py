@@ -1,9 +1,9 @@
 """Cards of a report page, built from the runs, tables and frames of an experiment."""
 
-from collections import Counter, defaultdict
+import textwrap
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
 from math import isfinite
 from operator import itemgetter
 
@@ -85,21 +85,16 @@ def leaderboard(
     return Leaderboard(rows, "; ".join(over))
 
 
-def _frames(scene: PlayerScene) -> list[bytes]:
-    return [*chain(*scene.thumbnails)]
-
-
 def poster(scene: PlayerScene) -> bytes:
     """Return a thumbnail of the first frame with the target; empty without frames."""
-    frames = _frames(scene)
-    return thumbnail(frames[min(scene.first, len(frames) - 1)]) if frames else b""
+    return thumbnail(scene.images[min(scene.first, len(scene.images) - 1)]) if scene.images else b""
 
 
 def _still(
     scene: PlayerScene, frame: int, clips: Sequence[PageRun], labels: Sequence[str]
 ) -> Still:
     """Return a frame with the true box and the boxes of runs."""
-    frames, truth = _frames(scene), scene.boxes[frame]
+    frames, truth = scene.images, scene.boxes[frame]
     boxes = [(clip.take.tracker, clip.take.boxes[frame]) for clip in clips]
     named = ", ".join(one_line(labels[clip.take.tracker]) for clip in clips)
     return Still(
@@ -134,14 +129,12 @@ def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> list[Loop]
     for *_, number, frame, clips, take in sorted(moments, key=itemgetter(0, 1, 2))[:_MAX_CARDS]:
         scene = filmed[number]
         chips = [
-            (clip.take.tracker, runs.labels[clip.take.tracker], _two(clip.overlaps[frame]))
+            (clip.take.tracker, runs.labels[clip.take.tracker], float(clip.overlaps[frame]))
             for clip in clips
         ]
         loops.append(
             Loop(
-                number,
                 runs.stages[number].name,
-                frame,
                 max(scene.first, frame - _REACH),
                 min(scene.frames - 1, frame + _REACH),
                 _still(scene, frame, clips, runs.labels),
@@ -150,10 +143,6 @@ def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> list[Loop]
             )
         )
     return loops
-
-
-def _two(value: float) -> str:
-    return f"{value:.2f}" if isfinite(value) else MISSING
 
 
 def heat_table(
@@ -223,13 +212,12 @@ def _pair_cell(
 
 def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, list[FailureCard]] | None:
     """Return the title and the cards of the runs that stopped or lost the target."""
-    failed, badness_of = [], defaultdict[int, list[float]](list)
-    for number, stage in enumerate(runs.stages):
-        for clip in stage.clips:
-            badness, _ = clip.worst["overlap", "online"]
-            badness_of[clip.take.tracker].append(badness)
-            if clip.take.failure or -clip.worst["loss", "online"][0] < len(stage.truth):
-                failed.append((badness, number, clip))
+    failed = [
+        (clip.worst["overlap", "online"][0], number, clip)
+        for number, stage in enumerate(runs.stages)
+        for clip in stage.clips
+        if clip.take.failure or -clip.worst["loss", "online"][0] < len(stage.truth)
+    ]
     if not failed:
         return None
     stopped = sum(bool(clip.take.failure) for *_, clip in failed)
@@ -238,28 +226,23 @@ def failures(runs: PageRuns, filmed: Sequence[PlayerScene]) -> tuple[str, list[F
     worst = dict[tuple[int, int], PageRun]()  # by tracker and sequence
     for _, number, clip in sorted(failed, key=itemgetter(0), reverse=True):
         worst.setdefault((clip.take.tracker, number), clip)
-    turns, order = Counter[int](), dict[tuple[int, int], tuple[int, float]]()
-    for tracker, number in worst:  # one run of each tracker first, that of the best tracker first
-        order[tracker, number] = turns[tracker], float(np.mean(badness_of[tracker]))
-        turns[tracker] += 1
-    cards = []
-    for tracker, number in sorted(order, key=order.__getitem__)[:_MAX_CARDS]:
-        clip = worst[tracker, number]
+    turns, cards = Counter[int](), []
+    for (tracker, number), clip in worst.items():
         take, frame = clip.take, clip.worst["overlap", "online"][1]
-        reason = take.failure.partition("\n")[0]
-        reason = reason if len(reason) <= _MAX_REASON else f"{reason[:_MAX_REASON]}…"
+        reason = textwrap.shorten(take.failure.partition("\n")[0], _MAX_REASON, placeholder=" …")
         card = FailureCard(
-            tracker,
             runs.labels[tracker],
             runs.stages[number].name,
             f"stopped: {reason}" if take.failure else f"lost at frame {frame}",
             _still(filmed[number], frame, [clip], runs.labels),
             PlayerPosition(number, tracker, take.repetition, frame),
         )
-        cards.append(card)
-    n_runs = sum(map(len, badness_of.values()))
+        cards.append((turns[tracker], card))  # one run of each tracker first
+        turns[tracker] += 1
+    cards.sort(key=itemgetter(0))
+    n_runs = sum(len(stage.clips) for stage in runs.stages)
     title = f"Failures: of {n_runs} run{'s' * (n_runs > 1)}, {parts}"
-    return title, cards
+    return title, [card for _, card in cards[:_MAX_CARDS]]
 
 
 def sequence_folds(
@@ -303,7 +286,4 @@ def _rows_of(sheet: PageTable, sequence: str, number: int) -> PageTable | None:
     caption = "Mean over repetitions, ± standard deviation. A number opens its worst frame."
     rows = [table.rows[i][1:] for i in chosen]
     part = Table(f"scores-{number}", caption, table.heads[1:], table.n_labels - 1, rows)
-    return PageTable(
-        part,
-        [sheet.places[i] for i in chosen] if sheet.places else [],
-    )
+    return PageTable(part, places=[sheet.places[i] for i in chosen] if sheet.places else ())

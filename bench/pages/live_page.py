@@ -9,11 +9,11 @@ from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import State
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import PageRuns, read_runs, scenes
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
+from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.datasets import SequenceError
 from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
-from trackmark.trackers import Randomness
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
 
@@ -44,33 +44,32 @@ def write_live_page(
         last = plan.repetitions[plan.run_trackers] - 1
         plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition
         specs = [*plan.trackers.values()]
-        is_stochastic = any(spec.randomness is not Randomness.NONE for spec in specs)
         for _ in execution.rows(lambda done: watch(done, execution.work)):
             pass
         if execution.errors:
             raise SequenceError("\n".join(execution.errors))
-        runs = read_runs(execution.folder, [spec.label for spec in specs], "all")
-        page = _page(runs, watch, repetition, is_stochastic)
+        runs = collect_runs(
+            judged_runs(execution.folder), [spec.label for spec in specs], with_numbers=True
+        )
+        page = _page(runs, watch)
         failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]
 
 
-def _page(runs: PageRuns, watch: Watch, repetition: int, is_stochastic: bool) -> Page:
-    """Return the page; `is_stochastic`: True if a tracker uses random numbers."""
-    (scene,) = scenes(runs, "", watch, height=_MAX_HEIGHT)
+def _page(runs: PageRuns, watch: Watch) -> Page:
+    """Return the page of the only sequence."""
+    (scene,) = scenes(runs, watch, height=_MAX_HEIGHT)
     named = ", ".join(runs.trackers)
-    words = [
+    repetition = max(take.repetition for take in scene.takes)
+    title = f"{named} on {scene.name}" + f", repetition {repetition}" * bool(repetition)
+    caption = (
         f"The player shows the boxes, masks, contours, particles, maps and numbers that {named} "
-        f"returned on {scene.name}. Select the sequence to open the player; ? lists the keys.",
-        f"The page shows repetition {repetition} of the stochastic trackers."
-        if is_stochastic
-        else "All trackers are deterministic: every repetition gives the same estimates.",
-    ]
-    title = f"{named} on {scene.name}"
-    title += f", repetition {repetition}" if is_stochastic and repetition else ""
-    sections = [PageSection("frames", "Frames", words, scenes=True)]
-    page = Page(title, sections, runs.trackers, [scene])
-    names = [name for take in scene.takes for name in take.maps][:1]
-    address = {"tracker": runs.trackers[0]} | ({"map": names[0]} if names else {})
-    address |= {"repetition": str(repetition)} if is_stochastic and repetition else {}
+        f"returned on {scene.name} in repetition {repetition}. Select the sequence to open the "
+        "player; ? lists the keys."
+    )
+    section = PageSection("frames", "Frames", scenes=True, caption=caption)
+    page = Page(title, [section], runs.trackers, [scene])
+    address = {"tracker": runs.trackers[0], "repetition": str(repetition)}
+    for name in [name for take in scene.takes for name in take.maps][:1]:
+        address["map"] = name
     return replace(page, start=page.opening(scene, None, **address))

@@ -1,6 +1,7 @@
 """Player of the frames of stored results, in a notebook."""
 
 import html
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from math import inf
@@ -12,6 +13,7 @@ from trackmark import datasets
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.store import data_frames
 from trackmark.bench.store.layout import experiment_folders
+from trackmark.datasets import Sequence
 from trackmark.reports.files import write_file
 
 _PLAYER_HEIGHT = 780  # CSS pixels
@@ -48,25 +50,25 @@ class SequencePlayer:
 
 def player(
     results: str | Path | StoredResults,
-    sequence: str,
+    sequence: str | Path | Sequence,
+    frame: int | None = None,
     tracker: str | None = None,
     repetition: int = 0,
-    frame: int | None = None,
 ) -> SequencePlayer:
-    """Return a player of a sequence with the boxes of all trackers that ran on it.
+    """Return a player of a sequence with the boxes of all trackers that ran on it by one-pass.
 
     Parameters
     ----------
     results : path or Results
         Folder of results, or results of `evaluate`, `run` or `load_results`.
-    sequence : str
-        Name in the results, or specification.
+    sequence : str, Path or Sequence
+        Name in the results or its last part, specification, path, or the sequence.
+    frame : int, optional
+        Frame that the player shows first; the first one with ground truth by default.
     tracker : str, optional
         Label of the tracker whose run is selected; none by default.
     repetition : int
         Repetition of the selected run.
-    frame : int, optional
-        Frame that the player shows first; the first one with ground truth by default.
 
     Raises
     ------
@@ -75,17 +77,18 @@ def player(
     ResultsError
         If there are no results, or they are damaged.
     """
-    from trackmark.bench.pages.player_runs import read_runs, scenes
+    from trackmark.bench.pages.player_runs import collect_runs, scenes
+    from trackmark.bench.reporting.stored_runs import judged_runs
     from trackmark.reports.page.content import Page, PageSection, PlayerPosition
     from trackmark.reports.page.page import write_page
 
     folder = Path(results) if isinstance(results, str | Path) else results.stored_folder
     experiment, name = _find_sequence(folder, sequence)
-    runs = read_runs(experiment, [], sequence=name)
+    runs = collect_runs(judged_runs(experiment, sequence=name), [])
     if tracker is not None and tracker not in runs.labels:
         names = ", ".join(runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (scene,) = scenes(runs, str(experiment), lambda *_: None)
+    (scene,) = scenes(runs, lambda *_: None)
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.frames:
         raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.frames - 1}.")
@@ -98,17 +101,27 @@ def player(
         return SequencePlayer(path.read_text("utf-8"))
 
 
-def _find_sequence(folder: Path, sequence: str) -> tuple[Path, str]:
+def complete_name(sequence: str, names: Iterable[str]) -> str:
+    """Return the only name whose last part is `sequence`; `sequence` if it is a name itself."""
+    ends = [name for name in names if sequence in (name, name.rpartition("/")[2])]
+    return ends[0] if sequence not in ends and len(ends) == 1 else sequence
+
+
+def _find_sequence(folder: Path, sequence: str | Path | Sequence) -> tuple[Path, str]:
     """Return the experiment that has runs on a sequence, and the sequence's name in these runs."""
     names: dict[str, Path] = {}
     for experiment in reversed(experiment_folders(folder)):
         runs = data_frames.load_runs(experiment)
         scored = runs[(runs["protocol"] == STORED_ONE_PASS) & (runs["status"] != "missing")]
         names |= dict.fromkeys(map(str, scored["sequence"].unique()), experiment)
-    if sequence not in names:
+    requested = sequence.name if isinstance(sequence, Sequence) else str(sequence)
+    name = complete_name(requested, names)
+    if name not in names:
         with suppress(datasets.SequenceError, OSError):  # then `sequence` is only a name
-            sequence = datasets.load(sequence).name
-    if sequence not in names:
-        expected = ", ".join(sorted(names)) or "none"
-        raise ValueError(f"{folder}: no run on {sequence!r}. Expected one of: {expected}.")
-    return names[sequence], sequence
+            name = datasets.load(requested).name
+    if name not in names:
+        expected = f"Expected one of: {', '.join(sorted(names))}."
+        if not names:
+            expected = "The player shows one-pass runs only, and there are none."
+        raise ValueError(f"{folder}: no run on {requested!r}. {expected}")
+    return names[name], name

@@ -33,15 +33,13 @@ def shapes(run: Run) -> dict[int, dict[str, Any]]:
 
 def true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
     """Return outlines of the ground truth by frame, if it is more than a box."""
-    stored_shapes = {
-        frame: shape for frame, shape in enumerate(stored.shapes or ()) if shape is not None
-    }
-    return {
-        frame: {"masks": _outlines(shape)}
-        if shape.dtype == np.bool_
-        else {"contours": [_points(shape)]}
-        for frame, shape in stored_shapes.items()
-    }
+    shapes_by_frame = {}
+    for frame, shape in enumerate(stored.shapes or ()):
+        if shape is not None:
+            is_mask = shape.dtype == np.bool_
+            kind, lines = ("masks", _outlines(shape)) if is_mask else ("contours", [_points(shape)])
+            shapes_by_frame[frame] = {kind: lines}
+    return shapes_by_frame
 
 
 def mask_shapes(masks: Iterable[tuple[int, NDArray[np.bool_] | None]]) -> dict[int, dict[str, Any]]:

@@ -1,14 +1,12 @@
 """Stored runs for pages: boxes for the player, worst frames, and curves for charts."""
 
 import json
-import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 from operator import itemgetter
-from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +21,7 @@ from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, fi
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.outlines import is_round
-from trackmark.bench.reporting.stored_runs import StoredRun, judged_runs
+from trackmark.bench.reporting.stored_runs import StoredRun
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.page.content import PlayerPosition, PlayerRun, PlayerScene
 
@@ -40,8 +38,6 @@ ERRORS = np.linspace(0.0, 50.0, 51)
 
 Array: TypeAlias = NDArray[np.float64]
 Frames: TypeAlias = NDArray[np.int64]
-Layers: TypeAlias = Literal["none", "drawn", "all"]
-"""Contents in addition to boxes: `drawn` has outlines, particles and maps, `all` also numbers."""
 
 
 class ThresholdShares(NamedTuple):
@@ -59,7 +55,6 @@ class PageRun:
     take: PlayerRun
     end: int  # last frame with a box
     overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not judged
-    errors: NDArray[np.float32]  # (n,): centre error [px]; NaN if the frame is not judged
     shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
     worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `PageRuns.place`
 
@@ -101,29 +96,32 @@ class PageRuns:
         `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: `online`
         replaces `revised` for runs without revised boxes.
         """
-        traces = dict.fromkeys((trace, "online"))
-        worst = (self._worst.get((tracker, sequence, kind, name)) for name in traces)
-        return next((place for _, place in filter(None, worst)), None)
+        names = [stage.name for stage in self.stages] if sequence is None else [sequence]
+        return self.worst_of(tracker, names, kind, trace)
 
-    def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> PlayerPosition | None:
+    def worst_of(
+        self, tracker: str, sequences: Sequence[str], kind: str, trace: Trace = "online"
+    ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on several sequences."""
-        worst = [self._worst.get((tracker, name, kind, "online")) for name in sequences]
-        return max(filter(None, worst), key=itemgetter(0), default=(0.0, None))[1]
+        for wanted in (trace, "online"):
+            worst = [self._worst.get((tracker, name, kind, wanted)) for name in sequences]
+            if any(worst):
+                return max(filter(None, worst), key=itemgetter(0))[1]
+        return None
 
     @cached_property
-    def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, PlayerPosition]]:
+    def _worst(self) -> dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]]:
         """Badness and worst frame of the worst run, by tracker, sequence, kind and trace."""
-        worst: dict[tuple[str, str | None, str, Trace], tuple[float, PlayerPosition]] = {}
+        worst: dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]] = {}
         for position, stage in enumerate(self.stages):
             for clip in (*stage.clips, *stage.others):
                 take = clip.take
                 for (kind, trace), (badness, frame) in clip.worst.items():
                     place = PlayerPosition(position, take.tracker, take.repetition, frame)
                     place = place._replace(start=take.start, revised=trace == "revised")
-                    for sequence in (stage.name, None):
-                        key = self.labels[take.tracker], sequence, kind, trace
-                        if key not in worst or badness > worst[key][0]:
-                            worst[key] = badness, place
+                    key = self.labels[take.tracker], stage.name, kind, trace
+                    if key not in worst or badness > worst[key][0]:
+                        worst[key] = badness, place
         return worst
 
 
@@ -132,21 +130,13 @@ def name_on_page(tracker: str, protocol: str) -> str:
     return tracker if protocol == STORED_ONE_PASS else f"{tracker} ({protocol})"
 
 
-def read_runs(
-    experiment: Path, trackers: Sequence[str], layers: Layers = "drawn", **only: str
-) -> PageRuns:
-    """Read all scored runs of an experiment.
-
-    `trackers`: trackers in the order of their colours; others follow. `only`: required values of
-    columns. Raises `ResultsError` if a file cannot be read.
-    """
-    return collect_runs(judged_runs(experiment, **only), trackers, layers)
-
-
 def collect_runs(
-    runs: Iterable[StoredRun], trackers: Sequence[str], layers: Layers = "drawn"
+    runs: Iterable[StoredRun], trackers: Sequence[str], with_numbers: bool = False
 ) -> PageRuns:
-    """Collect runs for a page; parameters as for `read_runs`."""
+    """Score runs for a page.
+
+    `trackers`: trackers in the order of their colours; others follow.
+    """
     names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
     stages: dict[str, SequenceRuns] = {}
     circumstances: dict[str, Mapping[str, Any]] = {}
@@ -159,7 +149,7 @@ def collect_runs(
             if row["tracker"] not in names:
                 names.append(row["tracker"])
             number = names.index(row["tracker"])
-            stage.clips.append(_judge(truth, _RunPart(run), row, number, layers))
+            stage.clips.append(_judge(truth, _RunPart(run), row, number, with_numbers))
         else:
             others.append((row, run))
         entry = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
@@ -174,10 +164,10 @@ def collect_runs(
         stage, number = stages[row["sequence"]], labels.index(name)
         if run.segments:
             parts = _split_segments(run, stage.truth)
-            stage.others += [_judge(stage.truth, part, row, number, "none") for part in parts]
+            stage.others += [_judge(stage.truth, part, row, number, False) for part in parts]
         else:
             part = _from_other_protocol(run, stage.truth)
-            stage.others.append(_judge(stage.truth, part, row, number, layers))
+            stage.others.append(_judge(stage.truth, part, row, number, with_numbers))
     return PageRuns(names, labels, list(stages.values()), list(circumstances.values()))
 
 
@@ -231,22 +221,19 @@ def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
 
 
 def _judge(
-    truth: Array, part: _RunPart, row: Mapping[str, Any], tracker: int, layers: Layers
+    truth: Array, part: _RunPart, row: Mapping[str, Any], tracker: int, with_numbers: bool
 ) -> PageRun:
     """Compute the scores of a part of a run by frame."""
     run, one_pass = part.run, part.judged is None
     judged = np.flatnonzero(_present(truth))[1:]
     if part.judged is not None:
         judged = np.flatnonzero(_present(truth) & part.judged)
-    overlaps, errors = np.full((2, len(run.boxes)), np.nan, np.float32)
-    exact = (
-        overlap(truth[judged], run.boxes[judged]),
-        centre_error(truth[judged], run.boxes[judged]),
-    )
-    overlaps[judged], errors[judged] = exact
+    exact = overlap(truth[judged], run.boxes[judged])
+    overlaps = np.full(len(run.boxes), np.nan, np.float32)
+    overlaps[judged] = exact
     shares = {}
     if row["status"] == "finished" and len(judged) and one_pass:
-        hits, near = np.nan_to_num(exact[0])[:, None], exact[1][:, None]
+        hits, near = np.nan_to_num(exact)[:, None], centre_error(truth, run.boxes)[judged, None]
         shares["success"] = _threshold_shares(hits, OVERLAPS, hits >= OVERLAPS, judged)
         shares["precision"] = _threshold_shares(near, ERRORS, near <= ERRORS, judged)
     boxes_at = np.flatnonzero(_present(run.boxes))
@@ -258,15 +245,15 @@ def _judge(
         run.revised,
         run.failure,
         is_round(run),
-        shapes(run) if layers != "none" else {},
-        maps(run) if layers != "none" else {},
-        {**part.numbers, **(numbers(run) if layers == "all" else {})},
+        shapes(run),
+        maps(run),
+        {**part.numbers, **(numbers(run) if with_numbers else {})},
         part.start,
         part.start_label,
         [] if part.judged is None else _spans(part.judged),
         part.marks,
     )
-    return PageRun(take, end, overlaps, errors, shares, _worst(truth, run, row, judged, end))
+    return PageRun(take, end, overlaps, shares, _worst(truth, run, row, judged, end))
 
 
 def _threshold_shares(
@@ -308,7 +295,6 @@ def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 def scenes(
     runs: PageRuns,
-    results: str,
     watch: Watch,
     keep: Keep | None = None,
     height: int = THUMBNAIL,
@@ -316,21 +302,19 @@ def scenes(
 ) -> Iterator[PlayerScene]:
     """Yield the sequences with all frames, or with the `selected` frames of each, in order.
 
-    `results`: folder in commands. See `film_all` for the other parameters.
+    See `film_all` for the other parameters.
     """
     frames = selected or [range(len(stage.truth)) for stage in runs.stages]
     rows = [(stage.row, its) for stage, its in zip(runs.stages, frames, strict=True)]
     films = film_all(rows, watch, keep, height)
     for stage, its, filmed in zip(runs.stages, frames, films, strict=True):
-        yield _scene(stage, results, filmed, its)
+        yield _scene(stage, filmed, its)
 
 
-def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
+def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
     """Return a sequence for the player."""
-    row, stored = stage.row, stage.stored
+    stored = stage.stored
     present = np.flatnonzero(_present(stored.boxes))
-    truth_option = ["--truth", row["truth"]] if row["truth"] else []
-    show = ["trackmark", "show", row["source"], *truth_option, "--results", results]
     return PlayerScene(
         name=stage.name,
         size=stored.image_size or _extent(stored.boxes),
@@ -343,7 +327,6 @@ def _scene(stage: SequenceRuns, results: str, filmed: Filmed, frames: Sequence[i
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
         shapes={**filmed.shapes, **true_shapes(stored)},
-        show=shlex.join(show) if results else "",
     )
 
 

@@ -31,11 +31,12 @@ from trackmark.bench.pages.charts import (
 )
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.parts_table import parts_table
-from trackmark.bench.pages.player_runs import name_on_page, read_runs, scenes
+from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.answer import Answer
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
+from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.bench.reporting.tables import clocks, not_repeatable, summary_of
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
@@ -96,7 +97,7 @@ def write_report_page(
     """
     content = _Content(experiment, tables, commands)
     keep = partial(write_chunk, path) if full else None
-    page = content.page(title, list(scenes(content.runs, commands.results, watch, keep)))
+    page = content.page(title, list(scenes(content.runs, watch, keep)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib
@@ -119,7 +120,7 @@ class _Content:
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
             means = self.scored.groupby("tracker", observed=True)["mean_overlap"].mean().fillna(0)
             names.sort(key=lambda name: -means[name])
-        self.runs = read_runs(experiment, names)
+        self.runs = collect_runs(judged_runs(experiment), names)
         is_finished = self.scored["status"] == "finished"
         incomplete = set(self.scored["tracker"][~is_finished].astype(str))
         self.whole = [name for name in names if name not in incomplete]
@@ -336,9 +337,10 @@ class _Content:
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
         result, tables = "commands, versions, parameters, fingerprints", [*failed, *sheets]
+        terms = [f"{name}: {text}" for name, text in GLOSSARY.items()]
         folds = [
             Fold("provenance", "Provenance", result, self._words(), tables, commands),
-            Fold("glossary", "Glossary", "terms of this page", terms=GLOSSARY),
+            Fold("glossary", "Glossary", "terms of this page", terms),
         ]
         return PageSection("provenance", "About this report", blocks=folds, nav="Provenance")
 

@@ -48,16 +48,10 @@ class Footage:
 
     reading: PageRuns
     scenes: Sequence[PlayerScene]
-    places: Mapping[ShownRun, PlayerPosition]
-
-    def place(self, run: ShownRun | None) -> PlayerPosition | None:
-        """Return the position of a run's worst frame; None without a run."""
-        return self.places.get(run) if run else None
+    places: Mapping[ShownRun | None, PlayerPosition]
 
 
-def film_runs(
-    linked_runs: Iterable[ShownRun | None], context: Context, results: Path, watch: Watch
-) -> Footage:
+def film_runs(linked_runs: Iterable[ShownRun | None], context: Context, watch: Watch) -> Footage:
     """Read runs and those drawn next to them; render the frames around their worst frames."""
     runs = list(dict.fromkeys(filter(None, linked_runs)))
     files = [
@@ -67,10 +61,11 @@ def film_runs(
         for file in context.runs.files(tracker, run.sequence)
     ]
     reading = collect_runs(_stored(dict.fromkeys(files)), [])
-    places = {run: place for run in runs if (place := _place(run, reading, context))}
+    places: dict[ShownRun | None, PlayerPosition] = {}
+    places |= {run: place for run in runs if (place := _place(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.effort.quick else MAX_SECONDS
     frames = _frames(reading, list(places.values()), limit)
-    player_scenes = [*scenes(reading, str(results), watch, selected=frames)] if files else []
+    player_scenes = [*scenes(reading, watch, selected=frames)] if files else []
     return Footage(reading, player_scenes, places)
 
 
@@ -95,52 +90,43 @@ def _place(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition
 
 def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float) -> list[list[int]]:
     """Select frames of each sequence around the worst ones, within limits of size and time."""
-    costs = [stage.row["frame_seconds"] or 0.0 for stage in reading.stages]
-    frames_by_sequence: list[list[int]] = []
+    frames: list[list[int]] = []
     for reach in REACHES:
         sets: list[set[int]] = [set() for _ in reading.stages]
         for place in places:
             last = len(reading.stages[place.sequence].truth) - 1
-            near = range(max(0, place.frame - reach), min(last, place.frame + reach) + 1)
-            sets[place.sequence] |= {*near}
-        frames_by_sequence = [*map(sorted, sets)]
-        pairs = zip(costs, frames_by_sequence, strict=True)
-        needed = sum(cost * len(frames) for cost, frames in pairs)
-        if needed <= seconds and sum(map(len, frames_by_sequence)) <= MAX_FRAMES:
+            sets[place.sequence] |= {
+                *range(max(0, place.frame - reach), min(last, place.frame + reach) + 1)
+            }
+        frames = [*map(sorted, sets)]
+        costs = (stage.row["frame_seconds"] or 0.0 for stage in reading.stages)
+        needed = sum(cost * len(its) for cost, its in zip(costs, frames, strict=True))
+        if needed <= seconds and sum(map(len, frames)) <= MAX_FRAMES:
             break
-    return frames_by_sequence
+    return frames
 
 
-def worst_runs(
-    trackers: Sequence[str],
-    measures: Sequence[str],
-    sequences: Iterable[str],
-    count: int,
-    setting: str,
-    context: Context,
-) -> list[ShownRun | None]:
-    """Return the worst run of each tracker by each measure in a setting; None without runs.
-
-    `count`: number of scenes per sequence.
-    """
-    texts = [tracker_text(context.description, name, setting) for name in trackers]
-    names = [scene_names(context.description, name, count) for name in sequences]
-    scenes = [member for sequence in names for members in sequence for member in members]
-    return [_worst(text, scenes, measure, texts, context) for text in texts for measure in measures]
+def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | None]:
+    """Return the worst run behind each value of a row of the main table in a setting."""
+    texts = [tracker_text(context.description, name, setting) for name in row.trackers]
+    scenes = _scenes(row.sequences, context.scenes, context)
+    return [
+        _worst(text, scenes, measure, texts, context) for text in texts for measure in row.measures
+    ]
 
 
 def claim_run(claim: Claim, setting: str, context: Context) -> ShownRun | None:
     """Return the worst run of a claim's first tracker; None for times and values of scenes."""
     if claim.measure.startswith(("scenes.", "timing.")):
         return None
-    options = [claim.measure], claim.sequences, claim.n_scenes, setting, context
-    return worst_runs(claim.trackers, *options)[0]
+    texts = [tracker_text(context.description, name, setting) for name in claim.trackers]
+    scenes = _scenes(claim.sequences, claim.n_scenes, context)
+    return _worst(texts[0], scenes, claim.measure, texts, context)
 
 
-def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | None]:
-    """Return the worst run behind each value of a row of the main table in a setting."""
-    options = row.measures, row.sequences, context.scenes, setting, context
-    return worst_runs(row.trackers, *options)
+def _scenes(sequences: Iterable[str], count: int, context: Context) -> list[str]:
+    names = [scene_names(context.description, name, count) for name in sequences]
+    return [member for sequence in names for members in sequence for member in members]
 
 
 def _worst(

@@ -1,32 +1,31 @@
 """Page of a paper in HTML: its table and figures next to ours, verdicts, and folded details."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, effect_text
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.papers import evidence_frames
-from trackmark.bench.papers.evidence_frames import Footage, ShownRun
+from trackmark.bench.papers.evidence_frames import (
+    Footage,
+    claim_run,
+    film_runs,
+    main_runs,
+)
 from trackmark.bench.papers.figures import Drawing, Image
 from trackmark.bench.papers.main_table import main_values
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
 from trackmark.bench.papers.measures import JudgedRun
 from trackmark.bench.papers.reproduction import Report
+from trackmark.bench.papers.runs import Context
 from trackmark.reports.page import cards
 from trackmark.reports.page.cards import Fold, Still
 from trackmark.reports.page.content import Page, PageSection, PageTable
 from trackmark.reports.page.film import compress_picture, encode_film
 from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING
-
-ClaimRuns = Mapping[tuple[str, str], ShownRun | None]
-"""Worst runs by claim and setting."""
-
-MainRuns = list[list[list[ShownRun | None]]]
-"""Worst runs by row of the main table, setting and value."""
 
 FACTS = {
     "identifier": "name",
@@ -51,21 +50,15 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
     of frames read, and of all frames. Raises `OSError` or `ResultsError`.
     """
     context = report.context
-    claim_runs = {
-        (row.claim.name, setting): evidence_frames.claim_run(row.claim, setting, context)
-        for row in report.verdicts
-        for setting in SETTINGS
-    }
-    rows = context.description.main_table.rows
-    runs: MainRuns = [
-        [evidence_frames.main_runs(row, setting, context) for setting in SETTINGS] for row in rows
-    ]
-    linked = [*claim_runs.values(), *(run for row in runs for values in row for run in values)]
-    footage = evidence_frames.film_runs(linked, context, path.parent.parent, watch)
+    runs = [claim_run(row.claim, s, context) for row in report.verdicts for s in SETTINGS]
+    for row in context.description.main_table.rows:
+        for setting in SETTINGS:
+            runs += main_runs(row, setting, context)
+    footage = film_runs(runs, context, watch)
     n = context.scenes
     page = Page(
         report.description.title,
-        [*_sections(report, claim_runs, runs, footage)],
+        [*_sections(report, footage)],
         footage.reading.labels,
         footage.scenes,
         meta=f"{plain(report.description.citation)} · {n} scene{'s' * (n != 1)} per sequence",
@@ -87,16 +80,14 @@ def _details(report: Report) -> list[str]:
     return [*start, f"{len(report.verdicts)} claims. {'; '.join(report.counts).capitalize()}."]
 
 
-def _sections(
-    report: Report, claim_runs: ClaimRuns, runs: MainRuns, footage: Footage
-) -> Iterator[PageSection]:
+def _sections(report: Report, footage: Footage) -> Iterator[PageSection]:
     """Yield the parts of the page in their order."""
-    groups = _groups(report.verdicts, claim_runs, footage)
+    groups = _groups(report, footage)
     if groups:
         counts = [cards.VerdictCount(g.title, g.tone, len(g.claims), g.key) for g in groups]
         yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[counts])
     caption = "A number of ours opens the worst run behind it."
-    table = _main_table(report, runs, footage)
+    table = _main_table(report, footage)
     title = "The paper's numbers and ours"
     yield PageSection("numbers", title, blocks=[table], caption=caption, nav="Table")
     if panels := _panels(report.figures):
@@ -109,13 +100,16 @@ def _sections(
     yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
 
 
-def _main_table(report: Report, runs: MainRuns, footage: Footage) -> cards.SideTable:
+def _main_table(report: Report, footage: Footage) -> cards.SideTable:
     """Return the main table; a value opens its worst run and shows the verdict on its claim."""
     main, verdicts = report.description.main_table, {row.claim.name: row for row in report.verdicts}
     rows = []
-    for row, row_runs in zip(main.rows, runs, strict=True):
+    for row in main.rows:
         texts = [main_values(row, setting, report.context) for setting in SETTINGS]
-        places = [[footage.place(run) for run in setting_runs] for setting_runs in row_runs]
+        places = [
+            [footage.places.get(run) for run in main_runs(row, setting, report.context)]
+            for setting in SETTINGS
+        ]
         if not main.columns:
             texts = [[row.separator.join(values)] for values in texts]
         ours = [
@@ -164,13 +158,14 @@ def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
     caption = f"{figure.caption[:1].upper()}{figure.caption[1:].rstrip('.')}."
     if strip is None:
         words = f"Ours: {figure.words.rstrip('.')}."
-        pictures = [compress_picture(drawing.path.read_bytes()) for drawing in figures]
+        pictures = [
+            compress_picture(drawing.path.read_bytes()) for drawing in figures if drawing.path
+        ]
         return cards.FigurePanel(label, caption, words, pictures=pictures)
     colours = "; green: on or off as in the paper; red: not" if figure.entry.paper else ""
     words = (
-        f"Ours: `{strip.sequence.name}`, the scene with the median error of "
-        f"{figure.entry.trackers[0]} as recommended. White: true {figure.entry.shape}; solid: as "
-        f"written; dashed: recommended; px: centre error{colours}."
+        f"Ours: {figure.words} White: true {figure.entry.shape}; solid: as written; dashed: "
+        f"recommended; px: centre error{colours}."
     )
     rows = []
     for number, tracker in enumerate(figure.entry.trackers):
@@ -214,9 +209,7 @@ def _tile(
     return cards.StripTile(still, notes)
 
 
-def _groups(
-    rows: Sequence[VerdictRow], claim_runs: ClaimRuns, footage: Footage
-) -> list[cards.VerdictGroup]:
+def _groups(report: Report, footage: Footage) -> list[cards.VerdictGroup]:
     """Return the claims by their verdicts in both settings; groups without claims are left out."""
     groups = {
         "both": ("Holds in both settings", "good"),
@@ -226,14 +219,14 @@ def _groups(
         "numbers": ("Not testable", "none"),
     }
     items: dict[str, list[cards.VerdictItem]] = {key: [] for key in groups}
-    for row in rows:
+    for row in report.verdicts:
         verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
         key = ("neither", "one", "both")[verdicts.count("holds")]
         if "not testable" in verdicts:
             key = "numbers"
         elif set(verdicts) == {"inconclusive"}:
             key = "inconclusive"
-        items[key].append(_item(row, claim_runs, footage))
+        items[key].append(_item(row, report.context, footage))
     return [
         cards.VerdictGroup(f"group-{key}", *groups[key], claims)
         for key, claims in items.items()
@@ -241,7 +234,7 @@ def _groups(
     ]
 
 
-def _item(row: VerdictRow, claim_runs: ClaimRuns, footage: Footage) -> cards.VerdictItem:
+def _item(row: VerdictRow, context: Context, footage: Footage) -> cards.VerdictItem:
     """Return a claim: its verdicts open the worst runs, and it unfolds quote and reasons."""
     claim, cells = row.claim, []
     facts = {head: text for head, name in FACTS.items() if (text := str(getattr(claim, name)))}
@@ -252,7 +245,7 @@ def _item(row: VerdictRow, claim_runs: ClaimRuns, footage: Footage) -> cards.Ver
         effect = f"difference {effect}" if is_difference and effect != MISSING else effect
         facts[name] = f"{verdict.verdict}: {effect}; {verdict.reason}"
         tone, remarks = TONES.get(verdict.verdict, "none"), "; ".join(row.remarks(setting))
-        place = footage.place(claim_runs[claim.name, setting])
+        place = footage.places.get(claim_run(claim, setting, context))
         cells.append(cards.VerdictCell(name, verdict.verdict, tone, effect, remarks, place))
     quote = f"“{claim.quote}” ({claim.source})"
     title = f"{claim.short[:1].upper()}{claim.short[1:]}"

@@ -65,7 +65,8 @@ def markdown(table: Table) -> str:
 def _figures(report: Report, folder: Path) -> str:
     rows = []
     for figure in report.figures:
-        name = figure.path.name
-        file = f"[{name}]({name})" if figure.path.parent == folder else f"`{name}`"
-        rows.append(f"| {figure.label} | {figure.caption} | {file}: {figure.words} |")
+        file = figure.path.name if figure.path else "report.html"
+        written = figure.path and figure.path.parent == folder
+        link = f"[{file}]({file})" if written else f"`{file}`"
+        rows.append(f"| {figure.label} | {figure.caption} | {link}: {figure.words} |")
     return "\n".join(["| paper | what it shows | ours |", "|---|---|---|", *rows])

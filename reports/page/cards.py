@@ -73,13 +73,11 @@ class Leaderboard:
 class Loop:
     """Frames around the hardest moment of a sequence."""
 
-    scene: int
     name: str
-    frame: int
     first: int
     last: int
     still: Still
-    overlaps: Sequence[tuple[int, str, str]]  # index and name of the tracker, and its overlap
+    overlaps: Sequence[tuple[int, str, float]]  # index and name of the tracker, and its overlap
     place: PlayerPosition
 
 
@@ -128,7 +126,6 @@ class PairMatrix:
 class FailureCard:
     """Run that lost the target or stopped."""
 
-    tracker: int
     label: str
     sequence: str
     text: str
@@ -161,7 +158,6 @@ class Fold:
     words: Sequence[str] = ()
     sheets: Sequence[PageTable] = ()
     commands: Sequence[str] = ()
-    terms: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, NamedTuple, TypeAlias
 from urllib.parse import urlencode
 
@@ -93,13 +94,11 @@ class PageSection:
     """Section of a page.
 
     `blocks`: cards (see `reports.page.cards`), charts and tables. `scenes`: True to list the
-    sequences after the `words`. `span`: width in twelfths of the page. `nav`: name in the
-    navigation.
+    sequences. `span`: width in twelfths of the page. `nav`: name in the navigation.
     """
 
     key: str
     title: str
-    words: Sequence[str] = ()
     scenes: bool = False
     blocks: Sequence[object] = ()
     caption: str = ""
@@ -141,12 +140,16 @@ class PlayerScene:
     fps: float | None = None
     first: int = 0  # first frame with ground truth
     shapes: Shapes = field(default_factory=dict)  # of the ground truth
-    show: str = ""  # command that draws a frame, without the frame number
 
     @property
     def frames(self) -> int:
         """Number of frames."""
         return len(self.boxes)
+
+    @property
+    def images(self) -> list[bytes]:
+        """Encoded thumbnails of all frames, or of those in `frame_numbers`."""
+        return [*chain(*self.thumbnails)]
 
 
 @dataclass(frozen=True)
@@ -161,11 +164,6 @@ class Page:
     meta: str = ""  # line above the heading: size and date of the runs
     answer: str = ""  # heading; the title by default
     details: Sequence[str] = ()  # sentences below the heading
-
-    @property
-    def linked_sections(self) -> Sequence[PageSection]:
-        """Sections in the navigation: those with a short name, or all if no section has one."""
-        return [section for section in self.sections if section.nav] or self.sections
 
     def opening(self, scene: PlayerScene, frame: int | None = None, **options: str) -> str:
         """Return the address of a sequence, by default at its first frame with ground truth."""

@@ -59,8 +59,9 @@ class Scene {
   constructor(number) {
     this.number = number;
     Object.assign(this, data.scenes[number]);
-    this.takes = this.takes.map(([tracker, repetition, row, revised, failure, round, maps, numbers, start, begun, judged, marks], number) =>
-      ({ number, tracker, repetition, row, revised, failure, round, maps, numbers, start, begun, judged, marks }));
+    let rows = 1;  // row 0 is the ground truth
+    this.takes = this.takes.map(([tracker, repetition, revised, failure, round, maps, numbers, start, begun, judged, marks], number) =>
+      ({ number, tracker, repetition, row: rows++, revised: revised ? rows++ : null, failure, round, maps, numbers, start, begun, judged, marks }));
     this.judged = new Map(this.takes.filter((take) => take.judged.length).map((take) => [take.row, take.judged]));
     this.films = Object.fromEntries(Object.entries(this.reels).map(([kind, sizes]) => [kind, new Reel(`${kind}-${number}`, sizes, /^(thumbnails|full)$/.test(kind) && this.kept)]));
     this.curves = new Map();

@@ -212,12 +212,7 @@ async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
   } catch {  // some browsers refuse the clipboard to pages from disk
-    const area = make("textarea", { style: "position:fixed;opacity:0" });
-    (document.querySelector("dialog[open]") || document.body).append(area);
-    area.value = text;
-    area.select();
-    document.execCommand("copy");
-    area.remove();
+    prompt("Copy this text:", text);
   }
 }
 addEventListener("click", async (event) => {

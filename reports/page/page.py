@@ -124,7 +124,6 @@ def _environment() -> Environment:
         "symbols": SYMBOLS,
     }
     environment.filters |= {
-        "poster": _poster,
         "score": lambda value: f"{value:.2f}" if isfinite(value) else MISSING,
         "at_reference": at_reference,
         "svg": chart_svg,
@@ -172,12 +171,6 @@ def _address_of(picture: bytes) -> str:
     return f"data:image/{kind};base64,{b64encode(picture).decode()}"
 
 
-def _poster(scene: PlayerScene) -> str:
-    """Return a data URL of the middle frame of a sequence; empty without frames."""
-    frames = [*chain(*scene.thumbnails)]
-    return _address_of(frames[len(frames) // 2]) if frames else ""
-
-
 def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:
     """Return boxes and shapes of a sequence: the ground truth first, then the runs."""
     rows = [(scene.boxes, scene.shapes)]
@@ -189,15 +182,12 @@ def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:
 
 def _scene_data(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
     """Return the data of a sequence for the player's script."""
-    takes, row = [], 1
+    takes = []
     for take in scene.takes:
-        revised = None if take.revised is None else row + 1
         failure = one_line(take.failure.partition("\n")[0])
-        maps, numbers = list(take.maps), bool(take.numbers)
-        segment = [take.start, take.start_label, take.judged, list(take.marks)]
-        place = [take.tracker, take.repetition, row, revised]
-        takes.append([*place, failure, take.round, maps, numbers, *segment])
-        row += 1 if revised is None else 2
+        run = take.tracker, take.repetition, take.revised is not None, failure, take.round
+        segment = take.start, take.start_label, take.judged, take.marks
+        takes.append([*run, [*take.maps], bool(take.numbers), *segment])
     return {
         "name": scene.name,
         "title": one_line(scene.name),
@@ -207,7 +197,6 @@ def _scene_data(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -
         "fps": scene.fps,
         "why": one_line(scene.why),
         "kept": None if scene.frame_numbers is None else list(scene.frame_numbers),
-        "show": scene.show,
         "shapes": shapes,
         "reels": {kind: sizes for kind, sizes in reels.items() if sizes},
         "takes": takes,

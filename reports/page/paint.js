@@ -10,13 +10,6 @@ function paint(image, map) {
   pen.setTransform(1, 0, 0, 1, 0, 0);
   const drawn = (enlarged) => drawFrame(pen, scene, frame, image, map, drawnTakes(), Math.max(1.6, screen.width / 480) / enlarged, { layers: shownLayers(), focus: focus(), rowOf });
   drawn(1);
-  if (!image && scene.kept) {
-    const em = 16 * screen.width / screen.clientWidth;  // 16 CSS pixels, also on a small screen
-    pen.fillStyle = "#d8dade";
-    pen.font = `${em}px system-ui`;
-    pen.fillText("This page has only the worst frames:", 0.7 * em, 1.5 * em);
-    pen.fillText("those with a line below the curve.", 0.7 * em, 2.9 * em);
-  }
   const at = state.has("lens") && (pointer || middleOf(scale));
   if (at) {
     const radius = screen.height / 4.5;

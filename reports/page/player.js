@@ -3,12 +3,13 @@
 const AHEAD = 10;  // frames that are decoded in advance
 const TOLD_EVERY = 150;  // shortest time between updates of texts during playback [ms]
 
+const WORST_ONLY = "This page has only the worst frames, those with a line below the curve.";
+
 const dialog = byId("player");
 const scenes = new Map();
 let scene = null, frame = 0, playing = 0, held = false, pointer = null;
 let toldAt = 0;
 let pointed = false;  // true if the last input was by pointer, false if by key
-let cameFrom = null;  // element that had the focus before the key `g`
 let painted = null, paintedMap = null, paintedFrame = -1;  // image, map and number of the frame on the screen
 
 const repetition = () => Number(state.get("repetition") || 0);
@@ -59,6 +60,7 @@ async function seek(number) {
   } catch (error) { tellError(error); }
   if (!seen()) return;
   repaint(image, map);
+  if (here.kept && (!image || byId("said").textContent === WORST_ONLY)) say(image ? "" : WORST_ONLY);
   const better = image === large ? null : large?.then((it) => { if (seen()) repaint(it); });
   Promise.resolve(better).catch(tellError).then(() => {
     for (const film of [thumbnails, full, weighed]) if (film) prepare(film, wanted, wanted < before ? -1 : 1, seen).catch(() => {});
@@ -104,7 +106,7 @@ function numbersIn(take) {
   return Object.entries(take.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${values[frame]}`).join(" · ");
 }
 
-/** Update scores and numbers of the trackers in the frame, and the command that draws the frame. */
+/** Update scores and numbers of the trackers in the frame. */
 function tellNumbers() {
   const drawn = drawnTakes();
   for (const button of trackerButtons()) {
@@ -117,9 +119,6 @@ function tellNumbers() {
   const telling = drawn.filter((take) => take.numbers);
   byId("told").textContent = telling.map((take) => [data.trackers[take.tracker], numbersIn(take)]).filter(([, told]) => told).map((both) => both.join(": ")).join("\n");
   byId("told").style.minHeight = `${byId("told").offsetHeight}px`;  // the height never shrinks, so that the frame keeps its size
-  byId("shown").parentNode.hidden = !scene.show || drawnTakes().some((take) => take.judged.length);  // the command `show` draws one-pass runs only
-  if (scene.show) byId("shown").textContent =
-    `${scene.show} --repetition ${repetition()} --first ${frame} --last ${frame}${state.get("trace") === "revised" ? " --trace revised" : ""} --output frame.png`;
 }
 
 function options(select, entries, chosen) {
@@ -220,8 +219,6 @@ function toggle(tracker) {
 // ---- Reaction to a changed page address.
 let drawnFor = "";
 const leave = () => choose({ sequence: null, tracker: null, repetition: null, start: null, frame: null }, true);
-const forget = make("button", { type: "button", title: "Close", "aria-label": "Close" }, "✕");
-forget.addEventListener("click", leave);
 const sceneNumber = () => data.scenes.findIndex((one) => one.name === state.get("sequence"));
 function openScene(number, first) {
   if (!scenes.has(number)) {
@@ -234,7 +231,7 @@ function openScene(number, first) {
 async function follow() {
   const name = state.get("sequence");
   const number = sceneNumber();
-  byId("missing").replaceChildren(...(name === null || number >= 0 ? [] : [`There is no sequence ${name} on this page.`, forget]));
+  byId("missing").textContent = name === null || number >= 0 ? "" : `There is no sequence ${name} on this page.`;
   if (number < 0) {
     if (dialog.open) dialog.close();
     stop();
@@ -318,9 +315,8 @@ function nextFailure() {
   if (next === undefined) { say("No shown tracker leaves the true box."); return; }
   const here = found.filter(([i]) => i === next);
   const why = here.filter(([, , what]) => what === "stops").map(([, take]) => ` Its run failed: ${take.failure}`).join("");
-  const again = here.length === found.length ? " It is the only one." : next <= frame ? " The search continued from the start." : "";
   move(next);
-  say(`${here.map(([, take, what]) => `${data.trackers[take.tracker]} ${what}`).join("; ")} at frame ${next}.${again}${why}`);
+  say(`${here.map(([, take, what]) => `${data.trackers[take.tracker]} ${what}`).join("; ")} at frame ${next}.${why}`);
 }
 
 function hold(on) {
@@ -337,11 +333,8 @@ function hold(on) {
 }
 
 function save() {
-  screen.toBlob((blob) => {
-    const url = URL.createObjectURL(blob);
-    make("a", { href: url, download: `${scene.title.replace(/[^\p{L}\p{N}.-]+/gu, "-")}-${String(frame).padStart(5, "0")}.png` }).click();
-    setTimeout(() => URL.revokeObjectURL(url), 10000);
-  }, "image/png");
+  const file = `${scene.title.replace(/[^\p{L}\p{N}.-]+/gu, "-")}-${String(frame).padStart(5, "0")}.png`;
+  make("a", { href: screen.toDataURL("image/png"), download: file }).click();
 }
 async function copyLink() {
   writeAddress();
@@ -364,7 +357,7 @@ const KEYS = {
   "Shift+ArrowLeft": () => move(frame - 10), "Shift+ArrowRight": () => move(frame + 10),
   PageUp: () => move(frame - 10), PageDown: () => move(frame + 10),
   Home: () => move(0), End: () => move(scene.frames - 1),
-  g: () => { cameFrom = document.activeElement; byId("frame").focus(); byId("frame").select(); },
+  g: () => { byId("frame").focus(); byId("frame").select(); },
   f: nextFailure, c: () => hold(true),
   b: () => toggleLayer("boxes"), k: () => toggleLayer("masks"), n: () => toggleLayer("contours"), p: () => toggleLayer("particles"), h: nextMap,
   o: flipTrace, e: () => flip("curve", "error"), m: () => flip("lens", "1"),
@@ -387,14 +380,7 @@ addEventListener("keydown", (event) => {
     event.preventDefault();  // Escape leaves the field and keeps the player open
     if (event.key === "Enter") move(target.value || frame);
     else target.value = frame;
-    target.blur();
-    cameFrom?.focus();
-    cameFrom = null;
-    return;
-  }
-  if (target === byId("hold") && /^( |Enter)$/.test(event.key)) {
-    event.preventDefault();
-    hold(true);
+    byId("curve").focus();
     return;
   }
   if (target.matches("select, summary") || (event.key === " " && target.matches("button"))) return;
@@ -406,10 +392,7 @@ addEventListener("keydown", (event) => {
   if (act) act();
   else toggle(tracker);
 });
-addEventListener("keyup", (event) => {
-  const ends = event.target === byId("hold") ? /^(c| |enter)$/ : /^c$/;
-  if (ends.test(event.key.toLowerCase())) hold(false);
-});
+addEventListener("keyup", (event) => { if (event.key.toLowerCase() === "c") hold(false); });
 byId("hold").addEventListener("pointerdown", (event) => { byId("hold").setPointerCapture(event.pointerId); hold(true); });
 for (const kind of ["pointerup", "pointercancel"]) byId("hold").addEventListener(kind, () => hold(false));
 byId("hold").addEventListener("contextmenu", (event) => event.preventDefault());  // a long press opens no menu

@@ -21,7 +21,6 @@ from trackmark.bench.cli import main
 from trackmark.bench.engine import worker
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_files import answer_lines
-from trackmark.trackers.base import catalogue
 
 
 class Noise:
@@ -198,7 +197,6 @@ def trackmark(workspace, in_this_process, monkeypatch, capsys):
     )  # seconds: no notices of slow steps
 
     def call(*arguments, status=0):
-        catalogue._load.cache_clear()  # trackers in files may have been edited
         capsys.readouterr()
         with pytest.raises(SystemExit) as ended:
             main(list(map(str, arguments)))

@@ -1,11 +1,13 @@
 """Functions of `import trackmark`: arguments, errors, seeds, results and their notebook forms."""
 
+import base64
+import importlib
+import inspect
 import os
 import re
-import subprocess
 import sys
-from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -26,6 +28,9 @@ class Plain:
         return self.box
 
 
+PLAIN = inspect.getsource(Plain)
+
+
 class Noisy(Plain):
     def __init__(self, seed, rng, width=1.0):
         self.seed, self.rng, self.width = seed, rng, width
@@ -34,9 +39,13 @@ class Noisy(Plain):
         return self.box + self.rng.normal(0, self.width, 4) * [1, 1, 0, 0], 0.5
 
 
+class OwnError(Exception):
+    pass
+
+
 class Broken(Plain):
     def update(self, image):
-        raise ZeroDivisionError("no model")
+        raise OwnError("no model")
 
 
 @pytest.fixture
@@ -47,12 +56,6 @@ def line(make_sequence):
 @pytest.fixture
 def face():
     return tm.load_sequence("samples/face")
-
-
-def test_class_without_seed_gives_a_finished_run(line):
-    results = tm.evaluate(Plain, line)
-    assert results["Plain", "line"].status == "finished"
-    np.testing.assert_array_equal(results["Plain", "line"].boxes, np.tile(line.boxes[0], (6, 1)))
 
 
 def test_object_is_used_for_one_repetition(line, make_sequence):
@@ -70,30 +73,17 @@ def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     assert {name for _, name in names} == {"line", "samples/face"}
     with pytest.raises(TrackerError, match="two different trackers are called 'Plain'"):
         tm.evaluate([Plain, Plain()], line)
-    with pytest.raises(ValueError, match=r"jobs is 2\..*Use trackmark.run"):
-        tm.evaluate("static", line, jobs=2)
 
 
 def test_score_takes_metrics_and_warns_of_preset(face):
     run = tm.evaluate("static", face)["static", "face"]
-    expected = tm.score(run, "samples/face", metrics="otb")
+    expected = tm.score(run, metrics="otb")
+    assert expected == tm.score(run, "samples/face", metrics="otb")
     assert expected == tm.score(run.boxes, face, metrics="otb")
     with pytest.warns(FutureWarning, match="now called metrics"):
         assert tm.score(run, face, preset="otb") == expected
     assert set(tm.metrics.names()) >= {"native", "otb"}
     assert "Wu" in tm.metrics.describe("otb")
-
-
-def test_init_gets_the_mask_only_if_it_takes_one(face):
-    class Masked(Plain):
-        def init(self, image, box, mask):
-            super().init(image, box)
-            self.size = 0 if mask is None else int(mask.sum())
-
-    tracker = Masked()
-    assert tm.evaluate(tracker, face)["Masked", "face"].status == "finished"
-    mask = face.mask(face.first_frame)
-    assert tracker.size == (0 if mask is None else mask.sum())
 
 
 @pytest.mark.parametrize("name", ["opencv-mil", "nummiaro2003"])
@@ -127,11 +117,14 @@ def test_forms_are_one_line_of_text_and_html(face):
     assert all("\n" not in repr(value) for value in (run, face, compared))
     score = f"{tm.score(run, face)['mean_overlap']:.3f}"
     html = [value._repr_html_() for value in (results, run, face, compared)]
-    assert "<b>0.671</b>" in html[0]
+    assert "<td>0.671</td>" in html[0]
+    assert "<b>" not in html[0]  # too few sequences
     assert "4 runs, 0 failed" in html[0]
     assert f"mean overlap {score}" in html[1]
     for text in html[1:3]:
-        assert 1_000 < len(text) < 60_000 * 4 / 3 + 500
+        jpeg = base64.b64decode(re.search(r'base64,(.*?)"', text)[1])
+        assert len(jpeg) < 60_000
+        assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), 1).shape[0] == 144
     assert "samples/face: 120 frames of" in html[2]
     assert "camshift - static" in html[3]
 
@@ -142,53 +135,40 @@ def test_print_shows_means_and_the_answer_of_a_comparison(face):
     lines = str(tm.compare(results)).splitlines()
     assert lines[0].startswith("camshift has the highest mean overlap on these 2 sequences: 0.67.")
     assert any(line.startswith("samples/bow-tie ") for line in lines)
+    assert "highest success AUC (otb)" in str(tm.compare(results, metrics="otb"))
     means = str(tm.compare(tm.evaluate(["static", "camshift"], face[:20])))
     assert "1 sequence: too few for intervals" in means
 
 
-def test_reason_of_a_failure_starts_without_the_module(line):
-    class OwnError(ValueError):
-        pass
-
-    class Raises(Plain):
-        def update(self, image):
-            raise OwnError("no model")
-
-    class Wrong(Plain):
-        def update(self, image):
-            return [1, 2, -3, 4]
-
-    OwnError.__qualname__ = "OwnError"
-    with pytest.warns(RuntimeWarning, match="2 of 2 runs failed"):
-        results = tm.evaluate([Raises, Wrong], line)
-    raised, wrong = results.failures["error"]
-    assert raised == "OwnError: no model"
-    assert wrong.startswith("the box [1.0, 2.0, -3.0, 4.0] is invalid")
-
-
 def test_failed_run_warns_and_can_raise(line):
-    with pytest.warns(RuntimeWarning, match=r"1 of 2 runs failed.*no model \(.*test_api\.py, line"):
-        results = tm.evaluate([Plain, Broken], line)
-    (row,) = results.failures.itertuples()
-    assert (row.tracker, row.frame, row.error) == (
-        "Broken",
-        "frame 1",
-        "ZeroDivisionError: no model",
-    )
-    assert results.table()["status"].tolist() == ["finished", "failed"]
-    with pytest.raises(ZeroDivisionError, match="no model") as raised:
+    wrong = type("Wrong", (Plain,), {"update": lambda tracker, image: [1, 2, -3, 4]})
+    with pytest.warns(RuntimeWarning, match=r"2 of 3 runs failed.*no model \(.*test_api\.py, line"):
+        results = tm.evaluate([Plain, Broken, wrong], line)
+    row, other = results.failures.itertuples()
+    assert (row.tracker, row.frame, row.error) == ("Broken", 1, "OwnError: no model")
+    assert other.error.startswith("the box [1.0, 2.0, -3.0, 4.0] is invalid")
+    assert results.table()["status"].tolist() == ["finished", "failed", "failed"]
+    with pytest.raises(OwnError, match="no model") as raised:
         tm.evaluate(Broken, line, raise_errors=True)
     assert raised.traceback[-1].name == "update"
+
+
+HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})
 
 
 @pytest.mark.parametrize(
     ("trackers", "options", "error", "message"),
     [
         (42, {}, TypeError, "42 is not a tracker"),
-        (type("Half", (), {"init": Plain.init}), {}, TrackerError, "'Half': it lacks update"),
+        (HALF(), {}, TypeError, "is not a tracker: it lacks update"),
+        (HALF, {}, TrackerError, "'Half': it lacks update"),
         ([], {}, TrackerError, "no tracker is given"),
         ("statik", {}, TrackerError, "Did you mean 'static'"),
         (Plain, {"repetitions": 0}, ValueError, "repetitions is 0"),
+        (Plain, {"repetitions": 1.5}, ValueError, "repetitions is 1.5. Expected: an integer of 1"),
+        (Plain, {"seed": "a"}, ValueError, "seed is 'a'. Expected: an integer of 0"),
+        (Plain, {"metrics": ["otb"]}, TypeError, "metrics is .'otb'.. Expected: one name"),
+        (Plain, {"metrics": "otb", "protocol": "supervised"}, ValueError, "otb cannot score"),
         (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
     ],
 )
@@ -208,6 +188,47 @@ def test_repetitions_and_base_seed_select_random_numbers(line):
     assert not np.array_equal(first.boxes, results["Noisy", "line"].boxes)
     assert not np.array_equal(results["Noisy", "line", 1].boxes, results["Noisy", "line"].boxes)
     assert first.confidence[1:].tolist() == [0.5] * 5
+    named = tm.evaluate({"named": Noisy, "text": f"{__file__}:Noisy"}, line).runs
+    for run in named.values():
+        np.testing.assert_array_equal(run.boxes, results["Noisy", "line"].boxes)
+
+
+def test_repetitions_in_another_process_share_it_and_end_it(line, tmp_path):
+    file = tmp_path / "remote.py"
+    code = PLAIN.replace("self.box\n", "{'box': self.box, 'details': {'pid': os.getpid()}}\n")
+    file.write_text(f"import os\n{code}    randomness = 'generator'\n")
+    results = tm.evaluate({"far": f"{file}:python={sys.executable}"}, line, repetitions=3)
+    (pid,) = {int(run.details["pid"][1]) for run in results.runs.values()}
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    assert "python" in results["far", "line"].identity.tracker_version["libraries"]
+
+
+def test_edited_class_is_not_saved_and_edited_file_is_reloaded(line, tmp_path, monkeypatch):
+    file = tmp_path / "edited.py"
+    file.write_text(PLAIN)
+    os.utime(file, (1, 1))
+    monkeypatch.syspath_prepend(tmp_path)
+    tracker = importlib.import_module("edited").Plain
+    tm.evaluate(tracker, line).save(tmp_path / "first")
+    before = tm.evaluate(str(file), line)["edited.py:Plain", "line"]
+    file.write_text(PLAIN.replace("self.box\n", "self.box + [5, 0, 0, 0]\n"))
+    with pytest.raises(ResultsError, match=r"edited\.py, which has changed since"):
+        tm.evaluate(tracker, line).save(tmp_path / "second")
+    after = tm.evaluate(str(file), line)["edited.py:Plain", "line"]
+    np.testing.assert_array_equal(after.boxes[1:] - before.boxes[1:], [[5, 0, 0, 0]] * 5)
+    assert after.identity.version != before.identity.version
+
+
+def test_arguments_of_other_types_are_rejected(line):
+    for function, *arguments, message in (
+        (tm.score, "boxes.txt", line, "str is neither a run nor boxes"),
+        (tm.score, tm.evaluate("static", line), line, "Results is neither a run nor boxes"),
+        (tm.score, line.boxes, "the sequence of the boxes is missing"),
+        (tm.compare, "folder", "'folder' is not Results. For a folder, give load_results"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            function(*arguments)
 
 
 def test_key_error_lists_the_nearest_runs(line):
@@ -235,7 +256,7 @@ def test_overlaps_and_errors_are_those_of_the_score(face):
     run = tm.evaluate("camshift", face)["camshift", "face"]
     later = np.arange(len(face)) != face.first_frame
     scores = tm.score(run, face)
-    assert run.overlaps(face)[later].mean() == pytest.approx(scores["mean_overlap"])
+    assert run.overlaps()[later].mean() == pytest.approx(scores["mean_overlap"])
     assert run.centre_errors(face)[later].mean() == pytest.approx(scores["centre_error"])
     with pytest.raises(ValueError, match="another sequence"):
         run.overlaps("samples/bow-tie")
@@ -252,7 +273,8 @@ def test_saved_results_equal_results_in_memory(tmp_path, capsys):
         main(["compare", "--results", str(folder)])
     assert "camshift" in capsys.readouterr().out
     page = tm.player(results, "samples/face").page.replace(str(results.stored_folder), str(folder))
-    assert page == tm.player(folder, "samples/face").page
+    for sequence in ("face", tm.load_sequence("samples/face")):
+        assert page == tm.player(folder, sequence).page
     with pytest.raises(ResultsError, match="already contains results"):
         results.save(folder)
 
@@ -283,18 +305,6 @@ def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
     assert again["knob.py:Knob", "Small"].circumstances == run.circumstances
     with pytest.raises(TrackerError, match=r"test_api\.py:Plain"):
         tm.run(Plain, "data/Small")
-
-
-def test_names_are_those_of_the_documentation():
-    expected = "Estimate Results Run Sequence Tracker compare datasets evaluate load_results"
-    expected += " load_sequence metrics player run score trackers"
-    assert tm.__all__ == expected.split()
-    assert all(getattr(tm, name) is not None for name in tm.__all__)
-    code = "import trackmark, sys; print('numpy' in sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        cwd=Path(tm.__file__).parents[1],
-    )
-    assert done.stdout.strip() == "False"
+    with pytest.raises(ValueError, match=r"jobs is 0\. Expected: an integer of 1"):
+        tm.run(*arguments, jobs=0)
+    assert tm.score(run) == tm.score(run, "data/Small")

@@ -59,7 +59,7 @@ def test_leaderboard():
 
 
 def test_loops():
-    loop = Loop(0, "s", 7, 0, 8, STILL, [(1, "b", "0.12")], PLACE)
+    loop = Loop("s", 0, 8, STILL, [(1, "b", 0.12)], PLACE)
     assert html([loop]).endswith(
         f'<a class="loop" {LINK} data-loop="0,0,8"><span class="screen">IMAGE</span><span '
         'class="headrow"><b>s</b><small>frame 7</small></span><span class="chips"><span title="b">'
@@ -112,7 +112,7 @@ def test_pair_matrix():
 
 
 def test_failures():
-    card = FailureCard(1, "b", "s", "lost at frame 7", STILL, PLACE)
+    card = FailureCard("b", "s", "lost at frame 7", STILL, PLACE)
     assert html([card]) == (
         f'<ul class="failures"><li><a {LINK}>IMAGE<span>* <b>b</b> on s<br><small>lost at frame 7'
         "</small></span></a></li></ul>"
@@ -130,11 +130,10 @@ def test_sequence_fold():
 
 
 def test_fold():
-    assert html(Fold("k", "Title", "result", ["`code`"], commands=["x"], terms={"a": "b"})) == (
+    assert html(Fold("k", "Title", "result", ["`code`"], commands=["x"])) == (
         '<details class="fold" id="k"><summary><span class="result"><b>Title</b> <small>result'
         '</small></span></summary><div><p><code>code</code></p><p class="command"><code tabindex='
-        '"0">x</code><button class="copy">Copy</button></p><dl><dt>a</dt><dd>b</dd>'
-        "</dl></div></details>"
+        '"0">x</code><button class="copy">Copy</button></p></div></details>'
     )
 
 
@@ -142,12 +141,12 @@ def test_fold():
     "card",
     [
         Leaderboard([LeaderRow(0, HOSTILE, 0.5, None, "", "", "", note=HOSTILE)], HOSTILE),
-        [Loop(0, HOSTILE, 0, 0, 1, replace(STILL, words=HOSTILE), [(0, HOSTILE, "")], PLACE)],
+        [Loop(HOSTILE, 0, 1, replace(STILL, words=HOSTILE), [(0, HOSTILE, 0.5)], PLACE)],
         HeatTable([(0, HOSTILE)], [HeatRow(HOSTILE, b"", [0.5], [None])], [0.5], 12),
         PairMatrix([(0, HOSTILE)], [[PairCell("", 0, 0, 0, HOSTILE, PLACE)]], HOSTILE),
-        [FailureCard(0, HOSTILE, HOSTILE, HOSTILE, STILL, PLACE)],
+        [FailureCard(HOSTILE, HOSTILE, HOSTILE, STILL, PLACE)],
         SequenceFold("k", HOSTILE, b"", HOSTILE, [(0, HOSTILE, 0.5)], None, None, "#", HOSTILE),
-        Fold("k", HOSTILE, HOSTILE, [HOSTILE], commands=[HOSTILE], terms={HOSTILE: HOSTILE}),
+        Fold("k", HOSTILE, HOSTILE, [HOSTILE], commands=[HOSTILE]),
         Chart(HOSTILE, HOSTILE, "y", [Line(HOSTILE, 0, [0, 1], [0, 1])], HOSTILE, figure="f"),
     ],
     ids=lambda card: type(card).__name__,

@@ -60,7 +60,7 @@ def test_boxes_come_back_to_a_tenth_of_a_pixel(boxes):
 
 def test_page_can_contain_texts_only(tmp_path):
     (path,) = write_page(
-        tmp_path / "a.html", Page("T", [PageSection("a", "A", ["<b>"], scenes=True)])
+        tmp_path / "a.html", Page("T", [PageSection("a", "A", scenes=True, caption="<b>")])
     )
     text = path.read_text()
     assert "&lt;b&gt;" in text

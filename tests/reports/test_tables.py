@@ -332,7 +332,7 @@ def test_cells_with_statements_are_texts():
     assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows[:1])) == [True, False]
 
 
-@settings(max_examples=30)
+@settings(max_examples=10)
 @given(
     st.lists(st.floats(0, 1), min_size=1, max_size=6),
     st.lists(st.floats(0, 1), min_size=1, max_size=6),

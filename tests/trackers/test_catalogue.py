@@ -48,9 +48,9 @@ class NotATracker:
 
 @pytest.fixture(autouse=True)
 def _fresh_catalogue():
-    catalogue._load.cache_clear()
+    catalogue._import.cache_clear()
     yield
-    catalogue._load.cache_clear()
+    catalogue._import.cache_clear()
 
 
 @pytest.fixture
@@ -107,6 +107,20 @@ def test_names_of_other_files_are_unknown_trackers(name):
         trackers.create(name)
 
 
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("static:preset=recommended", {}, "Give options as arguments"),
+        ("static", {"sequence": "samples/face"}, r"sequence is 'samples/face'. Expected: .*load_"),
+        ("static", {"repetition": 2}, "repetition is 2 without a sequence"),
+        (object, {}, "name is <class 'object'>. Expected: a text"),
+    ],
+)
+def test_create_rejects_arguments_that_it_would_ignore(name, options, message):
+    with pytest.raises(TrackerError, match=message):
+        trackers.create(name, **options)
+
+
 def test_unknown_preset_error_suggests_the_closest():
     with pytest.raises(TrackerError) as caught:
         trackers.resolve("camshift", preset="as_written")
@@ -158,7 +172,6 @@ def test_edited_file_of_equal_size_and_time_is_reloaded(plugin):
     stamp = plugin.stat()
     plugin.write_text(PLUGIN.replace("Field(1.0", "Field(8.0"))
     os.utime(plugin, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
-    catalogue._load.cache_clear()
     assert first_step(trackers.create(f"{plugin}:Drift")) == [9, 2, 3, 4]
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from trackmark import trackers
 from trackmark.trackers import Estimate, Randomness, TrackerError
-from trackmark.trackers.base import catalogue
 from trackmark.trackers.base.plain import to_estimate, to_plugin
 from trackmark.trackers.base.plain_class import adapt_init
 
@@ -31,11 +30,9 @@ class Plain:
 
 @pytest.fixture
 def plain(tmp_path):
-    catalogue._load.cache_clear()
     file = tmp_path / "plain.py"
     file.write_text(SOURCE)
-    yield str(file)
-    catalogue._load.cache_clear()
+    return str(file)
 
 
 def test_plain_class_of_a_file_is_a_tracker_with_parameters(plain):

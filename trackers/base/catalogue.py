@@ -33,6 +33,9 @@ from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
+PLUGIN_MODULE = "trackmark_plugin_"
+"""Start of the names of modules that are tracker files outside the package."""
+
 DEFAULT_PRESET = "recommended"
 """Default preset of trackers without a class attribute `default_preset`."""
 
@@ -110,8 +113,8 @@ def create(
     Parameters
     ----------
     name : str
-        One of `names()`, or `path/to/file.py:ClassName`. The class may be omitted if the file
-        defines only one tracker.
+        One of `names()`, or `path/to/file.py:ClassName`, without parameters. The class may be
+        omitted if the file defines only one tracker.
     seed : int or numpy.random.SeedSequence, optional
         Seed of the tracker's random numbers; equal seeds give equal boxes. The default is 0.
     sequence : Sequence, optional
@@ -119,7 +122,7 @@ def create(
         `trackmark run` and `trackmark.evaluate`, and gives equal boxes. An integer `seed` is that
         of `evaluate`.
     repetition : int
-        Repetition of this run, from 0.
+        Repetition of this run, from 0; only with a sequence.
     **parameters
         `preset`, and values that override those of the preset. For a tracker in a file, `as` sets
         the name.
@@ -132,9 +135,17 @@ def create(
     Raises
     ------
     TrackerError
-        For an unknown name, preset or parameter, a value out of bounds, an optional dependency that
-        is not installed, or a file that can't be imported.
+        For an unknown name, preset or parameter, a value out of bounds or of another type, an
+        optional dependency that is not installed, or a file that can't be imported.
     """
+    if not isinstance(name, str):
+        raise TrackerError(
+            f"name is {name!r}. Expected: a text; to create a class, call the class."
+        )
+    if isinstance(sequence, str):
+        raise TrackerError(f"sequence is {sequence!r}. Expected: trackmark.load_sequence(...).")
+    if repetition and sequence is None:
+        raise TrackerError(f"repetition is {repetition} without a sequence. Give both, or a seed.")
     specification = resolve(name, **parameters)
     if sequence is None:
         return specification.create(0 if seed is None else seed)
@@ -291,9 +302,15 @@ def _type_text(annotation: Any) -> str:
     return getattr(annotation, "__name__", str(annotation))
 
 
-@cache
 def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
-    """Return class and file of a tracker."""
+    """Return class and file of a tracker; a file is imported again after each edit."""
+    place = in_file(name)
+    return _import(name, place[0].read_bytes() if place and place[0].is_file() else b"")
+
+
+@cache
+def _import(name: str, content: bytes) -> tuple[type[TrackerPlugin], Path]:
+    """Return class and file of a tracker; see `_load`. `content`: key of the cache."""
     try:
         place = in_file(name)
         if place is not None:
@@ -326,6 +343,9 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
             f"tracker {name!r} cannot be used: Numba found no writable folder for compiled "
             "kernels. Set NUMBA_CACHE_DIR to a writable folder."
         ) from error
+    start, colon, option = name.partition(":")
+    if colon and start in names():
+        raise TrackerError(f"{name!r}: {option!r} is no part of a name. Give options as arguments.")
     close = closest_match(name, names())
     hint = f"Did you mean {close!r}?" if close else "See `trackmark list trackers`."
     if name.endswith((".toml", ".ini")):
@@ -345,7 +365,7 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     """Return the class and the resolved path of a tracker in a file outside the package."""
     if not file.is_file():
         raise TrackerError(f"{file}: this tracker file does not exist.")
-    module_name, path = f"trackmark_plugin_{file.stem}", str(file.absolute())
+    module_name, path = f"{PLUGIN_MODULE}{file.stem}", str(file.absolute())
     loader = _SourceLoader(module_name, path)
     spec = importlib.util.spec_from_file_location(module_name, path, loader=loader)
     assert spec is not None

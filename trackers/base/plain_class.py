@@ -47,8 +47,8 @@ def tracker_class(module: Any, name: str) -> Any:
     if not isinstance(kind, type):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
         close = get_close_matches(name, classes, n=1)
-        known = ", ".join(classes) or "none"
-        hint = f"Did you mean {close[0]!r}?" if close else f"Known: {known}."
+        class_names = ", ".join(classes) or "none"
+        hint = f"Did you mean {close[0]!r}?" if close else f"Known: {class_names}."
         raise ValueError(f"the file has no class {name!r}. {hint}")  # noqa: TRY004  # as all errors of this module
     return kind
 

@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+import trackmark as tm
 from tests.bench.commands.conftest import unwrapped
 from trackmark import bench
 from trackmark.bench.store.results import Results
@@ -82,7 +83,7 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     means = {row["tracker"]: row["mean"] for row in data["trackers"]}
     for tracker in ("static", "camshift"):
         scores = [
-            bench.score(bench.evaluate_run(tracker, text), text)["mean_overlap"]
+            tm.score(bench.evaluate_run(tracker, text), text)["mean_overlap"]
             for text in SCENES.split(",")
         ]
         assert means[tracker] == pytest.approx(sum(scores) / 2)

@@ -32,7 +32,7 @@ def test_quick_report_is_the_same_the_second_time(trackmark, workspace):
     assert row["tracker"] == "proposed, N = 60"
     assert {"paper", "as written", "recommended"} <= row.keys()
     folder = workspace / "results" / "wang2010"
-    for name in ("report.html", "report.md", "report.json", "main.csv", "figure-3.png"):
+    for name in ("report.html", "report.md", "report.json", "main.csv", "figure-1.png"):
         assert (folder / name).stat().st_size > 0, name
     trackmark("results", "remove", "results/wang2010-hand", "--tracker", "camshift*", "--yes")
     assert json.loads(trackmark(*arguments).stdout)["main"] == report["main"]

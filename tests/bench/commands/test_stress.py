@@ -40,5 +40,5 @@ def test_failing_tracker_breaks_and_scores_are_correlated(trackmark, workspace, 
     assert "at once" in text
     assert "knob.py:Knob: 20 of 20 runs failed (counted as lost): sequence " in text
     assert "too fragile" in text
-    assert "Rank correlation over 2 trackers" in text
+    assert "on 1 recorded sequences, over 2 trackers" in text
     assert "-1.00 to 1.00" in text

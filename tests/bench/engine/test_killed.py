@@ -121,7 +121,7 @@ def strike(command, target):
 
 
 def test_work_continues_after_ctrl_c_and_a_kill(
-    data_folder, start, wait_until, undisturbed, contents, evidence
+    data_folder, start, run_here, wait_until, undisturbed, contents, evidence
 ):
     """Check that workers end with the command, even within a frame."""
     folder = data_folder / "results" / "stopped"
@@ -146,8 +146,7 @@ def test_work_continues_after_ctrl_c_and_a_kill(
     finished_stamps = stamps(folder)
     assert len(finished_stamps) < RUNS
 
-    command = start("stopped")
-    assert command.wait() == 0, command.stderr
+    assert run_here("stopped") == folder
     assert finished_stamps.items() <= stamps(folder).items(), "a finished run was lost or repeated"
     assert contents(folder) == undisturbed
     evidence("Ctrl-C and a kill cost nothing that was finished")

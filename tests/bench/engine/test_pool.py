@@ -131,8 +131,11 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
 
 @pytest.mark.parametrize(
     "options",
-    [{"protocol": "tre:starts=3:least=2"}, {"timing": True}, {"arrays": True}],
-    ids=["tre", "timing", "arrays"],
+    [
+        pytest.param({"protocol": "tre:starts=3:least=2"}, marks=pytest.mark.slow, id="tre"),
+        pytest.param({"timing": True}, id="timing"),
+        pytest.param({"arrays": True}, marks=pytest.mark.slow, id="arrays"),
+    ],
 )
 def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, options):
     names = ("camshift:window=adaptive",)

@@ -205,8 +205,8 @@ def test_peak_memory_is_measured_since_the_reset():
         data = np.ones(megabytes << 17)
         return peak_memory() + 0 * len(data)
 
-    many, few = peak_with(300), peak_with(10)
-    assert many - few > 200 << 20
+    many, few = peak_with(100), peak_with(10)
+    assert many - few > 60 << 20
 
 
 def test_memory_beyond_the_limit_is_an_error():

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+import trackmark as tm
 from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
@@ -142,7 +143,7 @@ def test_tracker_that_cannot_be_created_is_a_failed_run(make_sequence):
     assert run.failure.startswith("frame 0: RuntimeError: no licence")
     assert "Traceback" in run.failure
     with pytest.raises(ValueError, match="no licence"):
-        bench.score(run, make_sequence())
+        tm.score(run, make_sequence())
 
 
 @pytest.mark.parametrize("protocol", [STORED_ONE_PASS, TIMING])
@@ -181,7 +182,7 @@ def test_sequence_without_ground_truth_is_refused(make_sequence):
 
 def test_static_has_the_scores_of_its_first_box(make_sequence):
     sequence = make_sequence(n=9)
-    scores = bench.score(bench.evaluate_run("static", sequence), sequence)
+    scores = tm.score(bench.evaluate_run("static", sequence), sequence)
     distance = np.arange(1, 9) * 0.5
     assert scores["centre_error"] == pytest.approx(distance.mean())
     assert scores["mean_overlap"] == pytest.approx(np.mean((8 - distance) / (8 + distance)))

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+import trackmark as tm
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.pages.player_runs import read_runs
+from trackmark.bench.pages.player_runs import collect_runs
 from trackmark.bench.protocols import TIMING
+from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
@@ -37,13 +39,13 @@ def test_run_starts_from_the_region_of_its_spec(sequence):
 
 def test_run_is_scored_by_the_region_of_its_start(sequence):
     run = bench.evaluate_run("static:init=full", sequence)
-    by_hand = bench.score(
+    by_hand = tm.score(
         run.boxes, Sequence("p", sequence.frames, sequence.regions["full"], fingerprint="g")
     )
-    scores = bench.score(run, sequence)
+    scores = tm.score(run, sequence)
     assert scores["mean_overlap"] == by_hand["mean_overlap"]
     assert scores["centre_error"] == by_hand["centre_error"]
-    plain = bench.score(bench.evaluate_run("static", sequence), sequence)
+    plain = tm.score(bench.evaluate_run("static", sequence), sequence)
     assert plain["mean_overlap"] != scores["mean_overlap"]
 
 
@@ -81,10 +83,10 @@ def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
     for run in runs:
         results.write(run)
     stored = load_runs(results.folder).set_index("tracker")
-    page = read_runs(results.folder, [])
+    page = collect_runs(judged_runs(results.folder), [])
     (stage,) = page.stages
     drawn = {page.trackers[clip.take.tracker]: clip.overlaps for clip in stage.clips}
     for run in runs:
-        expected = bench.score(run, sequence)["mean_overlap"]
+        expected = tm.score(run, sequence)["mean_overlap"]
         assert stored.loc[run.identity.tracker, "mean_overlap"] == expected
         assert np.nanmean(drawn[run.identity.tracker]) == pytest.approx(expected, abs=1e-6)

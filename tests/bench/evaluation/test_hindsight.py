@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import trackmark as tm
 from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
@@ -20,11 +21,11 @@ def test_revised_boxes_are_kept_apart(make_sequence):
     np.testing.assert_array_equal(run.boxes, plain.boxes)
     np.testing.assert_array_equal(run.revised[1], run.boxes[3])
     np.testing.assert_array_equal(run.revised[3:], run.boxes[3:])
-    online = bench.score(run, sequence)
-    assert online == bench.score(run.boxes, sequence) | {
+    online = tm.score(run, sequence)
+    assert online == tm.score(run.boxes, sequence) | {
         "absence_reported": online["absence_reported"]
     }
-    assert bench.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
+    assert tm.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
 
 
 def test_revised_frames_count_the_shown_ones(make_sequence):

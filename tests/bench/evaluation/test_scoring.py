@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+import trackmark as tm
 from trackmark import bench, datasets
 from trackmark.bench.evaluation import loop
 from trackmark.bench.evaluation.loop import WARM_UP_FRAMES, run_protocol
@@ -28,18 +29,18 @@ def times(wall, cpu):
 
 def test_boxes_of_any_origin_are_scored():
     face = datasets.load("samples/face")
-    scores = bench.score(face.boxes, "samples/face")
+    scores = tm.score(face.boxes, "samples/face")
     assert scores["success_frames"] == scores["evaluated_frames"] == 119
     shifted = face.boxes + [3, 4, 0, 0]
-    assert bench.score(shifted.tolist(), face)["centre_error"] == pytest.approx(5)
+    assert tm.score(shifted.tolist(), face)["centre_error"] == pytest.approx(5)
 
 
 def test_unknown_preset_or_trace_is_refused(make_sequence):
     sequence = make_sequence()
     with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\?"):
-        bench.score(sequence.boxes, sequence, "otbx")
+        tm.score(sequence.boxes, sequence, "otbx")
     with pytest.raises(ValueError, match="unknown trace"):
-        bench.score(bench.evaluate_run("static", sequence), sequence, trace="later")
+        tm.score(bench.evaluate_run("static", sequence), sequence, trace="later")
 
 
 def test_run_with_restarts_is_scored_by_supervised_presets_alone(make_sequence):
@@ -47,7 +48,7 @@ def test_run_with_restarts_is_scored_by_supervised_presets_alone(make_sequence):
     run = bench.evaluate_run("static", sequence)
     restarted = replace(run, states=np.array([1, 0, 2, 1]))
     with pytest.raises(ValueError, match="it has restarts"):
-        bench.score(restarted, sequence)
+        tm.score(restarted, sequence)
 
 
 def test_time_scores_are_quantiles_over_updates():
@@ -173,4 +174,4 @@ def test_timing_run_has_one_thread_and_shares_nothing(make_sequence):
 def test_run_is_not_scored_on_another_sequence(make_sequence):
     run = bench.evaluate_run("static", make_sequence(n=9))
     with pytest.raises(ValueError, match="another sequence"):
-        bench.score(run, make_sequence(n=9, absent=(3,)))
+        tm.score(run, make_sequence(n=9, absent=(3,)))

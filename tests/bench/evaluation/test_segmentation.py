@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import trackmark as tm
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
@@ -107,7 +108,7 @@ def test_empty_or_missing_mask_has_lost_the_target(make):
     run = bench.evaluate_run(segmenting(masks.get), sequence)
     for values in vars(run.segmentation).values():
         np.testing.assert_array_equal(values, [np.nan, np.nan, 1, 0, 0, 1])
-    assert bench.score(run, sequence)["mean_region_similarity"] == 0.5
+    assert tm.score(run, sequence)["mean_region_similarity"] == 0.5
 
 
 def test_frame_without_true_mask_is_not_compared(make, make_sequence):
@@ -117,7 +118,7 @@ def test_frame_without_true_mask_is_not_compared(make, make_sequence):
     sequence = make_sequence()
     run = bench.evaluate_run(maker, sequence)
     assert run.segmentation is None
-    assert not set(NAMES) & bench.score(run, sequence).keys()
+    assert not set(NAMES) & tm.score(run, sequence).keys()
 
 
 def test_empty_mask_is_right_if_the_target_is_absent(make):

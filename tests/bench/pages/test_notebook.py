@@ -8,7 +8,6 @@ import pytest
 
 import trackmark as tm
 from tests.bench.pages.reading import address_of
-from trackmark import bench
 
 NAME = "\"><script>alert('x')⁄<!-- ключ 跟踪"
 
@@ -56,7 +55,7 @@ def test_notebook_shows_results_as_table(results):
 
 
 def test_player_is_page_of_one_sequence_in_sandbox(results, tmp_path):
-    player = bench.player(tm.load_results(results), NAME, "knob.py:Knob", frame=2)
+    player = tm.player(tm.load_results(results), NAME, 2, "knob.py:Knob")
     tags = Tags(player._repr_html_())
     ((tag, attributes),) = tags.seen
     assert tag == "iframe"
@@ -75,9 +74,12 @@ def test_player_is_page_of_one_sequence_in_sandbox(results, tmp_path):
 def test_player_lists_valid_names_in_errors(results):
     for arguments, words in (
         (("gone",), "no run on 'gone'. Expected one of: .*Small"),
-        (("Small", "camshift"), "No run of 'camshift'.*static"),
-        (("Small", None, 0, 5), "no frame 5. Expected: 0 to 4"),
+        (("Small", 0, "camshift"), "No run of 'camshift'.*static"),
+        (("Small", 5), "no frame 5. Expected: 0 to 4"),
     ):
         with pytest.raises(ValueError, match=words):
-            bench.player(results, *arguments)
-    assert "frame=0" in bench.player(results, "data/Small").page
+            tm.player(results, *arguments)
+    supervised = tm.evaluate("static", "samples/face", protocol="supervised")
+    with pytest.raises(ValueError, match="The player shows one-pass runs only, and there are none"):
+        tm.player(supervised, "face")
+    assert "frame=0" in tm.player(results, "data/Small").page

@@ -40,7 +40,7 @@ def tables(tmp_path_factory):
     wide = [PageTable(table(f"wide-{columns}", columns)) for columns in (3, 8, 25)]
     claimed = [PageTable(table("claimed", 12, 2))]
     command = "trackmark report " + " ".join(f"--results-of {LONG}-{n}" for n in range(9))
-    fold = Fold("card", "A claim", "", ["Words."], claimed, [command], {"why": "w"})
+    fold = Fold("card", "A claim", "", ["Words."], claimed, [command])
     sections = [
         PageSection("tables", "Tables", blocks=wide),
         PageSection("charts", "Charts", blocks=charts),

@@ -9,6 +9,7 @@ from urllib.parse import urlencode
 import numpy as np
 import pytest
 
+import trackmark as tm
 from tests import browser
 from tests.bench.pages.reading import (
     Cells,
@@ -39,7 +40,8 @@ def without_figures(monkeypatch):
 
 
 def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
-    where = ",".join(f"plain/target:length=12:noise={10 * (1 + n % 2)}:scene={n}" for n in range(6))
+    small = "plain/target:length=12:width=96:height=72"
+    where = ",".join(f"{small}:noise={10 * (1 + n % 2)}:scene={n}" for n in range(6))
     run = ("run", "--trackers", "static,camshift,knob.py:Knob", "--sequences", where)
     trackmark(*run, "--seeds", 2, "--name", "mine")
     lines = trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
@@ -271,7 +273,7 @@ def test_missing_or_changed_sequences_keep_scores(trackmark, workspace, otb):
     scores = [(row[0], row[2]["text"]) for row in rows_of_sequences(text)]
     assert scores == [("Small", "1.000"), ("Other", "1.000")]
     assert "image/webp;base64" not in text
-    assert "No frames" in bench.player("results/m", "Other").page
+    assert "No frames" in tm.player("results/m", "Other").page
 
 
 def test_curve_point_opens_frame_nearest_to_threshold(results, page):

@@ -57,7 +57,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
     markdown_page.write_page(tmp_path / "tiny.md", report)
     text = (tmp_path / "tiny.md").read_text("utf-8")
     assert text == markdown_page.page(report, tmp_path)
-    (file, *_) = (drawing.path for drawing in report.figures)
+    (_, file, *_) = (drawing.path for drawing in report.figures)
     assert f"[{file.name}]({file.name}): " in markdown_page.page(report, file.parent)
     assert f"`{file.name}`: " in text  # the figures lie in another folder
     places = [
@@ -150,7 +150,8 @@ def test_figure_label_is_the_papers_name():
 def test_figures_are_drawn_in_order_of_the_entries(report):
     names = ["figure-1", "figure-2", "figure-10", "figure-10-later"]
     assert [drawing.name for drawing in report.figures] == names
-    for drawing in report.figures:
+    assert report.figures[0].path is None  # a strip
+    for drawing in report.figures[1:]:
         assert cv2.imread(str(drawing.path)) is not None
     assert report.figures[0].caption == "Frames 1, 10 and 20 with both trackers."
 
@@ -160,25 +161,15 @@ def test_strip_shows_the_scene_of_median_error(report):
         scene: report.context.runs.judged_runs(ADAPTIVE, scene)[0].error.mean() for scene in SCENES
     }
     middle = sorted(errors, key=errors.__getitem__)[5]  # the lower one of twelve
-    assert f"Frames 1, 10, 20 of {middle}, with the centre error" in report.figures[0].words
+    assert f"Frames 1, 10, 20 of `{middle}`, the scene with the median" in report.figures[0].words
 
 
-def test_strip_has_a_row_per_tracker_and_setting(redraw, monkeypatch):
-    titles, numbering = [], []
-    draw = figures.film_strip
-
-    def film_strip(image_of, numbers, boxes, title, *arguments, **options):
-        titles.append(title)
-        numbering.append((numbers, options["count_from"]))
-        return draw(image_of, numbers, boxes, title, *arguments, **options)
-
-    monkeypatch.setattr(figures, "film_strip", film_strip)
-    redraw("figure-1")
-    assert [title.partition(":")[0] for title in titles] == [
-        "camshift, as written", "camshift, recommended", "static, both settings",
+def test_strip_has_a_row_per_tracker_and_setting(redraw):
+    (drawing,) = redraw("figure-1")
+    assert [row[:2] for row in drawing.strip.rows] == [
+        ("camshift", "as written"), ("camshift", "recommended"), ("static", "both settings"),
     ]  # fmt: skip
-    assert numbering == [([0, 9, 19], 1)] * 3
-    assert titles[0].endswith("the same frames tracked in 12 of 12 scenes")
+    assert drawing.strip.frames == [0, 9, 19]
 
 
 def test_series_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
@@ -259,7 +250,7 @@ def test_details_are_folded(page):
 def test_values_of_the_main_table_have_the_paper_next_to_them(page, report):
     text = sections(page)["The paper&#39;s numbers and ours"]
     rows = re.findall(r"<tr class=\"first\">(.*?)</tr>", text, re.S)
-    assert '<td class="theirs">20 of 20</td>' in rows[0]
+    assert '<td class="theirs" data-column="paper">20 of 20</td>' in rows[0]
     verdict = report.verdicts[1].verdicts["as-written"].verdict
     assert f"TI-2, {report.verdicts[1].claim.short}: {verdict}" in rows[0]
 
@@ -295,19 +286,19 @@ def test_cell_of_main_table_opens_its_worst_run(page, report):
     assert frames[cell["tracker"], cell["sequence"]] == min(frames.values())
 
 
-@pytest.mark.parametrize("most", [0, 10_000])
-def test_numbers_open_frames_that_are_in_the_page(tiny, report, monkeypatch, most):
-    monkeypatch.setattr(evidence_frames, "MAX_FRAMES", most)
-    path = tiny.results / "tiny" / "few.html"
-    text = write_html_page(path, report)[0].read_text()
-    data = data_of(text)
-    stored_frames = {scene["name"]: scene["kept"] for scene in data["scenes"]}
-    assert any(stored_frames.values()) == (most == 0)
-    places = opened(text, data)
-    assert len(places) == 8
-    for place in places:
-        frames = stored_frames[place["sequence"]]
-        assert frames is None or int(place["frame"]) in frames
+def test_numbers_open_frames_that_are_in_the_page(tiny, report, page, monkeypatch):
+    monkeypatch.setattr(evidence_frames, "MAX_FRAMES", 0)
+    few = write_html_page(tiny.results / "tiny" / "few.html", report)[0]
+    for file in (page, few):
+        text = file.read_text()
+        data = data_of(text)
+        stored_frames = {scene["name"]: scene["kept"] for scene in data["scenes"]}
+        assert any(stored_frames.values()) == (file == few)
+        places = opened(text, data)
+        assert len(places) == 8
+        for place in places:
+            frames = stored_frames[place["sequence"]]
+            assert frames is None or int(place["frame"]) in frames
 
 
 def test_quick_page_has_numbers_and_strips_without_verdicts(tiny):

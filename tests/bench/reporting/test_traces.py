@@ -5,6 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import trackmark as tm
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.scoring import REVISED, score_both
 from trackmark.bench.reporting.film_strips import write_strips
@@ -54,7 +55,7 @@ def test_revised_scores_are_computed_from_revised_boxes(stored, make_sequence):
     run = bench.evaluate_run("static", sequence)
     assert not any(name.startswith(REVISED) for name in score_both(run, sequence))
     shifted = np.array(sequence.boxes)
-    revised = bench.Run(**{**vars(run), "revised": shifted})
+    revised = tm.Run(**{**vars(run), "revised": shifted})
     assert score_both(revised, sequence)[f"{REVISED}mean_overlap"] == 1.0
     assert score_both(revised, sequence)["mean_overlap"] < 1.0
     np.testing.assert_array_equal(run.boxes_in("revised"), run.boxes)

@@ -304,7 +304,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
 
 def write_some(folder, first):
     results = Results(folder)
-    for number in range(first, first + 20):
+    for number in range(first, first + 8):
         results.prepare(
             Manifest("", {("t", "s", number, "accuracy"): make_run(number).identity.version})
         )
@@ -321,10 +321,10 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
             if folder.exists():
                 Results(folder).list_keys()  # reads while the others write
         assert [future.result() for future in work] == [0, 100]
-    numbers = [*range(20), *range(100, 120)]
-    assert assert_whole(Results(folder), numbers) == 40
+    numbers = [*range(8), *range(100, 108)]
+    assert assert_whole(Results(folder), numbers) == 16
     assert {cell[2] for cell in Results(folder).manifest().versions} == set(numbers)
-    assert sum(map(len, read_logs(folder).values())) == 40
+    assert sum(map(len, read_logs(folder).values())) == 16
 
 
 def test_permanent_lock_is_reported(several, monkeypatch):

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays, scalar_dtypes
 
+import trackmark as tm
 from tests.bench.store.conftest import full_run, of_version, request
 from trackmark import bench
 from trackmark.bench.store import run_rows
@@ -176,7 +177,7 @@ def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, s
         run = runs[row["tracker"], row["repetition"]]
         truth = read_truth(results.folder, sequence.name, sequence.fingerprint)
         assert repr(row) == repr(run_row(results.read(run_key(row)), truth))
-        expected = bench.score(run, sequence)
+        expected = tm.score(run, sequence)
         assert {k: v for k, v in row["scores"].items() if v == v} == {
             k: v for k, v in expected.items() if v == v
         }

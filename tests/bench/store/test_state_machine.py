@@ -33,7 +33,6 @@ from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.results import Results
 from trackmark.datasets import load
 from trackmark.reports.tables import MISSING
-from trackmark.trackers.base import catalogue
 
 TRACKER = '''
 """Draws; in frame 2 of its editions that are odd it fails."""
@@ -213,7 +212,6 @@ class Experimenter(RuleBasedStateMachine):
     def _write(self, name, edition):
         source = TRACKER.format(name=name, edition=edition)
         (self.data_folder / f"{name.lower()}.py").write_text(source)
-        catalogue._load.cache_clear()  # as in another process
 
     def _oracle(self, tracker, sequence, repetition):
         """Return version, status and digest of an undisturbed run."""

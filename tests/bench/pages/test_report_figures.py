@@ -1,0 +1,20 @@
+"""Figures that are written next to the page of a report."""
+
+import pytest
+
+from tests.bench.pages.reading import write_experiment_page
+from trackmark.bench.pages.report_figures import FigureFiles
+from trackmark.bench.reporting.by_preset import preset_report
+
+
+@pytest.mark.slow
+def test_figures_of_runs_are_written_next_to_the_page(results, tmp_path):
+    report, messages = preset_report(results, ["native", "otb"]), []
+    figures = FigureFiles(".svg", messages.append, report.scored)
+    write_experiment_page(results, tmp_path, figures=figures)
+    names = {path.stem for path in tmp_path.glob("*.svg")}
+    curves = {"success", "precision", "survival", "speed-accuracy"}
+    assert names == curves | {"metrics-otb-success", "metrics-otb-precision"}
+    assert len([*tmp_path.glob("strip-*.png")]) == 6
+    assert messages == []
+    assert "online boxes" in (tmp_path / "success.svg").read_text()
