@@ -204,7 +204,7 @@ class Results:
         runs = load_runs(self.stored_folder)
         runs = runs[runs["protocol"] == self.protocol].reset_index(drop=True)
         if preset != PRESET:
-            runs = runs_by(self.stored_folder, preset, runs, self.protocol)
+            runs = runs_by(self.stored_folder, preset, runs, self.protocol, strict=False)
         return preset, runs
 
     def _with_worst_scores(self, metrics: str | None = None) -> tuple[str, pd.DataFrame]:

@@ -88,7 +88,8 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
     ratio, as_long, _ = numbers.partition(" times as long")
     if claim.test == "time":
         return f"{'ratio ' if as_long else ''}{ratio}, {verdict.cells} rounds"
-    return f"{numbers}, {counted}"
+    margin = f"margin {claim.margin:g}, " if claim.test.startswith("no-worse") else ""
+    return f"{numbers}, {margin}{counted}"
 
 
 def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:

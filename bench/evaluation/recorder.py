@@ -383,6 +383,7 @@ class Recorder:
         if self._external is not None and isinstance(error, MalformedEstimateError):
             error = self._external.process.fail(f"returned an invalid estimate: {error}")
         if self._raise_errors:
+            error.add_note(f"{self.identity.tracker} on {self._sequence.name}, frame {frame}")
             raise error
         if not self._alone and _lacks_memory(error):
             raise NotAttributableError("the memory is exhausted") from error

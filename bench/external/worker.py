@@ -77,8 +77,10 @@ def libraries() -> Any:
     versions = {"python": "%d.%d.%d" % sys.version_info[:3]}
     standard = tuple(sysconfig.get_path(key) + os.sep for key in ("stdlib", "platstdlib"))
     for name, module in list(sys.modules.items()):
+        if "." in name:  # access to a submodule can print warnings
+            continue
         version, path = getattr(module, "__version__", None), getattr(module, "__file__", None)
-        if "." in name or not isinstance(version, str) or not path:
+        if not isinstance(version, str) or not path:
             continue
         installed = "site-packages" in path or "dist-packages" in path
         if installed or not path.startswith(standard):

@@ -148,14 +148,16 @@ def hardest_moments(runs: PageRuns, filmed: Sequence[PlayerScene]) -> list[Loop]
 def heat_table(
     means: pd.DataFrame, summary: Table, runs: PageRuns, filmed: Sequence[PlayerScene]
 ) -> HeatTable:
-    """Return the heat map; many sequences are sorted by their mean overlap, hardest first.
+    """Return the heat map, best tracker first; many sequences are sorted, hardest first.
 
     `means`: by sequence and tracker. `summary`: table of means over all sequences.
     """
     posters = {scene.name: poster(scene) for scene in filmed}
     if len(means) > SHOWN_SEQUENCES:
         means = means.loc[means.fillna(0.0).mean(axis=1).sort_values(kind="stable").index]
-    names = [str(name) for name in means]
+    overall = means_by_tracker(summary)
+    mean_of = {name: float(overall[name]["mean_overlap"]["mean"]) for name in map(str, means)}
+    names = sorted(mean_of, key=lambda name: -mean_of[name] if isfinite(mean_of[name]) else np.inf)
     rows = [
         HeatRow(
             str(sequence),
@@ -163,12 +165,10 @@ def heat_table(
             values.tolist(),
             [runs.place(name, str(sequence), "overlap") for name in names],
         )
-        for sequence, values in zip(means.index, means.to_numpy(float), strict=True)
+        for sequence, values in zip(means.index, means[names].to_numpy(float), strict=True)
     ]
-    overall = means_by_tracker(summary)
-    means_of_all = [overall[name]["mean_overlap"]["mean"] for name in names]
     trackers = [(runs.trackers.index(name), name) for name in names]
-    return HeatTable(trackers, rows, means_of_all, SHOWN_SEQUENCES)
+    return HeatTable(trackers, rows, [mean_of[name] for name in names], SHOWN_SEQUENCES)
 
 
 def pair_matrix(comparison: Comparison, runs: PageRuns, note: str) -> PairMatrix:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, effect_text
+from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.papers.evidence_frames import (
     Footage,
@@ -17,9 +18,11 @@ from trackmark.bench.papers.evidence_frames import (
 from trackmark.bench.papers.figures import Drawing, Image
 from trackmark.bench.papers.main_table import main_values
 from trackmark.bench.papers.markdown_page import RULES, VIDEOS
-from trackmark.bench.papers.measures import JudgedRun
+from trackmark.bench.papers.measures import JudgedRun, measure_function
+from trackmark.bench.papers.plan import tracker_text
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.runs import Context
+from trackmark.datasets.spec_string import parse_text
 from trackmark.reports.page import cards
 from trackmark.reports.page.cards import Fold, Still
 from trackmark.reports.page.content import Page, PageSection, PageTable
@@ -55,17 +58,28 @@ def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) 
         for setting in SETTINGS:
             runs += main_runs(row, setting, context)
     footage = film_runs(runs, context, watch)
-    n = context.scenes
+    n, names = context.scenes, _tracker_names(context)
     page = Page(
         report.description.title,
         [*_sections(report, footage)],
-        footage.reading.labels,
+        [names[label] for label in footage.reading.labels],
         footage.scenes,
         meta=f"{plain(report.description.citation)} · {n} scene{'s' * (n != 1)} per sequence",
         answer=report.description.finding if report.verdicts else "",
         details=_details(report),
     )
     return write_page(path, page)
+
+
+def _tracker_names(context: Context) -> dict[str, str]:
+    """Return the name in the paper's tables and the setting of each tracker, by its label."""
+    names: dict[str, str] = {}
+    for name in context.description.trackers:
+        texts = [tracker_text(context.description, name, setting) for setting in SETTINGS]
+        for text, setting in zip(texts, NAMES, strict=True):
+            is_shared = len(set(texts)) == 1
+            names[parse_tracker(text).label] = name if is_shared else f"{name}, {setting}"
+    return names
 
 
 def _details(report: Report) -> list[str]:
@@ -95,7 +109,10 @@ def _sections(report: Report, footage: Footage) -> Iterator[PageSection]:
     for times in report.main[1:]:
         yield PageSection(times.name, "Times", blocks=[PageTable(times)])
     if groups:
-        caption = "A claim unfolds its quote, its worst runs and the reasons of its verdicts."
+        caption = (
+            "A positive difference supports the claim; “not worse” allows the margin. A claim "
+            "unfolds its quote, its worst runs and the reasons of its verdicts."
+        )
         yield PageSection("verdicts", "Verdicts", blocks=[groups], caption=caption, nav="Verdicts")
     yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
 
@@ -238,6 +255,7 @@ def _item(row: VerdictRow, context: Context, footage: Footage) -> cards.VerdictI
     """Return a claim: its verdicts open the worst runs, and it unfolds quote and reasons."""
     claim, cells = row.claim, []
     facts = {head: text for head, name in FACTS.items() if (text := str(getattr(claim, name)))}
+    facts["measure"] = _measure_words(claim.measure, context)
     is_difference = claim.test.startswith(("order", "no-worse"))
     for setting, name in zip(SETTINGS, NAMES, strict=True):
         verdict = row.verdicts[setting]
@@ -250,6 +268,15 @@ def _item(row: VerdictRow, context: Context, footage: Footage) -> cards.VerdictI
     quote = f"“{claim.quote}” ({claim.source})"
     title = f"{claim.short[:1].upper()}{claim.short[1:]}"
     return cards.VerdictItem(f"claim-{claim.name}", title, claim.paper, cells, quote, facts)
+
+
+def _measure_words(measure: str, context: Context) -> str:
+    """Return the definition of a measure, from its docstring, and its name."""
+    in_module = measure.startswith(("scenes.", "timing."))
+    name, paper = parse_text(measure)[0], context.description.name
+    function = context.function(measure) if in_module else measure_function(name, paper)
+    definition = function.__doc__.partition("\n")[0].removeprefix("Return ").rstrip(".")
+    return f"{definition} (`{measure}`)"
 
 
 def _folds(report: Report) -> Iterator[Fold]:

@@ -152,6 +152,11 @@ def paper_module(paper: str, name: str) -> ModuleType | None:
         return None
 
 
+def measure_function(name: str, paper: str) -> Any:
+    """Return the function of a measure of the paper, else of a common one; None if unknown."""
+    return getattr(paper_module(paper, "measures"), name, None) or globals().get(name)
+
+
 @cache
 def find_measure(text: str, paper: str) -> Measure:
     """Return the measure of a specification; the paper's measures precede the common ones.
@@ -159,7 +164,7 @@ def find_measure(text: str, paper: str) -> Measure:
     Raises `ExperimentError` for an unknown name or option.
     """
     name, options = parse_text(text)
-    function = getattr(paper_module(paper, "measures"), name, None) or globals().get(name)
+    function = measure_function(name, paper)
     declared = getattr(function, "declared", None)
     if function is None or declared is None:
         raise ExperimentError(f"bench/papers/{paper}: unknown measure {name!r} in {text!r}.")

@@ -165,17 +165,27 @@ def score_runs(
 
 
 def runs_by(
-    folder: Path, name: str, runs: pd.DataFrame, stored: str = STORED_ONE_PASS
+    folder: Path,
+    name: str,
+    runs: pd.DataFrame,
+    stored: str = STORED_ONE_PASS,
+    *,
+    strict: bool = True,
 ) -> pd.DataFrame:
     """Return runs with the scores of a preset as columns.
 
-    `runs`: as `load_runs` returns them; only runs by the protocol `stored` are scored. Raises
-    `ResultsError` for a run that the preset cannot score.
+    `runs`: as `load_runs` returns them; only runs by the protocol `stored` are scored. A run that
+    the preset cannot score raises `ResultsError`, or has the status `not scored` if not `strict`.
     """
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
     results = _judge_runs(folder, [name], finished)[name]
-    if refused := [message for message in results.values() if isinstance(message, str)]:
-        raise ResultsError(refused[0])
+    refused = {index: reason for index, reason in results.items() if isinstance(reason, str)}
+    if refused and strict:
+        raise ResultsError(next(iter(refused.values())))
+    if refused:
+        runs = runs.astype({"status": str, "failure": str})
+        runs.loc[[*refused], "status"] = NOT_SCORED
+        runs.loc[[*refused], "failure"] = [*refused.values()]
     columns = list(metrics_preset(name).columns)
     return runs.drop(columns=columns, errors="ignore").join(_scores(results, columns))
 

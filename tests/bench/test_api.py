@@ -151,6 +151,14 @@ def test_failed_run_warns_and_can_raise(line):
     with pytest.raises(OwnError, match="no model") as raised:
         tm.evaluate(Broken, line, raise_errors=True)
     assert raised.traceback[-1].name == "update"
+    assert raised.value.__notes__ == [f"Broken on {line.name}, frame 1"]
+
+
+def test_runs_that_a_metric_cannot_score_are_shown_as_such(line):
+    away = type("Away", (Plain,), {"update": lambda tracker, image: [0, 0, 1, 1]})
+    results = tm.evaluate(away, line, metrics="vot-supervised")
+    assert results.table()["status"].tolist() == ["not scored"]
+    assert "1 of 1 not scored" in str(results)
 
 
 HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})

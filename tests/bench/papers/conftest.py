@@ -110,6 +110,7 @@ from trackmark.bench.papers.measures import measure
 
 @measure()
 def ratio(context, setting):
+    """Return the times of two trackers."""
     return [(2 + np.arange(12) / 100, np.ones(12))]
 
 
