@@ -65,7 +65,7 @@ class Outlet(TextIOBase):
 
     def isatty(self) -> bool:
         """Return whether the replaced stream is a terminal."""
-        return self.through.isatty()
+        return not self.through.closed and self.through.isatty()
 
     @property
     def encoding(self) -> str:  # type: ignore[override]  # the stub lets it be set

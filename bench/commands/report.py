@@ -133,6 +133,8 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     arguments += [] if options.sequences is None else ["--sequences", options.sequences]
     commands = Commands("" if stored is None else str(stored), arguments)
     if options.as_json or options.form in TEXTS:
+        if options.form == "markdown":
+            _print_answer(experiment, options)
         _print(tables, options)
     else:
         _print_summary(experiment, tables, options, title if several else "")
@@ -195,6 +197,17 @@ def _print_summary(
     if further and not (options.quiet and summary is not None):
         click.echo("" if summary is not None else None, nl=summary is not None)
         _print(further, options)
+
+
+def _print_answer(experiment: Path, options: ReportOptions) -> None:
+    """Print the answer as paragraphs of Markdown."""
+    from trackmark.bench.comparing.run_summary import summarise
+    from trackmark.reports.renderers import in_markdown
+
+    summary = summarise(experiment) if "native" in options.metrics else None
+    if summary is not None:
+        for sentence in (summary.answer.heading, *summary.answer.details):
+            click.echo(f"{in_markdown(sentence)}\n")
 
 
 def _print(tables: "list[Table]", options: ReportOptions) -> None:

@@ -84,7 +84,7 @@ class Scene {
   box(row, frame) {
     const at = (row * this.frames + frame) * 4;
     const { boxes } = this;
-    return boxes[at] === data.absent ? null : [boxes[at] / 10, boxes[at + 1] / 10, boxes[at + 2] / 10, boxes[at + 3] / 10];
+    return boxes[at] === data.absent ? null : [boxes[at] / 50, boxes[at + 1] / 50, boxes[at + 2] / 50, boxes[at + 3] / 50];
   }
   /** Return the run of a tracker, repetition and start; if it does not exist, the tracker's first run. */
   take(tracker, repetition, start) {

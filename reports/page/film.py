@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-STEP = 0.1
-"""Resolution of box coordinates [px]."""
+STEP = 0.02
+"""Resolution of box coordinates [px], so that overlaps are those of the tables to two digits."""
 
 ABSENT = -(2**31)
 """Code of the coordinates of a missing box."""

@@ -48,14 +48,14 @@ def unpacked(text, rows):
 @settings(deadline=None)
 @given(BOXES)
 @example(np.full((1, 1, 4), np.finfo(float).max))
-def test_boxes_come_back_to_a_tenth_of_a_pixel(boxes):
+def test_boxes_come_back_to_a_fiftieth_of_a_pixel(boxes):
     whole = np.stack([quantise(row) for row in boxes])
     assert unpacked(pack_boxes(whole), len(boxes)) == whole.ravel().tolist()
     finite = np.isfinite(boxes).all(axis=2)
     assert (whole[~finite] == ABSENT).all()
     assert (whole[finite] != ABSENT).all()
     near = finite & (np.abs(boxes) < 1e7).all(axis=2)
-    np.testing.assert_allclose(whole[near] / 10, boxes[near], atol=0.0501)
+    np.testing.assert_allclose(whole[near] / 50, boxes[near], atol=0.0101)
 
 
 def test_page_can_contain_texts_only(tmp_path):

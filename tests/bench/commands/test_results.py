@@ -83,6 +83,7 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
     assert figures == {"success", "precision", "survival", "speed-accuracy"}
     assert "camshift" in done.stdout
     markdown = trackmark("report", "results/mine", "--format", "markdown").stdout
+    assert markdown.partition("\n")[0] in " ".join(done.stdout.split())
     assert markdown.count("|") > 10
 
 

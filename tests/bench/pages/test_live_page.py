@@ -156,7 +156,7 @@ def first_box(text):
     content = zlib.decompress(b64decode(re.search(r'id="boxes-0">(.*?)</script>', text)[1]))
     planes = np.frombuffer(content, np.uint8).reshape(4, -1)
     steps = np.ascontiguousarray(planes.T).view("<i4").reshape(-1, 5, 4)
-    return (steps[1, :3].sum(axis=0) / 10).tolist()
+    return (steps[1, :3].sum(axis=0) / 50).tolist()
 
 
 def test_show_live_runs_the_requested_repetition(trackmark, workspace):

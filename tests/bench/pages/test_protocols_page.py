@@ -57,7 +57,7 @@ def unpacked(text, frames):
     content = np.frombuffer(zlib.decompress(b64decode(text)), np.uint8).reshape(4, -1)
     steps = np.ascontiguousarray(content.T).view("<i4").reshape(-1, frames, 4)
     whole = steps.cumsum(axis=1, dtype=np.int32)
-    return np.where(whole == ABSENT, np.nan, whole / 10)
+    return np.where(whole == ABSENT, np.nan, whole / 50)
 
 
 def test_segments_have_boxes_in_their_frames(by_protocols):

@@ -57,6 +57,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
     markdown_page.write_page(tmp_path / "tiny.md", report)
     text = (tmp_path / "tiny.md").read_text("utf-8")
     assert text == markdown_page.page(report, tmp_path)
+    assert "The paper's videos are not available." in text
     (_, file, *_) = (drawing.path for drawing in report.figures)
     assert f"[{file.name}]({file.name}): " in markdown_page.page(report, file.parent)
     assert f"`{file.name}`: " in text  # the figures lie in another folder
