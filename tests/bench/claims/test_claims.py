@@ -10,7 +10,12 @@ import pytest
 from tests.bench.claims.entries import claim, write_claim
 from trackmark.bench.claims.claim_tests import Evidence, judge, notes, scene_differences
 from trackmark.bench.claims.claims_file import read_claims
-from trackmark.bench.claims.row_verdicts import count_verdicts, judge_row, verdict_table
+from trackmark.bench.claims.row_verdicts import (
+    count_verdicts,
+    effect_text,
+    judge_row,
+    verdict_table,
+)
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.statistics.verdict_rules import no_worse, order, share
 
@@ -132,6 +137,7 @@ def test_no_worse_holds_only_if_the_reference_is_kept():
     equal = claim(better="A", worse="B", test="no-worse", margin=0.1)
     evidence = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.5 + NOISE}), reference_kept=0.9)
     assert judge(equal, evidence).verdict == no_worse(np.zeros(36), 0.1).verdict == "holds"
+    assert ", margin 0.1, 36 scenes" in effect_text(equal, judge(equal, evidence))
     floor = replace(evidence, reference_kept=0.4)
     assert judge(equal, floor).verdict == "inconclusive"
     assert "the reference keeps the target in 40 % of the scenes" in notes(floor)

@@ -116,6 +116,7 @@ def check_cards(page, tables, overlaps, comparison):
     assert f"{best['mean']:.2f} [{best['low']:.2f}, {best['high']:.2f}]" in answer
     heat = Cells(page).tables["heat"]
     trackers = [cell["text"].strip() for cell in heat[0][1:]]
+    assert trackers == [labels[int(k)] for k, _ in board]
     assert len(heat) == 2 + len(overlaps) / len(trackers)
     for sequence, *row in heat[1:-1]:
         texts = [cell["text"].partition(" ")[0] for cell in row]
