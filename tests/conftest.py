@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 
 import pytest
 from hypothesis import settings
@@ -13,6 +14,7 @@ settings.register_profile("everyday", deadline=None, max_examples=25)
 settings.register_profile("nightly", deadline=None, max_examples=200)
 
 os.environ["COLUMNS"] = "80"  # independent of the terminal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # shells ignore it in background jobs
 
 prepare_numba()  # tests run in parallel
 
