@@ -55,7 +55,7 @@ __all__ = [
     "trackers",
 ]
 
-IMPORT_TIME = time.time()
+IMPORT_TIME = time.time()  # wall clock, as files have times of this clock
 """Time of the import [s since 1970]. Modules that were edited later are not those that run."""
 
 # Module of every public name. It is imported on first use: `trackmark --help` needs no NumPy.

@@ -324,6 +324,5 @@ def _command_files(command: list[str], definition: Definition) -> list[Path]:
         paths = definition.environment.get("PYTHONPATH", "").split(os.pathsep)
         files += [folder / path / f"{module}.py" for path in paths]
     program = shutil.which(command[0])
-    # `Path.is_file` raises OSError for an argument that is too long for a path.
-    existing = [file for file in files if os.path.isfile(file)]  # noqa: PTH113  # see above
+    existing = [file for file in files if os.path.isfile(file)]  # noqa: PTH113  # `Path.is_file` raises OSError for long arguments
     return existing or ([Path(program)] if program else [])
