@@ -25,7 +25,7 @@ from trackmark.datasets.image_files import (
     numbered_images,
     size_of_first,
 )
-from trackmark.datasets.interface import Mask, Sequence, SequenceError
+from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
@@ -100,7 +100,7 @@ class _Object:
 
     files: list[Path]  # mask files, one per frame
     value: int
-    boxes: NDArray[np.float64]  # (n, 4): tight bounding boxes; NaN if the object has no pixel
+    boxes: Array  # (n, 4): tight bounding boxes; NaN if the object has no pixel
 
     def mask(self, frame: int) -> Mask:
         """Return the pixels of the object in a frame."""
@@ -110,7 +110,7 @@ class _Object:
 def _read_objects(images: list[Path], masks: list[Path]) -> dict[str, _Object]:
     """Read all masks and return the objects by number, sorted."""
     width, height = size_of_first(images)
-    boxes: dict[int, NDArray[np.float64]] = {}
+    boxes: dict[int, Array] = {}
     for frame, file in enumerate(masks):
         values = _read_values(file)
         if values.shape != (height, width):

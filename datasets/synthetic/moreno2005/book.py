@@ -23,7 +23,7 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import (
@@ -62,8 +62,6 @@ from trackmark.datasets.synthetic.render.triangles import (
 )
 from trackmark.datasets.synthetic.render.views import random_wander
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
 
 STEPS = 48  # number of line segments of a cross-section
 NEAR = 1.0  # an intersection nearer than this is the starting point of the ray [pixels]

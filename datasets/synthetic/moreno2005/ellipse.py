@@ -18,14 +18,12 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
 
 FRAMES = 100
 SIZE = 320, 240

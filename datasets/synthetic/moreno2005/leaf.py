@@ -18,7 +18,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
@@ -35,8 +35,6 @@ from trackmark.datasets.synthetic.render.triangles import (
     rotation_axes,
 )
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
 
 # number of vertices across the leaf, along the blade, and along the stalk
 COLUMNS, ROWS, STALK = 9, 34, 3

@@ -21,14 +21,12 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
 
 SIDE = 512  # width and height of textures [pixels]
 IMITATION = 0.5  # share of the floor's texture in the camouflaged skin

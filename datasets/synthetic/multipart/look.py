@@ -7,13 +7,14 @@ every side. All pixel arithmetic uses integers.
 """
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
 from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.colours import BGR
 from trackmark.datasets.synthetic.render.texture import creases, fractal
 from trackmark.datasets.synthetic.scene import part_generator
@@ -136,8 +137,6 @@ def _cover_part(coverage: NDArray[np.uint8], nodes: NDArray[np.int64], left: int
                 uncovered = (255 - np.int64(coverage[row, x])) * (256 - cover)
                 coverage[row, x] = 255 - (uncovered >> 8)
 
-
-Array: TypeAlias = NDArray[np.float64]
 
 _QUARTER = AROUND // 4
 

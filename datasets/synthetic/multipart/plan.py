@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
 from trackmark.datasets.synthetic.render.path import quantised
@@ -14,8 +14,6 @@ from trackmark.datasets.synthetic.render.prop import Coverage, Prop, coverage_ex
 from trackmark.datasets.synthetic.render.street.ground import Light
 from trackmark.datasets.synthetic.render.street.street import Reach, Street
 from trackmark.datasets.synthetic.render.views import SIZE, Views, WalkingPath
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.multipart.casting import twin_plan
 from trackmark.datasets.synthetic.multipart.designs import (
     PillarParameters,
@@ -29,8 +29,6 @@ from trackmark.datasets.synthetic.scene import (
     part_generator,
     paste_window,
 )
-
-Array = NDArray[np.float64]
 
 TURNING = 30.0  # minimum rotation per second for the attribute `turning` [degrees]
 

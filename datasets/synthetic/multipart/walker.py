@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.multipart.look import (
     AROUND,
     WalkerLook,
@@ -40,9 +41,7 @@ def _leg_angles(phase: float, stride: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _skeleton(
-    phase: float, stride: float, forward: float, side: float, build: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _skeleton(phase: float, stride: float, forward: float, side: float, build: Array) -> Array:
     """Return nodes of all parts, shape (parts, nodes, 4).
 
     The columns are height, sideways offset, half width, and position along the part in [0, 1].
@@ -150,7 +149,7 @@ def place_parts(
     phase: float,
     stride: float,
     heading: float,
-    build: NDArray[np.float64],
+    build: Array,
     motion_x: float,
 ) -> NDArray[np.int64]:
     """Return the nodes of all parts in the image, shape (parts, nodes, 5); see `look.COLUMNS`.

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.attributes import occluded
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
@@ -452,8 +452,6 @@ def _used(random: Generator, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     used = used + (np.array([40.0, 50.0, 58.0]) - used) * 0.6 * grime
     return np.clip(np.round(used), 0, 255).astype(np.uint8)
 
-
-Array = NDArray[np.float64]
 
 WALL = 3.2  # distance of the machines from the camera [metres]
 AXIS = 235.0  # row of the camera's horizon [pixels]

@@ -5,10 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.sprite import Sprite, instants
 from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint
-
-Array = NDArray[np.float64]
 
 # left and top of a window [pixels], and the coverage of each of its pixels in [0, 255]
 Coverage = tuple[int, int, NDArray[np.uint8]]

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.colours import (
@@ -56,8 +56,6 @@ from trackmark.datasets.synthetic.render.solids import (
     mirror_limbs,
 )
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
 
 FRAMES = 80
 SIZE = 108, 85

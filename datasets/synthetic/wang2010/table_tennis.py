@@ -20,7 +20,7 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
@@ -29,7 +29,6 @@ from trackmark.datasets.synthetic.render.texture import fractal, noise
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 
 Integers = NDArray[np.int64]
-Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 

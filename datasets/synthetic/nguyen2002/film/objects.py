@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
     LIGHTS,
     PAINTS,
@@ -159,8 +159,6 @@ def rock(random: Generator, x: float, z: float, scale: float) -> Prop:
     sheet.wear(random, 0.25, 8, 64, side=128)
     return _prop(sheet, x, z, random)
 
-
-Array = NDArray[np.float64]
 
 # column and row of the centre, width and height of a target [UNIT]
 Place = tuple[float, float, float, float]

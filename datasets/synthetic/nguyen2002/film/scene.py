@@ -14,7 +14,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.nguyen2002.film.objects import (
     CARRIERS,
     OCCLUDERS,
@@ -31,8 +31,6 @@ from trackmark.datasets.synthetic.render.sprite import Sprite, instants
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.views import Viewpoint, random_wander
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
 
 SIZE = 320, 240
 EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open

@@ -8,11 +8,9 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image
+from trackmark.datasets.interface import Array, Image
 from trackmark.datasets.synthetic.render.painting import Painting
 from trackmark.datasets.synthetic.render.texture import fractal
-
-Array = NDArray[np.float64]
 
 # pixels per unit of length of sheets that are painted at their size in the image
 UNIT = 100.0

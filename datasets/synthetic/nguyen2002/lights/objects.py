@@ -5,9 +5,8 @@ The origin of each object is its centre. Occluders are taller than the image.
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image
+from trackmark.datasets.interface import Array, Image
 from trackmark.datasets.synthetic.render.colours import (
     ACCENTS,
     CLOTHES,
@@ -27,8 +26,6 @@ from trackmark.datasets.synthetic.render.finish import (
 from trackmark.datasets.synthetic.render.prints import KINDS, print_picture
 from trackmark.datasets.synthetic.render.solids import box, chain, limb, mirror_limbs
 from trackmark.datasets.synthetic.render.texture import fractal
-
-Array = NDArray[np.float64]
 
 HALF_WIDTH, HALF_HEIGHT = 108, 130  # half size of a window that contains any occluder [pixels]
 LENGTH = 175.0  # half height of an occluder, whose ends are outside the image [pixels]

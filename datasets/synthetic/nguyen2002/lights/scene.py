@@ -14,7 +14,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.nguyen2002.lights.objects import (
     HALF_HEIGHT,
     HALF_WIDTH,
@@ -43,8 +43,6 @@ from trackmark.datasets.synthetic.render.lamp import (
 from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop
 from trackmark.datasets.synthetic.render.solids import cast_rays
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
 
 FRAMES = 300
 SIZE = 320, 240

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     BELT,
@@ -45,7 +46,6 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
 from trackmark.datasets.synthetic.render.prop import Coverage
 from trackmark.datasets.synthetic.render.sprite import blend_sprite
 
-Array = NDArray[np.float64]
 Points = Sequence[tuple[float, float]]
 
 BGR = tuple[float, float, float]

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
     MAX_CORNERS,
     FacetPose,
@@ -39,7 +40,7 @@ def _count_samples(bits: np.int64) -> np.int64:
 
 
 @njit(cache=True)
-def _clip_polygon(points: NDArray[np.float64], count: int, result: NDArray[np.float64]) -> int:
+def _clip_polygon(points: Array, count: int, result: Array) -> int:
     """Clip a polygon to depths above NEAR, into `result`; return the number of its corners."""
     n_corners = 0
     for k in range(count):

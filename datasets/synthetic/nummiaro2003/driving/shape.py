@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from trackmark.datasets.interface import Array
 
 MAX_CORNERS = 8  # maximum number of corners of a facet
 

@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
     BGR,
     TARGETS,
@@ -42,8 +42,6 @@ from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, random_wander
 from trackmark.datasets.synthetic.scene import part_generator
-
-Array = NDArray[np.float64]
 
 FRAMES = 330
 

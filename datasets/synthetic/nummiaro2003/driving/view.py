@@ -15,12 +15,11 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.nummiaro2003.driving.shape import FacetPose, Facets, Lens
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.views import Viewpoint
-
-Array = NDArray[np.float64]
 
 _STEP = 2.0**-30  # Sines and cosines are rounded to multiples: all platforms render equal bytes.
 

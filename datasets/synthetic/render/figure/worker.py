@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.figure.body import (
     FOREARM,
     NECK,
@@ -32,7 +33,6 @@ from trackmark.datasets.synthetic.render.figure.routine import Routine
 from trackmark.datasets.synthetic.render.sprite import blend_sprite, instants
 from trackmark.datasets.synthetic.scene import part_generator
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]
 

@@ -6,9 +6,9 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.texture import fractal
 
-Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Box = tuple[float, float, float, float]  # left, top, right and bottom of a rectangle
 

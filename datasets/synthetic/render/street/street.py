@@ -7,6 +7,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.sprite import draw_rows, instants
@@ -112,7 +113,7 @@ class Street:
         """Return a tall pillar that occludes people behind it; all parameters are in metres."""
         return post(part_generator(self._seed, f"post {x} {z}"), x, z, self._scale_at(z), thickness)
 
-    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> NDArray[np.float64]:
+    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
         """Return the light at heights above the ground at (x, z); all parameters are in metres."""
         return self._shade.on_upright(x, z, heights)
 
@@ -155,7 +156,7 @@ class Street:
         return float(np.floor(self._still.row(0.0, HOUSES))) - 2
 
     @cached_property
-    def _scales(self) -> NDArray[np.float64]:
+    def _scales(self) -> Array:
         """Scale of every row of the ground, without shift [pixels/metre]."""
         last = self._size[1] - self._reach.shift_y[0] + 2
         rows = np.arange(self._first_row, last) + 0.5
@@ -166,13 +167,13 @@ class Street:
         """Panorama column of the minimum lateral position of the camera, equal in all rows."""
         return self._still.centre + self._reach.shift_x[1] + 16
 
-    def _widths(self, scales: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _widths(self, scales: Array) -> NDArray[np.int64]:
         travel = (self._reach.x[1] - self._reach.x[0]) * scales
         turn = self._reach.shift_x[1] - self._reach.shift_x[0]
         return np.asarray(np.ceil(travel + turn + self._size[0] + 34), np.int64)
 
     def _lefts(
-        self, camera: Viewpoint, scales: NDArray[np.float64], motion: float, travel: float
+        self, camera: Viewpoint, scales: Array, motion: float, travel: float
     ) -> NDArray[np.int64]:
         """Return the panorama column at the left image border [1/64 pixel], shape (times, rows)."""
         nearest = float(scales.max())

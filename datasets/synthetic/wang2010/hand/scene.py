@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
@@ -30,8 +30,6 @@ from trackmark.datasets.synthetic.render.views import random_wander
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
 from trackmark.datasets.synthetic.wang2010.hand import setting
 from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, CLOTH, COLUMNS, CREASE, SKIN
-
-Array = NDArray[np.float64]
 
 SIDE = 256  # rows and columns of a texture
 TEXELS = 10.0  # texels per centimetre

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image
+from trackmark.datasets.interface import Array, Image
 from trackmark.datasets.synthetic.render.colours import BGR, sample_colour
 from trackmark.datasets.synthetic.render.figure.look import Cut, FigureLook, sample_figure_look
 from trackmark.datasets.synthetic.render.figure.routine import Routine
@@ -45,7 +45,7 @@ MELT = 1.1  # difference in depth over which surfaces of one material merge [pix
 
 
 @njit(cache=True, error_model="numpy")
-def _candidates(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np.int64]:
+def _candidates(cones: Array, column: int, row: int) -> NDArray[np.int64]:
     indices = np.empty(len(cones), np.int64)
     count = 0
     for i in range(len(cones)):
@@ -61,7 +61,7 @@ def _candidates(cones: NDArray[np.float64], column: int, row: int) -> NDArray[np
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _surface_depth(cones: NDArray[np.float64], i: int, x: float, y: float) -> tuple[float, float]:
+def _surface_depth(cones: Array, i: int, x: float, y: float) -> tuple[float, float]:
     """Return depth (-1e9 outside) and position along a cone, in [0, 1], at an image point."""
     along_x, along_y = cones[i, 4] - cones[i, 0], cones[i, 5] - cones[i, 1]
     from_x, from_y = x - cones[i, 0], y - cones[i, 1]
@@ -79,12 +79,12 @@ def _surface_depth(cones: NDArray[np.float64], i: int, x: float, y: float) -> tu
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _nearest(
-    cones: NDArray[np.float64],
+    cones: Array,
     candidates: NDArray[np.int64],
     x: float,
     y: float,
-    heights: NDArray[np.float64],
-    places: NDArray[np.float64],
+    heights: Array,
+    places: Array,
 ) -> int:
     """Return the visible cone at a point, or -1; write depths and positions of all candidates."""
     nearest = -1
@@ -96,7 +96,7 @@ def _nearest(
 
 
 @njit(cache=True, error_model="numpy")
-def cover(cones: NDArray[np.float64], material: int, height: int, width: int) -> NDArray[np.int64]:
+def cover(cones: Array, material: int, height: int, width: int) -> NDArray[np.int64]:
     """Count the samples of each pixel, of `GRID` * `GRID`, in which a material is visible.
 
     `cones` has a row of `COLUMNS` numbers per cone. `material` is `SKIN` or `CLOTH`. The result has
@@ -118,10 +118,10 @@ def cover(cones: NDArray[np.float64], material: int, height: int, width: int) ->
 @njit(cache=True, error_model="numpy")
 def paint(
     canvas: NDArray[np.uint8],
-    moments: NDArray[np.float64],
-    frames: NDArray[np.float64],
-    textures: NDArray[np.float64],
-    lamp: NDArray[np.float64],
+    moments: Array,
+    frames: Array,
+    textures: Array,
+    lamp: Array,
 ) -> None:
     """Paint cones over an image in place, blurred by their motion.
 
@@ -163,15 +163,15 @@ def paint(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _add_sample(
-    sums: NDArray[np.float64],
-    cones: NDArray[np.float64],
+    sums: Array,
+    cones: Array,
     candidates: NDArray[np.int64],
     seen: int,
     x: float,
     y: float,
-    heights: NDArray[np.float64],
-    places: NDArray[np.float64],
-    lamp: NDArray[np.float64],
+    heights: Array,
+    places: Array,
+    lamp: Array,
     texel: float,
 ) -> None:
     """Add the colour of a sample to a pixel; surfaces of similar depth are blended."""
@@ -201,8 +201,6 @@ def _add_sample(
     sums[1] += min(green * light, 255.0)
     sums[2] += min(red * light, 255.0)
 
-
-Array = NDArray[np.float64]
 
 FINE = 4  # supersampling per axis
 SCALE = 110.0  # scale on the wall [pixels/metre]
