@@ -7,8 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from trackmark.datasets.interface import Array
-from trackmark.datasets.synthetic.multipart.look import WalkerLook
-from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
+from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker, WalkerLook
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.prop import Coverage, Prop, coverage_extents, visible_part
 from trackmark.datasets.synthetic.render.street.ground import Light

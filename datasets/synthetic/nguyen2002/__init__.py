@@ -24,7 +24,7 @@ LENGTHS = (
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        SequenceEntry("nguyen2002/lights", LightsParameters, f"{MODULE}.lights.scene", 300, SIZE),
+        SequenceEntry("nguyen2002/lights", LightsParameters, f"{MODULE}.lights", 300, SIZE),
         *(
             SequenceEntry(
                 f"{NAME}-{clip:02}", FilmParameters, f"{MODULE}.film.scene", length, SIZE, (clip,)

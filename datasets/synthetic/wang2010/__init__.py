@@ -27,7 +27,7 @@ SUITE = SyntheticSuite(
         SequenceEntry(
             "wang2010/hand",
             seeded("all random properties: person, room, hand, path, noise"),
-            f"{MODULE}.hand.scene",
+            f"{MODULE}.hand",
             100,
             (160, 120),
         ),

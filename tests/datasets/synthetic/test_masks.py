@@ -11,9 +11,9 @@ import pytest
 
 from tests.datasets.synthetic.scenes import grown, mask_edges, slow_if_unchanged
 from trackmark import datasets
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import SHADOW
 from trackmark.datasets.synthetic.render.figure.body import ROWS
-from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, MATERIAL, SKIN
+from trackmark.datasets.synthetic.wang2010.hand import BLUE, MATERIAL, SKIN
 
 
 @cache

@@ -18,11 +18,12 @@ from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.nguyen2002.film.objects import (
     CARRIERS,
     OCCLUDERS,
+    UNIT,
+    RigidObject,
     paint_carrier,
     paint_shadow,
 )
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Surroundings
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import UNIT, RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_textures
 from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 from trackmark.datasets.synthetic.render.camera import Camera, random_bytes

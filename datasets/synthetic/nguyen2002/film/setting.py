@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Array, Image
 from trackmark.datasets.synthetic.nguyen2002.film import objects
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import LIGHTS, PAINTS
+from trackmark.datasets.synthetic.nguyen2002.film.objects import LIGHTS, PAINTS
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.painting import Painting
 from trackmark.datasets.synthetic.render.prop import Prop

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from trackmark.datasets.interface import Array
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
+from trackmark.datasets.synthetic.nguyen2002.film.objects import (
     DARK,
     GLASS,
     LIGHTS,

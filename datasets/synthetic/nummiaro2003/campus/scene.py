@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.multipart import casting
-from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.plan import Person, WalkPlan, body_boxes
 from trackmark.datasets.synthetic.multipart.scene import WalkingScene
+from trackmark.datasets.synthetic.multipart.walker import WalkerLook
 from trackmark.datasets.synthetic.render.attributes import rescaled
 from trackmark.datasets.synthetic.render.colours import BGR
 from trackmark.datasets.synthetic.render.path import random_positions, smooth_step

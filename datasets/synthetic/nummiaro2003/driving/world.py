@@ -10,28 +10,25 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Array
-from trackmark.datasets.synthetic.nummiaro2003.driving.car import CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_behind, lay_facets
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
-    Face,
-    Facets,
-    Lens,
-    Pictures,
-    Ring,
-    assemble_facets,
-    blank_pictures,
-    level_face,
-    pack_pictures,
-    side_faces,
-)
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import CarAt, lay_behind, lay_facets
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     STAINS_SIDE,
     Cutout,
     Drawable,
+    Face,
+    Facets,
+    Lens,
     PerspectiveView,
+    Pictures,
+    Ring,
     UprightCutout,
+    assemble_facets,
+    blank_pictures,
     facet_pose,
+    level_face,
+    pack_pictures,
     paint_cutout,
+    side_faces,
 )
 from trackmark.datasets.synthetic.render.sprite import draw_rows
 from trackmark.datasets.synthetic.render.street.facades import backdrop

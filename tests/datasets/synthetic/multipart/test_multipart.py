@@ -9,9 +9,8 @@ from tests.datasets.synthetic.scenes import SEEDS, slow_if_unchanged
 from trackmark import datasets
 from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
-from trackmark.datasets.synthetic.multipart.look import WalkerLook
-from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
-from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
+from trackmark.datasets.synthetic.multipart.scene import multipart_plan
+from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker, WalkerLook
 from trackmark.datasets.synthetic.render import views
 from trackmark.datasets.synthetic.render.prop import visible_part
 from trackmark.datasets.synthetic.render.views import (

@@ -29,15 +29,16 @@ from trackmark.datasets.synthetic.nguyen2002.film.scene import (
 )
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
-from trackmark.datasets.synthetic.nguyen2002.lights.objects import HALF_HEIGHT, occluder_objects
-from trackmark.datasets.synthetic.nguyen2002.lights.scene import OCCLUDERS as LIGHTS_OCCLUDERS
-from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
+from trackmark.datasets.synthetic.nguyen2002.lights import (
+    HALF_HEIGHT,
     Lighting,
     LightsScene,
     LightsSetting,
     _lighting,
     _pose,
+    occluder_objects,
 )
+from trackmark.datasets.synthetic.nguyen2002.lights import OCCLUDERS as LIGHTS_OCCLUDERS
 from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
 from trackmark.datasets.synthetic.render.solids import NOTHING

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, runs, slow_if_unchanged
 from trackmark import datasets
-from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.plan import Person, body_boxes
+from trackmark.datasets.synthetic.multipart.walker import WalkerLook
 from trackmark.datasets.synthetic.nummiaro2003.campus import person, students
 from trackmark.datasets.synthetic.nummiaro2003.campus.scene import VisitPlan
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
@@ -21,9 +21,12 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     Route,
     limit_acceleration,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import sample_car_shape
 from trackmark.datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView, heading_axes
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
+    PerspectiveView,
+    heading_axes,
+    sample_car_shape,
+)
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.figure.routine import FRAMES_PER_SECOND, GLANCE, TURN
 from trackmark.datasets.synthetic.render.views import sample_fixed_views, straight_path
