@@ -10,6 +10,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Array, Image, Mask
+from trackmark.datasets.synthetic.parameters import SceneParameters
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,21 @@ class SyntheticScene(ABC):
 
     def __getitem__(self, frame: int) -> Image:
         return self.render(frame)
+
+
+class SeededScene(SyntheticScene):
+    """Scene whose only parameter is its seed.
+
+    `label` is the start of the names of its random generators.
+    """
+
+    label: str
+
+    def __init__(self, parameters: SceneParameters) -> None:
+        self._seed = parameters.scene
+
+    def _random(self, part: str) -> Generator:
+        return part_generator(self._seed, f"{self.label} {part}")
 
 
 def part_generator(seed: int, part: str) -> Generator:

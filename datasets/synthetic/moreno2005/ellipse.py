@@ -10,7 +10,7 @@ colour three times. Many other background shapes have a colour that the ellipse 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 
 import cv2
@@ -23,7 +23,11 @@ from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
+from trackmark.datasets.synthetic.scene import (
+    SceneTruth,
+    SeededScene,
+    part_generator,
+)
 
 FRAMES = 100
 SIZE = 320, 240
@@ -328,20 +332,15 @@ SHADING = 0.78, 0.34
 LIGHT_SLANT = 0.9  # angle between the direct light and the line of sight [radians]
 
 
-def scene(parameters: SceneParameters) -> "EllipseScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return EllipseScene(parameters.scene)
-
-
-class EllipseScene(SyntheticScene):
+class EllipseScene(SeededScene):
     """Scene of an ellipse in front of clutter."""
 
-    length, size = FRAMES, SIZE
+    label, length, size = "moreno2005/ellipse", FRAMES, SIZE
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.plan = sample_plan(seed)
-        self.patches = sample_patches(seed, self.plan)
+    def __init__(self, parameters: SceneParameters) -> None:
+        super().__init__(parameters)
+        self.plan = sample_plan(self._seed)
+        self.patches = sample_patches(self._seed, self.plan)
 
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
@@ -377,15 +376,8 @@ class EllipseScene(SyntheticScene):
 
     @cached_property
     def _backdrop(self) -> Image:
-        return _backdrop(self._seed)
+        return paint_background(self._seed, self.plan, self.patches)
 
     @cached_property
     def _light_angle(self) -> float:
-        random = part_generator(self._seed, "moreno2005/ellipse shading")
-        return float(random.uniform(0, 2 * np.pi))
-
-
-@lru_cache(maxsize=4)
-def _backdrop(seed: int) -> Image:
-    plan = sample_plan(seed)
-    return paint_background(seed, plan, sample_patches(seed, plan))
+        return float(self._random("shading").uniform(0, 2 * np.pi))

@@ -20,20 +20,18 @@ from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
-MODULE = "trackmark.datasets.synthetic.multipart"
+RENDERER = "trackmark.datasets.synthetic.multipart.scene:scene"
 
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        SequenceEntry(
-            "stress/pillar", PillarParameters, f"{MODULE}.scene", DESIGNS["5"].length, SIZE
-        ),
-        SequenceEntry("stress/twin", TwinParameters, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
+        SequenceEntry("stress/pillar", PillarParameters, RENDERER, DESIGNS["5"].length, SIZE),
+        SequenceEntry("stress/twin", TwinParameters, RENDERER, TWIN_FRAMES, SIZE),
         *(
             SequenceEntry(
                 f"multipart/{number}",
                 WalkingParameters,
-                f"{MODULE}.scene",
+                RENDERER,
                 design.length,
                 SIZE,
                 (number,),

@@ -9,7 +9,7 @@ The origin of each object is its centre. Occluders are taller than the image.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Array, Image, Mask
-from trackmark.datasets.synthetic.nguyen2002.parameters import LightsParameters
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import LENS, Camera
 from trackmark.datasets.synthetic.render.colours import (
     ACCENTS,
@@ -53,7 +53,11 @@ from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loo
 from trackmark.datasets.synthetic.render.prints import KINDS, print_picture
 from trackmark.datasets.synthetic.render.solids import box, cast_rays, chain, limb, mirror_limbs
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
+from trackmark.datasets.synthetic.scene import (
+    SceneTruth,
+    SeededScene,
+    part_generator,
+)
 
 HALF_WIDTH, HALF_HEIGHT = 108, 130  # half size of a window that contains any occluder [pixels]
 LENGTH = 175.0  # half height of an occluder, whose ends are outside the image [pixels]
@@ -665,20 +669,20 @@ REACH = 400.0  # an object farther than this from the image casts no shadow into
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 
-def scene(parameters: LightsParameters) -> "LightsScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return LightsScene(parameters.scene)
-
-
-class LightsScene(SyntheticScene):
+class LightsScene(SeededScene):
     """Scene of a printed object in a hand, in the light of two lamps."""
 
-    length, size = FRAMES, SIZE
+    label, length, size = "nguyen2002/lights", FRAMES, SIZE
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.setting = _setting(seed)
+    def __init__(self, parameters: SceneParameters) -> None:
+        super().__init__(parameters)
+        self.setting = LightsSetting(self._seed)
         self.plan = self.setting.plan
+
+    @cached_property
+    def lighting(self) -> Lighting:
+        """Setting in the light of two lamps."""
+        return Lighting(self.setting, sample_lamps(self._random("lamps")))
 
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
@@ -687,17 +691,37 @@ class LightsScene(SyntheticScene):
         Attributes are `occluded` (less than half of the object is visible), `partly occluded` (half
         or more, but less than nine tenths) and `lamp off`.
         """
-        return _truth(self._seed)
+        setting, plan = self.setting, self.plan
+        times = np.arange(FRAMES)
+        size = setting.extent * plan.scale(times)[:, None]
+        points, whole = setting.points
+        visibility = np.full(FRAMES, len(points) / whole)
+        shadows = [card.shade() for card in setting.occluders]
+        for frame in range(FRAMES):
+            seen = _pose(plan, frame).onto_picture(points)[:, None]
+            for number, pose in _visible_occluders(plan, frame):
+                visibility[frame] *= (
+                    1 - shadows[number].sample(pose, seen.astype(np.float32)).mean()
+                )
+        occluded = visibility < 0.5
+        return SceneTruth(
+            np.hstack([plan.place(times) - size / 2, size]),
+            visibility,
+            {
+                "occluded": occluded,
+                "partly occluded": (visibility < 0.9) & ~occluded,
+                "lamp off": np.array([not plan.lamp_is_on(frame) for frame in range(FRAMES)]),
+            },
+        )
 
     def render(self, frame: int) -> Image:
-        lighting = _lighting(self._seed)
         lamps_on = [0, 1] if self.plan.lamp_is_on(frame) else [1]
         occluders = [
             (number, pose, 2 * round(abs(self.plan.passages[number].pace) * EXPOSURE / 2) + 1)
             for number, pose in _visible_occluders(self.plan, frame)
         ]
         facing = self.plan.facing(frame)
-        picture = lighting.picture(lamps_on, _pose(self.plan, frame), facing, occluders)
+        picture = self.lighting.picture(lamps_on, _pose(self.plan, frame), facing, occluders)
         seen = SENSITIVITY * np.asarray(cv2.GaussianBlur(picture, (0, 0), LENS))
         canvas: Image = np.round(255 * np.clip(seen, 0, 1) ** (1 / GAMMA)).astype(np.uint8)
         return CAMERA.exposed(canvas, self._seed, frame)
@@ -721,39 +745,3 @@ def _visible_occluders(plan: LightsPlan, frame: int) -> list[tuple[int, CardPose
         if -REACH < column < SIZE[0] + REACH:
             poses.append((number, CardPose((column, SIZE[1] / 2))))
     return poses
-
-
-@lru_cache(maxsize=4)
-def _setting(seed: int) -> LightsSetting:
-    return LightsSetting(seed)
-
-
-@lru_cache(maxsize=4)
-def _lighting(seed: int) -> Lighting:
-    random = part_generator(seed, "nguyen2002/lights lamps")
-    return Lighting(_setting(seed), sample_lamps(random))
-
-
-@lru_cache(maxsize=4)
-def _truth(seed: int) -> SceneTruth:
-    setting = _setting(seed)
-    plan = setting.plan
-    times = np.arange(FRAMES)
-    size = setting.extent * plan.scale(times)[:, None]
-    points, whole = setting.points
-    visibility = np.full(FRAMES, len(points) / whole)
-    shadows = [card.shade() for card in setting.occluders]
-    for frame in range(FRAMES):
-        seen = _pose(plan, frame).onto_picture(points)[:, None]
-        for number, pose in _visible_occluders(plan, frame):
-            visibility[frame] *= 1 - shadows[number].sample(pose, seen.astype(np.float32)).mean()
-    occluded = visibility < 0.5
-    return SceneTruth(
-        np.hstack([plan.place(times) - size / 2, size]),
-        visibility,
-        {
-            "occluded": occluded,
-            "partly occluded": (visibility < 0.9) & ~occluded,
-            "lamp off": np.array([not plan.lamp_is_on(frame) for frame in range(FRAMES)]),
-        },
-    )

@@ -342,11 +342,6 @@ def _pebble(
 MAX_INSTANTS = 32  # maximum number of times within an exposure
 
 
-def scene(parameters: TargetParameters) -> "TargetScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return TargetScene(parameters)
-
-
 class TargetScene(SyntheticScene):
     """Scene of a target with background, distractors and an occluding board."""
 

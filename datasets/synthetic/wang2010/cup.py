@@ -12,7 +12,7 @@ similar colour, and the held cup, whose foot is the origin.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import cv2
@@ -55,7 +55,10 @@ from trackmark.datasets.synthetic.render.solids import (
     limb,
     mirror_limbs,
 )
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
+from trackmark.datasets.synthetic.scene import (
+    SceneTruth,
+    SeededScene,
+)
 
 FRAMES = 80
 SIZE = 108, 85
@@ -459,11 +462,26 @@ CUP_CORNER, CUP_SIZE = (-14, -13), (28, 26)
 ARM_SIZE = 112, 66
 
 
-class CupSetting:
-    """Layout `plan`, cup colour (BGR in [0, 255]) and layers of a kitchen, not mirrored."""
+EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
+CAMERA = Camera(SIZE, noise=2.2)
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
+# fraction of light that the shadow on the wall removes, and softness of the shadow [pixels]
+SHADOW, SOFTNESS = 0.3, 2.2
+# the attributes `occluded` and `similar background` need at least this fraction of the cup
+NOTICED = 0.1
+
+
+class CupScene(SeededScene):
+    """Scene of a cup in a hand in a kitchen.
+
+    `plan` is the layout and `colour` the colour of the cup, BGR in [0, 255]. Layers and coverages
+    are not mirrored.
+    """
+
+    label, length, size = "kitchen", FRAMES, SIZE
+
+    def __init__(self, parameters: SceneParameters) -> None:
+        super().__init__(parameters)
         self.plan = sample_plan(self._random("plan"))
         random = self._random("cup")
         self.colour = vary_slightly(random, CUPS[int(random.integers(len(CUPS)))], 0.06)
@@ -544,9 +562,6 @@ class CupSetting:
         """Upper left corner of the image relative to the origin [pixels]."""
         return -SIZE[0] / 2, float(self.plan.view.row(0.0, WALL)) - self.plan.horizon
 
-    def _random(self, part: str) -> Generator:
-        return part_generator(self._seed, f"kitchen {part}")
-
     def _coverage(self, things: Sequence[SceneObject]) -> Array:
         return downsample(255.0 * (self._trace(things, self._corner, SIZE) != NOTHING))
 
@@ -564,31 +579,6 @@ class CupSetting:
         owners, places, lights = cast_rays(solids, self.plan.view, corner, size, fine)
         return shade_objects([thing.finish for thing in things], owners, places, lights), owners
 
-
-EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
-CAMERA = Camera(SIZE, noise=2.2)
-
-# fraction of light that the shadow on the wall removes, and softness of the shadow [pixels]
-SHADOW, SOFTNESS = 0.3, 2.2
-# the attributes `occluded` and `similar background` need at least this fraction of the cup
-NOTICED = 0.1
-
-
-def scene(parameters: SceneParameters) -> "CupScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return CupScene(parameters.scene)
-
-
-class CupScene(SyntheticScene):
-    """Scene of a cup in a hand in a kitchen."""
-
-    length, size = FRAMES, SIZE
-
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.setting = _setting(seed)
-        self.plan = self.setting.plan
-
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
 
@@ -596,14 +586,25 @@ class CupScene(SyntheticScene):
         a tenth of the cup) and `similar background` (at least a tenth of the cup is in front of the
         object of similar colour).
         """
-        return _truth(self._seed)
+        times = np.arange(FRAMES)
+        boxes = self.silhouettes[0].extents(self.plan.middle(times), self.plan.tilt(times))
+        if self.plan.mirrored:
+            boxes[:, 0] = SIZE[0] - boxes[:, 0] - boxes[:, 2]
+        shares = np.empty((FRAMES, 3))
+        for frame in range(FRAMES):
+            whole, seen = self.seen(frame)
+            parts = seen, whole * self.hidden, whole * self.similar
+            shares[frame] = [part.sum() / whole.sum() for part in parts]
+        return SceneTruth(
+            boxes,
+            shares[:, 0],
+            {"occluded": shares[:, 1] >= NOTICED, "similar background": shares[:, 2] >= NOTICED},
+        )
 
     def render(self, frame: int) -> Image:
-        behind, box = self.setting.still
+        behind, box = self.still
         instants = frame + EXPOSURE * np.array([-0.25, 0.25])
-        carried = np.mean(
-            [self.setting.carried.render_at(*self._pose(t)) for t in instants], axis=0
-        )
+        carried = np.mean([self.carried.render_at(*self._pose(t)) for t in instants], axis=0)
         picture = behind * (1 - self._shadow(carried[..., 3]))[..., None]
         for layer in (carried, box):
             picture = picture * (1 - layer[..., 3:]) + layer[..., :3]
@@ -618,8 +619,8 @@ class CupScene(SyntheticScene):
 
     def seen(self, frame: int) -> tuple[Array, Array]:
         """Return the coverage by the whole cup, and by its visible part; not mirrored."""
-        whole, held = (layer.render_at(*self._pose(frame)) for layer in self.setting.silhouettes)
-        return whole, held * (1 - self.setting.hidden)
+        whole, held = (layer.render_at(*self._pose(frame)) for layer in self.silhouettes)
+        return whole, held * (1 - self.hidden)
 
     def _pose(self, time: float) -> tuple[Array, float]:
         return self.plan.middle(time), float(self.plan.tilt(time))
@@ -631,26 +632,3 @@ class CupScene(SyntheticScene):
         matrix = np.column_stack([np.eye(2), shift])
         thrown = cv2.warpAffine(coverage, matrix, SIZE)
         return np.asarray(SHADOW * cv2.GaussianBlur(thrown, (0, 0), SOFTNESS))
-
-
-_setting = lru_cache(maxsize=4)(CupSetting)
-
-
-@lru_cache(maxsize=4)
-def _truth(seed: int) -> SceneTruth:
-    scene = CupScene(seed)
-    setting, plan = scene.setting, scene.plan
-    times = np.arange(FRAMES)
-    boxes = setting.silhouettes[0].extents(plan.middle(times), plan.tilt(times))
-    if plan.mirrored:
-        boxes[:, 0] = SIZE[0] - boxes[:, 0] - boxes[:, 2]
-    shares = np.empty((FRAMES, 3))
-    for frame in range(FRAMES):
-        whole, seen = scene.seen(frame)
-        parts = seen, whole * setting.hidden, whole * setting.similar
-        shares[frame] = [part.sum() / whole.sum() for part in parts]
-    return SceneTruth(
-        boxes,
-        shares[:, 0],
-        {"occluded": shares[:, 1] >= NOTICED, "similar background": shares[:, 2] >= NOTICED},
-    )

@@ -17,7 +17,7 @@ bytes. No object in the room has the hue of skin.
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +26,6 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.interface import Array, Image, Mask
-from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.colours import BGR, sample_colour
 from trackmark.datasets.synthetic.render.figure.look import Cut, FigureLook, sample_figure_look
@@ -37,7 +36,10 @@ from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.texture import fractal, lerp, ramp
 from trackmark.datasets.synthetic.render.views import random_wander
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
+from trackmark.datasets.synthetic.scene import (
+    SceneTruth,
+    SeededScene,
+)
 
 COLUMNS = 14
 """Number of columns of a cone.
@@ -704,19 +706,22 @@ FACE = np.array([0.66, 0.74])
 SWAY = 0.25  # standard deviation of the position of the seated person [pixels]
 
 
-def scene(parameters: SceneParameters) -> "HandScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return HandScene(parameters.scene)
-
-
-class HandScene(SyntheticScene):
+class HandScene(SeededScene):
     """Scene of a hand in front of a face in an office."""
 
-    length, size = FRAMES, SIZE
+    label, length, size = "wang2010/hand", FRAMES, SIZE
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.hand = _hand(seed)
+    @cached_property
+    def hand(self) -> Hand:
+        """Shape of hand and forearm in every frame."""
+        random = self._random("way")
+        side = self._side
+        path = sample_path(random, side)
+        pose = sample_pose(random, path)
+        middle, head = self._face_position
+        skin = np.array(self._look.skin) * random.uniform(0.98, 1.06)
+        scale = head * random.uniform(0.0365, 0.0385)
+        return animate_hand(pose, path, middle, CENTRED, scale, side, skin, self._look.clothes)
 
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
@@ -725,7 +730,7 @@ class HandScene(SyntheticScene):
         face` means that the boxes of hand and face overlap.
         """
         boxes = self.hand.boxes
-        middle, head = _face_position(self._seed)
+        middle, head = self._face_position
         low, high = middle - head * FACE / 2, middle + head * FACE / 2
         overlap = np.logical_and(boxes[:, :2] < high, boxes[:, :2] + boxes[:, 2:] > low)
         before = np.asarray(overlap.all(axis=1))
@@ -735,7 +740,7 @@ class HandScene(SyntheticScene):
         canvas = self._room.copy()
         self._portrait.draw(canvas, self._sway[frame][None], 1 / FINE)
         poses, frames = self._exposed(frame)
-        paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
+        paint(canvas, poses, frames, self._textures, self._lamp * [1, -1, -1, 1])
         return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
@@ -754,63 +759,51 @@ class HandScene(SyntheticScene):
 
     @cached_property
     def _room(self) -> Image:
-        random = part_generator(self._seed, "wang2010/hand room")
+        random = self._random("room")
         return office(random, *SIZE)
 
     @cached_property
     def _portrait(self) -> Sprite:
-        random = part_generator(self._seed, "wang2010/hand portrait")
-        _, head = _face_position(self._seed)
-        return portrait(random, _look(self._seed), _lamp(self._seed), head, PORTRAIT)
+        random = self._random("portrait")
+        _, head = self._face_position
+        return portrait(random, self._look, self._lamp, head, PORTRAIT)
 
     @cached_property
     def _sway(self) -> Array:
         """Centre of the face in every frame [pixels]; `_face_position` in frame `CENTRED`."""
-        random = part_generator(self._seed, "wang2010/hand sway")
+        random = self._random("sway")
         sway = [random_wander(random, FRAMES, (2.0, 6.0), SWAY) for _ in range(2)]
-        middle, _ = _face_position(self._seed)
+        middle, _ = self._face_position
         return np.asarray(middle + np.stack(sway, axis=1) - [s[CENTRED] for s in sway])
 
     @cached_property
     def _textures(self) -> Array:
-        random = part_generator(self._seed, "wang2010/hand textures")
-        return hand_textures(random, _side(self._seed))
+        random = self._random("textures")
+        return hand_textures(random, self._side)
 
     @cached_property
     def _exposure(self) -> Array:
-        random = part_generator(self._seed, "wang2010/hand exposure")
+        random = self._random("exposure")
         return 1.05 * slow_exposure(random, FRAMES, (4.0, 12.0), 0.008)
 
+    @cached_property
+    def _side(self) -> int:
+        """1 if the hand moves to the right, otherwise -1."""
+        return int(self._random("side").choice([-1, 1]))
 
-def _side(seed: int) -> int:
-    """Return 1 if the hand moves to the right, otherwise -1."""
-    return int(part_generator(seed, "wang2010/hand side").choice([-1, 1]))
+    @cached_property
+    def _face_position(self) -> tuple[Array, float]:
+        """Centre of the face, and height of the head [pixels]."""
+        random = self._random("place")
+        return np.array([80.0, 54.0]) + random.uniform(-4, 4, 2) * [1, 0.75], random.uniform(40, 43)
 
+    @cached_property
+    def _look(self) -> FigureLook:
+        return sample_person(self._random("look"))
 
-def _face_position(seed: int) -> tuple[Array, float]:
-    """Return the centre of the face and the height of the head [pixels]."""
-    random = part_generator(seed, "wang2010/hand place")
-    return np.array([80.0, 54.0]) + random.uniform(-4, 4, 2) * [1, 0.75], random.uniform(40, 43)
-
-
-def _look(seed: int) -> FigureLook:
-    return sample_person(part_generator(seed, "wang2010/hand look"))
-
-
-def _lamp(seed: int) -> Array:
-    """Return the direction to the window (y up, z away), and the ambient light."""
-    random = part_generator(seed, "wang2010/hand lamp")
-    lamp = np.array([random.choice([-1, 1]) * random.uniform(0.35, 0.65), 0.6, -0.75])
-    return np.append(lamp / np.sqrt((lamp * lamp).sum()), 0.5)
-
-
-@lru_cache(maxsize=4)
-def _hand(seed: int) -> Hand:
-    random = part_generator(seed, "wang2010/hand way")
-    look, side = _look(seed), _side(seed)
-    path = sample_path(random, side)
-    pose = sample_pose(random, path)
-    middle, head = _face_position(seed)
-    skin = np.array(look.skin) * random.uniform(0.98, 1.06)
-    scale = head * random.uniform(0.0365, 0.0385)
-    return animate_hand(pose, path, middle, CENTRED, scale, side, skin, look.clothes)
+    @cached_property
+    def _lamp(self) -> Array:
+        """Direction to the window (y up, z away), and the ambient light."""
+        random = self._random("lamp")
+        lamp = np.array([random.choice([-1, 1]) * random.uniform(0.35, 0.65), 0.6, -0.75])
+        return np.append(lamp / np.sqrt((lamp * lamp).sum()), 0.5)

@@ -25,13 +25,17 @@ from trackmark.datasets.synthetic.nguyen2002.film.objects import (
 )
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Surroundings
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_textures
-from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, random_bytes
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.sprite import Sprite, instants
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.views import Viewpoint, random_wander
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
+from trackmark.datasets.synthetic.scene import (
+    SceneTruth,
+    SeededScene,
+    part_generator,
+)
 
 SIZE = 320, 240
 EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
@@ -268,20 +272,15 @@ SHADOW = 0.55  # darkness of a shadow on the ground, in its centre
 WHOLE = 0.99  # minimum visibility at which the target counts as not occluded
 
 
-def scene(parameters: FilmParameters, clip: int) -> "FilmScene":
-    """Return the renderer of a clip (1 to 20) with its ground truth, without rendering."""
-    return _scene(parameters.scene, clip)
-
-
-class FilmScene(SyntheticScene):
-    """Scene of a clip in the set with a seed; `clip` counts from 1."""
+class FilmScene(SeededScene):
+    """Scene of a clip in the set with a seed; `clip` is in 1 to 20."""
 
     size = SIZE
 
-    def __init__(self, seed: int, clip: int) -> None:
-        self._seed = seed
-        self._clip = clip
-        self.plan = clip_plan(seed, clip)
+    def __init__(self, parameters: SceneParameters, clip: int) -> None:
+        super().__init__(parameters)
+        self._clip, self.label = clip, f"nguyen2002/clip-{clip:02}"
+        self.plan = clip_plan(self._seed, clip)
         self.length = self.plan.shot.frames
 
     def truth(self) -> SceneTruth:
@@ -291,7 +290,21 @@ class FilmScene(SyntheticScene):
         are `occluded` (less than half of the target is visible) and `partly occluded` (half of the
         target or more is visible, but not all of it).
         """
-        return _truth(self._seed, self._clip)
+        boxes, visibility = self.plan.boxes, np.ones(len(self))
+        near = np.zeros(len(self), np.bool_)
+        middles = boxes[:, 0] + boxes[:, 2] / 2
+        for passage in self.plan.passages:
+            reach = (boxes[:, 2] + passage.size[0]) / 2 + 40
+            near |= np.abs(passage.path[:, 0] - middles) < reach
+        for frame in np.flatnonzero(near).tolist():
+            whole, visible = self.seen(frame)
+            visibility[frame] = visible.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
+        hidden = visibility < 0.5
+        return SceneTruth(
+            boxes,
+            visibility,
+            {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)},
+        )
 
     def render(self, frame: int) -> Image:
         plan = self.plan
@@ -424,9 +437,6 @@ class FilmScene(SyntheticScene):
         width, height = (np.ceil(side * self.plan.scale.max()) for side in self.plan.size)
         return float(width), float(height)
 
-    def _random(self, part: str) -> Generator:
-        return part_generator(self._seed, f"nguyen2002/clip-{self._clip:02} {part}")
-
 
 def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
     """Return grain with a standard deviation, 255 pixels larger than the image."""
@@ -447,27 +457,3 @@ def _places(path: Array, frame: int) -> Array:
     before, after = path[max(frame - 1, 0)], path[min(frame + 1, len(path) - 1)]
     step = EXPOSURE * (after - before) / (min(frame + 1, len(path) - 1) - max(frame - 1, 0))
     return np.asarray(path[frame] + instants(float(np.abs(step).max()))[:, None] * step)
-
-
-@lru_cache(maxsize=8)
-def _scene(seed: int, clip: int) -> FilmScene:
-    """Return a cached clip, so that rendering reuses objects painted for the ground truth."""
-    return FilmScene(seed, clip)
-
-
-@lru_cache(maxsize=32)
-def _truth(seed: int, clip: int) -> SceneTruth:
-    scene = _scene(seed, clip)
-    boxes, visibility = scene.plan.boxes, np.ones(len(scene))
-    near = np.zeros(len(scene), np.bool_)
-    middles = boxes[:, 0] + boxes[:, 2] / 2
-    for passage in scene.plan.passages:
-        reach = (boxes[:, 2] + passage.size[0]) / 2 + 40
-        near |= np.abs(passage.path[:, 0] - middles) < reach
-    for frame in np.flatnonzero(near).tolist():
-        whole, visible = scene.seen(frame)
-        visibility[frame] = visible.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
-    hidden = visibility < 0.5
-    return SceneTruth(
-        boxes, visibility, {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)}
-    )

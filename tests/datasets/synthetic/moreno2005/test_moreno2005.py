@@ -11,7 +11,7 @@ from shapely.geometry import Point, Polygon
 from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of, slow_if_unchanged
 from trackmark.datasets.synthetic.moreno2005.book import (
     Bending,
-    BookSetting,
+    BookScene,
     bend_sheet,
     lit_share,
     self_shadow,
@@ -21,6 +21,7 @@ from trackmark.datasets.synthetic.moreno2005.ellipse import sample_plan as sampl
 from trackmark.datasets.synthetic.moreno2005.leaf import sample_shapes
 from trackmark.datasets.synthetic.moreno2005.octopus import FLOOR_KINDS, OWN, SKINS
 from trackmark.datasets.synthetic.moreno2005.octopus import sample_plan as sample_octopus_plan
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.triangles import grid_triangles
 
 pytestmark = slow_if_unchanged(
@@ -40,7 +41,7 @@ def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
 @settings(max_examples=4, deadline=None)
 @given(seed=SEEDS)
 def test_book_is_flat_at_first_then_bends(seed):
-    setting = BookSetting(seed)
+    setting = BookScene(SceneParameters(scene=seed))
     surfaces = map(setting.surface, range(0, FRAMES, 3))
     shadow = [self_shadow(surface, setting.lamp) for surface in surfaces]
     assert shadow[0] < 0.25
@@ -119,7 +120,7 @@ def test_self_shadow_attribute_marks_darker_frames():
     levels = np.array([book_image(0, frame)[scene.mask(frame)].mean() for frame in frames])
     assert levels[flagged[::4]].mean() < 0.75 * levels[~flagged[::4]].mean()
     for frame in frames:
-        share = self_shadow(scene.setting.surface(frame), scene.setting.lamp)
+        share = self_shadow(scene.surface(frame), scene.lamp)
         assert flagged[frame] == (share >= 0.25)
 
 
@@ -130,7 +131,7 @@ def test_book_light_turns_smoothly_yellow():
     assert blue[-1] / blue[0] < 0.65
     assert 0.85 < green[-1] / green[0] < 1
     assert red[-1] / red[0] > 1.02
-    gains = open_book(0).setting.illuminants
+    gains = open_book(0).illuminants
     assert np.abs(np.diff(gains, axis=0)).max() < 0.02
     assert gains[0] == pytest.approx([1.12, 1.0, 0.90])
 
@@ -255,7 +256,7 @@ def test_leaf_motion_is_hard_to_predict(seed):
 
 @pytest.mark.parametrize("seed", range(2))
 def test_leaf_outline_is_nearly_affine_with_small_bends(seed):
-    setting = open_leaf(seed).setting
+    setting = open_leaf(seed)
     first = np.column_stack([setting.points(0)[0][:, :2], np.ones(len(setting.points(0)[0]))])
     gains, left = [], []
     for frame in range(0, FRAMES, 7):

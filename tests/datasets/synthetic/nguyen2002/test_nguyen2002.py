@@ -1,6 +1,5 @@
 """Scenes of `nguyen2002`: clips of the film, and lights."""
 
-import sys
 from collections import Counter
 from dataclasses import replace
 from functools import lru_cache
@@ -23,9 +22,9 @@ from trackmark.datasets.synthetic.nguyen2002.film.scene import (
     CLIPS,
     SIZE,
     WIDTHS,
+    FilmScene,
     clip_plan,
     clip_script,
-    scene,
 )
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
@@ -34,12 +33,11 @@ from trackmark.datasets.synthetic.nguyen2002.lights import (
     Lighting,
     LightsScene,
     LightsSetting,
-    _lighting,
     _pose,
     occluder_objects,
 )
 from trackmark.datasets.synthetic.nguyen2002.lights import OCCLUDERS as LIGHTS_OCCLUDERS
-from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.finish import SceneObject, render_surfaces
 from trackmark.datasets.synthetic.render.solids import NOTHING
 
@@ -51,7 +49,7 @@ NUMBERS = st.integers(1, CLIPS)
 
 @lru_cache(maxsize=32)
 def open_clip(seed, clip):
-    return scene(FilmParameters(scene=seed), clip)
+    return FilmScene(SceneParameters(scene=seed), clip)
 
 
 @settings(max_examples=30, deadline=None)
@@ -222,19 +220,18 @@ def test_lights_visibility_agrees_with_masks():
 
 
 @pytest.mark.slow
-def test_lights_mask_marks_the_pixels_of_the_print(monkeypatch):
-    other = LightsScene(0)
+def test_lights_mask_marks_the_pixels_of_the_print():
+    other = LightsScene(SceneParameters())
     other.setting = LightsSetting(0)
     thing, *rest = other.setting._things
     inverse = replace(thing.finish, pattern=lambda points: 1 - thing.finish.pattern(points))
     other.setting.__dict__["_things"] = [SceneObject(inverse, thing.solids), *rest]
     for part in ("room", "occluders"):  # unchanged, slow to create
         other.setting.__dict__[part] = getattr(open_lights(0).setting, part)
-    lighting = Lighting(other.setting, _lighting(0)._lamps)
-    lighting.__dict__["_reflected_light"] = _lighting(0)._reflected_light
+    other.lighting = Lighting(other.setting, open_lights(0).lighting._lamps)
+    other.lighting.__dict__["_reflected_light"] = open_lights(0).lighting._reflected_light
     start, _ = runs(open_lights(0).truth().attributes["occluded"])[0]
     images = {frame: image(0, frame) for frame in (0, start - 2)}
-    monkeypatch.setattr(sys.modules[LightsScene.__module__], "_lighting", lambda seed: lighting)
     for frame, original in images.items():
         changed = np.abs(other.render(frame) - original).max(axis=2) > 20
         mask = open_lights(0).mask(frame)

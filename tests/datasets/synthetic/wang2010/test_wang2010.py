@@ -51,7 +51,7 @@ def hue_apart(hue, other_hue):
 
 
 def hue_of_cup(cup):
-    pixel = np.round(cup.setting.colour).astype(np.uint8)[None, None]
+    pixel = np.round(cup.colour).astype(np.uint8)[None, None]
     return float(cv2.cvtColor(pixel, cv2.COLOR_BGR2HSV)[0, 0, 0])
 
 
@@ -73,23 +73,21 @@ def test_similar_object_and_box_have_the_cup_hue(seed):
     cup = open_cup(seed)
     image = cup.render(0)
     hue = hue_of_cup(cup)
-    carried = grown(
-        as_in_image(cup, cup.setting.carried.render_at(*cup._pose(0))[..., 3]) > 0.01, 1
-    )
-    box = as_in_image(cup, cup.setting.hidden) > 0.99
-    behind = (as_in_image(cup, cup.setting.similar) > 0.99) & ~grown(box, 2)
+    carried = grown(as_in_image(cup, cup.carried.render_at(*cup._pose(0))[..., 3]) > 0.01, 1)
+    box = as_in_image(cup, cup.hidden) > 0.99
+    behind = (as_in_image(cup, cup.similar) > 0.99) & ~grown(box, 2)
     for part in (shrunk(cup.mask(0), 1), box & ~carried, behind & ~carried):
         assert part.sum() > 100
         assert np.nanmedian(hue_apart(coloured(image)[part], hue)) < 4
-    assert cup.setting.similar.sum() > 700
-    assert cup.setting.hidden.sum() > 350
+    assert cup.similar.sum() > 700
+    assert cup.hidden.sum() > 350
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=SLOW) for k in MORE)])
 def test_other_objects_lack_the_cup_hue(seed):
     cup = open_cup(seed)
     image = cup.render(0)
-    allowed = cup.mask(0) | (as_in_image(cup, cup.setting.similar + cup.setting.hidden) > 0)
+    allowed = cup.mask(0) | (as_in_image(cup, cup.similar + cup.hidden) > 0)
     near = hue_apart(coloured(image), hue_of_cup(cup)) < 7
     assert near[~grown(allowed, 2)].mean() < 0.01
 
@@ -99,9 +97,9 @@ def test_cup_is_surrounded_by_its_colour_at_the_event():
         cup = open_cup(seed)
         whole, _ = cup.seen(EVENT)
         around = grown(whole > 0.5, 3) & ~grown(whole > 0.5, 1)
-        same = np.maximum(cup.setting.similar, cup.setting.hidden) > 0.5
+        same = np.maximum(cup.similar, cup.hidden) > 0.5
         assert same[around].mean() > 0.6
-        assert (whole * cup.setting.similar).sum() > 0.6 * whole.sum()
+        assert (whole * cup.similar).sum() > 0.6 * whole.sum()
 
 
 open_hand, _ = scenes_of("wang2010/hand")
@@ -189,7 +187,7 @@ def test_speed_up_lasts_from_the_stroke_to_the_top(sequence):
 @pytest.fixture(scope="module")
 def pair():
     """Return a scene, and the same scene with a black ball."""
-    first, second = (table_tennis.scene(SceneParameters(scene=2)) for _ in range(2))
+    first, second = (table_tennis.TableTennisScene(SceneParameters(scene=2)) for _ in range(2))
     second._ball = first._ball.silhouette(0)
     for part in ("_ball_shadow", "_player", "_wall"):
         setattr(second, part, getattr(first, part))
