@@ -61,10 +61,7 @@ from trackmark.datasets.synthetic.render.triangles import (
     rotation_axes,
 )
 from trackmark.datasets.synthetic.render.views import random_wander
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene
 
 STEPS = 48  # number of line segments of a cross-section
 NEAR = 1.0  # an intersection nearer than this is the starting point of the ray [pixels]
@@ -425,10 +422,8 @@ class Book:
         """Return the triangles of the book; `texture` has the shape of `blank`."""
         front = np.stack([self._u + self.half_width, self._v + self.height], axis=1) * FINE
         rows, columns = texture.shape[0] - 2 * PAGES, texture.shape[1]
-        texels, triangles = (
-            [front, [0, rows + PAGES + 1.5] + 0 * front],
-            [grid_triangles(ROWS, COLUMNS)],
-        )
+        texels = [front, [0, rows + PAGES + 1.5] + 0 * front]
+        triangles = [grid_triangles(ROWS, COLUMNS)]
         triangles.append(triangles[0][:, ::-1] + FRONT)
         start = 2 * FRONT
         for k, (border, _, order) in enumerate(BORDERS):

@@ -23,11 +23,7 @@ from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-    part_generator,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 FRAMES = 100
 SIZE = 320, 240
@@ -42,9 +38,8 @@ FASTEST = 6.9
 # showed that trackers can follow steps of .03 (mean overlap .86).
 NEW = 0.03
 STEP = 0.05  # mean step of the colour per frame, in RGB of [0, 1]
-TURN = (
-    0.45  # standard deviation of the noise that is added to the unit direction of the colour path
-)
+# standard deviation of the noise that is added to the unit direction of the colour path
+TURN = 0.45
 COLOURS = 0.08, 0.92  # minimum and maximum of every channel
 
 
@@ -169,10 +164,8 @@ SIMILAR = 0.15  # maximum distance between similar colours, in RGB of [0, 1]
 ADJOINING = 8  # minimum number of common border pixels of the ellipse and a patch that touches it
 
 TONES = 7  # colours of the texture behind the shapes
-SHAPES, SIMILAR_SHARE = (
-    400,
-    0.8,
-)  # number of shapes; fraction of shapes with a colour that the ellipse has at some time
+SHAPES = 400  # number of shapes
+SIMILAR_SHARE = 0.8  # fraction of shapes with a colour that the ellipse has at some time
 SHAPE_RADIUS = 5.0, 18.0  # range of the radii of shapes [pixels]; small shapes are more frequent
 MOTTLE = 0.06  # standard deviation of a shape's texture, relative to its colour
 SHAPE_SLANT = 0.14  # maximum difference of brightness between the ends of a shape

@@ -33,10 +33,7 @@ from trackmark.datasets.synthetic.render.triangles import (
     render_mesh,
     rotation_axes,
 )
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene
 
 # number of vertices across the leaf, along the blade, and along the stalk
 COLUMNS, ROWS, STALK = 9, 34, 3

@@ -26,11 +26,7 @@ from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-    part_generator,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 SIDE = 512  # width and height of textures [pixels]
 IMITATION = 0.5  # share of the floor's texture in the camouflaged skin

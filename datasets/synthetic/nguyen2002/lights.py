@@ -53,11 +53,7 @@ from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loo
 from trackmark.datasets.synthetic.render.prints import KINDS, print_picture
 from trackmark.datasets.synthetic.render.solids import box, cast_rays, chain, limb, mirror_limbs
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-    part_generator,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 HALF_WIDTH, HALF_HEIGHT = 108, 130  # half size of a window that contains any occluder [pixels]
 LENGTH = 175.0  # half height of an occluder, whose ends are outside the image [pixels]
@@ -232,10 +228,8 @@ def _dotted(random: Generator, ink: Array) -> Pattern:
 
 
 def _back(random: Generator) -> list[SceneObject]:
-    shirt, trousers = (
-        _sample_colour(random, (*CLOTHES, *ACCENTS[:5])),
-        _sample_colour(random, CLOTHES[:2]),
-    )
+    shirt = _sample_colour(random, (*CLOTHES, *ACCENTS[:5]))
+    trousers = _sample_colour(random, CLOTHES[:2])
     checks = _checked(random) if random.random() < 0.6 else grain(random, 0.06)
     wide = random.uniform(52, 58)
     hem = random.uniform(-96, -84)

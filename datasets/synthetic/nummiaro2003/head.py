@@ -45,11 +45,7 @@ from trackmark.datasets.synthetic.render.figure.routine import (
 from trackmark.datasets.synthetic.render.figure.worker import Worker
 from trackmark.datasets.synthetic.render.painting import Painting
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-    paste_window,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, paste_window
 
 SCREENS = ((120, 60, 20), (40, 70, 30), (170, 150, 120), (90, 40, 70))
 WRITING = ((80, 220, 120), (230, 230, 230), (60, 200, 230))

@@ -181,11 +181,8 @@ def blend_sprite(
                 u = ((((first << 6) + 32 - left[k]) * step) >> 6) + 32768
                 column = u >> 16
                 skipped = max(begin - 1 - column, 0)
-                first, last, column = (
-                    first + skipped,
-                    min(last, first + end - column),
-                    column + skipped,
-                )
+                last = min(last, first + end - column)
+                first, column = first + skipped, column + skipped
                 if first >= last:
                     continue
                 right, shifted = np.uint32((u >> 8) & 255), mixed[4 * column :]

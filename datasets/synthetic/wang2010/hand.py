@@ -36,10 +36,7 @@ from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.texture import fractal, lerp, ramp
 from trackmark.datasets.synthetic.render.views import random_wander
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene
 
 COLUMNS = 14
 """Number of columns of a cone.
@@ -412,10 +409,8 @@ def portrait(
     eye = look.stature - CROWN
     camera = np.array([focal, width / 2, height / 2, eye - BELOW])
     sitter = Worker(look, _sitting(random, look, eye), camera, lamp, int(random.integers(2**32)))
-    black, white = (
-        np.zeros((height, width, 3), np.uint8),
-        np.full((height, width, 3), 255, np.uint8),
-    )
+    black = np.zeros((height, width, 3), np.uint8)
+    white = np.full((height, width, 3), 255, np.uint8)
     for canvas in (black, white):
         sitter.draw(canvas, 0, 1.0, 0.0)
     # Pixels that differ between a black and a white background are not covered.

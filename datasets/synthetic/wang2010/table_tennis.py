@@ -26,11 +26,7 @@ from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse
 from trackmark.datasets.synthetic.render.texture import fractal, noise
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-    part_generator,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]

@@ -15,14 +15,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from trackmark.datasets.interface import Array, Image, Mask
-from trackmark.datasets.synthetic.nguyen2002.film.objects import (
-    CARRIERS,
-    OCCLUDERS,
-    UNIT,
-    RigidObject,
-    paint_carrier,
-    paint_shadow,
-)
+from trackmark.datasets.synthetic.nguyen2002.film import objects
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Surroundings
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_textures
 from trackmark.datasets.synthetic.parameters import SceneParameters
@@ -31,11 +24,7 @@ from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.sprite import Sprite, instants
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.views import Viewpoint, random_wander
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SeededScene,
-    part_generator,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 SIZE = 320, 240
 EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
@@ -155,7 +144,7 @@ def clip_plan(seed: int, clip: int) -> ClipPlan:
     tilt = _drifting(random, n, (2.0, 7.0), random.uniform(4, 12))
     nod = quantised(tilt + random_wander(random, n, (0.5, 3.0), random.uniform(0.2, 1.4)))
     ground = still.horizon + nod + EYE * NEAR * scale
-    drop = CARRIERS[KINDS[shot.target].carrier].drop
+    drop = objects.CARRIERS[KINDS[shot.target].carrier].drop
     level = ground - drop * size[1] * scale if drop else still.horizon + nod + 26
     centre = np.stack([across, level], axis=1)
     centre += random_wander(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 0.6]
@@ -165,14 +154,14 @@ def clip_plan(seed: int, clip: int) -> ClipPlan:
     static_speeds = [
         sample.speed * width * float(scale.min())
         for sample in passage_samples
-        if OCCLUDERS[sample.kind].fixed
+        if objects.OCCLUDERS[sample.kind].fixed
     ]
     rate = _sample_camera_speed(random, static_speeds)
     hand = random_wander(random, n, (1.0, 4.0), random.uniform(0.3, 1.5))
     travelled = rate * np.arange(n) + hand
     passages = []
     for sample in passage_samples:
-        occluder, middle = OCCLUDERS[sample.kind], round(sample.middle)
+        occluder, middle = objects.OCCLUDERS[sample.kind], round(sample.middle)
         side = width * scale[middle]
         direction = -np.sign(rate) if occluder.fixed else random.choice([-1.0, 1.0])
         speed = direction * sample.speed * side
@@ -217,7 +206,7 @@ def _sample_passages(random: Generator, shot: Shot, width: float) -> list[_Passa
         slowest = max(SPEEDS[0], (wide + 0.5) / LONGEST_OCCLUSION)
         samples.append((kind, wide, random.uniform(slowest, SPEEDS[1]), 0.0))
     if shot.partial:
-        fixed = [OCCLUDERS[kind].fixed for kind, *_ in samples]
+        fixed = [objects.OCCLUDERS[kind].fixed for kind, *_ in samples]
         if random.random() < 0.5 and all(fixed):
             part = "post", random.uniform(0.15, 0.4), random.uniform(*SPEEDS), 0.0
         else:
@@ -366,36 +355,38 @@ class FilmScene(SeededScene):
         )
 
     @cached_property
-    def _target(self) -> RigidObject:
+    def _target(self) -> objects.RigidObject:
         random, size = self._random("target"), self._largest
         colour, coverage = paint_target(random, KINDS[self.plan.shot.target], *size).reduced()
-        return RigidObject(two_textures(random, colour), coverage, size[0] / self.plan.size[0])
+        return objects.RigidObject(
+            two_textures(random, colour), coverage, size[0] / self.plan.size[0]
+        )
 
     @cached_property
-    def _carrier(self) -> RigidObject:
+    def _carrier(self) -> objects.RigidObject:
         kind, size = KINDS[self.plan.shot.target].carrier, self._largest
-        colour, coverage = paint_carrier(self._random("carrier"), kind, *size).reduced()
-        return RigidObject([colour], coverage, size[0] / self.plan.size[0])
+        colour, coverage = objects.paint_carrier(self._random("carrier"), kind, *size).reduced()
+        return objects.RigidObject([colour], coverage, size[0] / self.plan.size[0])
 
     @cached_property
-    def _shadow(self) -> RigidObject | None:
+    def _shadow(self) -> objects.RigidObject | None:
         """Shadow on the ground or reflection in the water; None if the ground is not visible."""
-        width = CARRIERS[KINDS[self.plan.shot.target].carrier].shadow * self._largest[0]
+        width = objects.CARRIERS[KINDS[self.plan.shot.target].carrier].shadow * self._largest[0]
         if not width:
             return None
-        colour, coverage = paint_shadow(width, SHADOW)
-        return RigidObject([colour], coverage, self._largest[0] / self.plan.size[0])
+        colour, coverage = objects.paint_shadow(width, SHADOW)
+        return objects.RigidObject([colour], coverage, self._largest[0] / self.plan.size[0])
 
     @cached_property
     def _occluders(self) -> list[tuple[Sprite, Array]]:
         """Sprites of the occluders, with the offset of each centre from its anchor [pixels]."""
         hiders = []
         for number, passage in enumerate(self.plan.passages):
-            random, size = self._random(f"hider {number}"), np.array(passage.size) / UNIT
-            sheet = OCCLUDERS[passage.kind].paint(random, *size.tolist())
+            random, size = self._random(f"hider {number}"), np.array(passage.size) / objects.UNIT
+            sheet = objects.OCCLUDERS[passage.kind].paint(random, *size.tolist())
             sprite = Sprite(*sheet.reduced())
             middle = np.array([sprite.width, sprite.height]) / 2
-            hiders.append((sprite, middle - np.array(sheet.anchor) * UNIT))
+            hiders.append((sprite, middle - np.array(sheet.anchor) * objects.UNIT))
         return hiders
 
     @cached_property

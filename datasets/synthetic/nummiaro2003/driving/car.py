@@ -745,10 +745,8 @@ class CarAt:
         height = min(window[3], size[1] + _SPARE) - top
         if width <= 0 or height <= 0:
             return None
-        colour, occupied = (
-            np.zeros((height, width, 3), np.uint8),
-            np.zeros((height, width), np.uint16),
-        )
+        colour = np.zeros((height, width, 3), np.uint8)
+        occupied = np.zeros((height, width), np.uint16)
         shadow = np.zeros((height, width), np.uint8)
         lens = Lens(view.focal, view.centre[0] - left, view.centre[1] - top)
         order = np.arange(len(facets.counts))

@@ -11,6 +11,7 @@ from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.sprite import draw_rows, instants
+from trackmark.datasets.synthetic.render.street import ground
 from trackmark.datasets.synthetic.render.street.facades import backdrop
 from trackmark.datasets.synthetic.render.street.furniture import (
     bush,
@@ -19,13 +20,6 @@ from trackmark.datasets.synthetic.render.street.furniture import (
     post,
     sign,
     tree,
-)
-from trackmark.datasets.synthetic.render.street.ground import (
-    Band,
-    Light,
-    TreeShade,
-    ground_rows,
-    street_bands,
 )
 from trackmark.datasets.synthetic.render.views import Viewpoint
 from trackmark.datasets.synthetic.scene import part_generator
@@ -56,13 +50,13 @@ class Street:
         size: tuple[int, int],
         still: Viewpoint,
         reach: Reach,
-        light: Light = "even",
+        light: ground.Light = "even",
     ) -> None:
         self._seed = seed
         self._size = size
         self._still = still
         self._reach = reach
-        self._light: Light = light
+        self._light: ground.Light = light
 
     def draw(
         self,
@@ -118,8 +112,8 @@ class Street:
         return self._shade.on_upright(x, z, heights)
 
     @cached_property
-    def _shade(self) -> TreeShade:
-        return TreeShade(part_generator(self._seed, "shade"), self._light)
+    def _shade(self) -> ground.TreeShade:
+        return ground.TreeShade(part_generator(self._seed, "shade"), self._light)
 
     @cached_property
     def _backdrop(self) -> tuple[NDArray[np.uint8], float]:
@@ -136,7 +130,7 @@ class Street:
     def _ground(self) -> tuple[NDArray[np.uint8], float]:
         """Image of the ground, and its first image row."""
         random = part_generator(self._seed, "ground")
-        rows = ground_rows(
+        rows = ground.ground_rows(
             random,
             self._bands(random),
             self._shade,
@@ -148,8 +142,8 @@ class Street:
         )
         return rows, self._first_row
 
-    def _bands(self, random: Generator) -> list[Band]:
-        return street_bands(random, KERB, HOUSES)
+    def _bands(self, random: Generator) -> list[ground.Band]:
+        return ground.street_bands(random, KERB, HOUSES)
 
     @property
     def _first_row(self) -> float:
