@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.attributes.attribute import attribute
 from trackmark.datasets.attributes.view import TargetView, part_of
-from trackmark.datasets.interface import Array
 
 BLUR_PIXELS = 9  # width of the mean filter in [Crete]
 SURROUND_SCALE = 1.5  # size of the box around the surroundings, relative to the box [VOT]
@@ -175,7 +174,9 @@ def border(now: TargetView) -> float:
     return float(distances.min()) / now.side
 
 
-def _part(box: Array, low: Array, high: Array) -> Array:
+def _part(
+    box: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the part of a box between the relative corners `low` and `high`, shape (2,) each."""
     return np.concatenate([box[:2] + low * box[2:], (high - low) * box[2:]])
 

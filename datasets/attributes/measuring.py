@@ -10,18 +10,18 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.attributes import definitions
 from trackmark.datasets.attributes.attribute import Attribute
 from trackmark.datasets.attributes.view import TargetView
 from trackmark.datasets.file_digest import cache_folder
-from trackmark.datasets.interface import Array, Sequence
+from trackmark.datasets.interface import Sequence
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.datasets.spec_string import name_hint
 
 # Values of each attribute by its name, shape (n,): one per frame, NaN if undefined.
-Series = dict[str, Array]
+Series = dict[str, NDArray[np.float64]]
 
 
 @cache

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.decoding import check_pixels
 from trackmark.datasets.filters.timing import generator, with_changes
-from trackmark.datasets.interface import Array, Image, Mask, Sequence, SequenceError, lies_outside
+from trackmark.datasets.interface import Image, Mask, Sequence, SequenceError, lies_outside
+
+Array = NDArray[np.float64]
 
 MIN_FRAMES_AFTER_WALL = 15  # more than the ten frames of failure that count as a lost target
 WALL_MARGIN = 0.1  # margin of a wall around the occluded boxes [sizes of the first box]
