@@ -27,8 +27,6 @@ from trackmark.datasets.truth_file import GroundTruth
 IMAGES, MASKS = "JPEGImages", "Annotations"
 USUAL_RESOLUTION = "480p"
 EXPECTS = f"a folder {IMAGES}/RESOLUTION/NAME with {MASKS}/RESOLUTION/NAME (DAVIS)"
-GENERAL = False
-MARKS: tuple[str, ...] = ()
 CITATION = (
     "Perazzi et al., A benchmark dataset and evaluation methodology for video object segmentation, "
     "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"

@@ -22,7 +22,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
 EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"
-GENERAL = False
 MARKS = (f"{IMAGES}/", str(TRUTH), FIELDS)
 CITATION = "Milan et al., MOT16: a benchmark for multi-object tracking, arXiv:1603.00831"
 

@@ -24,7 +24,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 RATES = ("30", "240")
 EXPECTS = "a folder NAME/30 or NAME/240 with NAME/ and NAME.txt (NfS)"
-GENERAL = False
 MARKS = tuple(f"{rate}/NAME{end}" for rate in RATES for end in ("/", ".txt"))
 CITATION = (
     "Kiani Galoogahi et al., Need for speed: a benchmark for higher frame rate object tracking, "

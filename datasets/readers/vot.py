@@ -40,7 +40,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
-GENERAL = False
 MARKS = ("color/", FIELDS, TRUTH, f"{OBJECT}*.txt")
 CITATION = (
     "Kristan et al., A novel performance evaluation methodology for single-target trackers, "
