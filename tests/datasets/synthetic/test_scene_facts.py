@@ -152,6 +152,17 @@ FACTS = {
         ("light change", frame(1), 1, 1),
         ("mean light change", ANY, 0.01, 0.01),
     ],
+    "nguyen2002/lights": [
+        ("length", ANY, 300, 300),
+        *within(10, 10, 310, 210),
+        ("width", ANY, 48, 72),
+        ("height", ANY, 62, 94),
+        ("range aspect", ANY, 0, 0),
+        ("mean step", ANY, 0.8, 1.8),
+        ("step", ANY, 0, 2.2),
+        ("changes occluded", ANY, 6, 6),
+        ("changes lamp off", ANY, 2, 2),
+    ],
     "nummiaro2003/car": [  # approaches, turns, and leaves or parks
         ("length", ANY, 400, 400),
         ("width", frame(0), 20, 40),
