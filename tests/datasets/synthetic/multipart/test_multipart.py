@@ -9,7 +9,6 @@ from tests.datasets.synthetic.scenes import SEEDS, slow_if_unchanged
 from trackmark import datasets
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
-from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
 from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
 from trackmark.datasets.synthetic.render.prop import visible_part
 
@@ -106,19 +105,6 @@ def test_visible_part_agrees_with_slow_reference(target, others):
     result = np.zeros((480, 640))
     result[top : top + len(seen), left : left + seen.shape[1]] = seen
     assert np.abs(result - expected).max() <= 0.5 * len(others) + 1e-9
-
-
-@settings(max_examples=4, deadline=None)
-@given(seed=SEEDS, number=st.sampled_from("5678"))
-def test_fixed_scenes_have_short_occlusions_and_clear_start(seed, number):
-    plan = multipart_plan(number, seed)
-    boxes, seen = plan.measured
-    assert boxes.shape == (len(plan), 4)
-    assert (seen[:10] > 0.85).all()
-    assert seen.min() < 0.7
-    hidden = np.diff(np.flatnonzero(np.diff(seen < 0.3, prepend=False, append=False)))[::2]
-    assert (hidden < 8).all()  # duration of a passing person
-    assert (seen < 0.9).mean() < 0.4
 
 
 def twin(**parameters):

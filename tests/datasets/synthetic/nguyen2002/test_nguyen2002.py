@@ -1,8 +1,6 @@
 """Scenes of `nguyen2002`: clips of the film, and lights."""
 
-import sys
 from collections import Counter
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,7 +9,6 @@ from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import (
     SEEDS,
-    grown,
     mask_edges,
     runs,
     scenes_of,
@@ -24,14 +21,9 @@ from trackmark.datasets.synthetic.nguyen2002.film.scene import (
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
 from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
-    Lighting,
-    LightsScene,
-    LightsSetting,
-    _lighting,
     _pose,
 )
 from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
-from trackmark.datasets.synthetic.render.finish import SceneObject
 
 pytestmark = slow_if_unchanged("nguyen2002/clip-01", "nguyen2002/lights")
 
@@ -59,35 +51,6 @@ def test_film_script_has_the_papers_statistics(seed):
     assert all(shot.target in SETTINGS[shot.setting].targets for shot in shots)
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(7, marks=pytest.mark.slow)])
-def test_film_occlusions_are_complete_and_end(seed):
-    lengths, partial, hidden_frames = [], 0, []
-    for clip, shot in enumerate(clip_script(seed), 1):
-        truth = open_clip(seed, clip).truth()
-        seen = truth.visibility
-        stretches = runs(seen < 0.9)
-        hidden_frames.append(runs(seen <= 0.02))
-        least = [seen[start:stop].min() for start, stop in stretches]
-        complete = [low <= 0.02 for low in least]
-        assert sum(complete) == shot.occlusions
-        assert all(low <= 0.02 or low >= 0.5 for low in least)
-        assert (seen[:10] == 1).all()
-        assert (seen[-10:] == 1).all()
-        hidden = runs(truth.attributes["occluded"] | truth.attributes["partly occluded"])
-        passages = [seen[start:stop].min() <= 0.02 for start, stop in hidden]
-        assert (passages.count(True), passages.count(False)) == (shot.occlusions, shot.partial)
-        lengths += [
-            stop - start for (start, stop), whole in zip(stretches, complete, strict=True) if whole
-        ]
-        partial += len(complete) - sum(complete)
-    assert len(lengths) == 21
-    assert 4 <= partial <= 8
-    assert min(lengths) >= 9
-    assert max(lengths) < 75
-    complete = [stop - start for intervals in hidden_frames for start, stop in intervals]
-    assert 10 <= np.median(complete) <= 30
-
-
 @pytest.mark.parametrize(("seed", "clip"), [(0, 4), (1, 5)])
 def test_film_boxes_and_visibility_agree_with_masks(seed, clip):
     film = open_clip(seed, clip)
@@ -107,7 +70,7 @@ def test_film_boxes_and_visibility_agree_with_masks(seed, clip):
 
 
 LIGHT_FRAMES = 300
-open_lights, image = scenes_of("nguyen2002/lights")
+open_lights, _ = scenes_of("nguyen2002/lights")
 
 LONGEST = 35
 """Number of frames in which the paper's tracker searches for the end of an occlusion."""
@@ -144,25 +107,3 @@ def test_lights_visibility_agrees_with_masks():
     assert (partly == ((truth.visibility >= 0.5) & (truth.visibility < 0.9))).all()
     assert partly.sum() > 6
     assert truth.visibility.max() < 1  # a thumb occludes a part
-
-
-@pytest.mark.slow
-def test_lights_mask_marks_the_pixels_of_the_print(monkeypatch):
-    other = LightsScene(0)
-    other.setting = LightsSetting(0)
-    thing, *rest = other.setting._things
-    inverse = replace(thing.finish, pattern=lambda points: 1 - thing.finish.pattern(points))
-    other.setting.__dict__["_things"] = [SceneObject(inverse, thing.solids), *rest]
-    for part in ("room", "occluders"):  # unchanged, slow to create
-        other.setting.__dict__[part] = getattr(open_lights(0).setting, part)
-    lighting = Lighting(other.setting, _lighting(0)._lamps)
-    lighting.__dict__["_reflected_light"] = _lighting(0)._reflected_light
-    start, _ = runs(open_lights(0).truth().attributes["occluded"])[0]
-    images = {frame: image(0, frame) for frame in (0, start - 2)}
-    monkeypatch.setattr(sys.modules[LightsScene.__module__], "_lighting", lambda seed: lighting)
-    for frame, original in images.items():
-        changed = np.abs(other.render(frame) - original).max(axis=2) > 20
-        mask = open_lights(0).mask(frame)
-        near = grown(mask, 2)
-        assert changed[mask].mean() > 0.93
-        assert changed[~near].mean() < 1e-3
