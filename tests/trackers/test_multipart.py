@@ -8,8 +8,6 @@ from math import exp, floor, hypot, sqrt
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.trackers.following import boxes_of, track
 from trackmark import trackers
@@ -235,13 +233,3 @@ def test_luv_votes_equal_the_slow_definition(scheme):
     for row, column in np.ndindex(luv.shape[:2]):
         expected = slow_votes(tuple(luv[row, column].tolist()), scheme.binning, scheme.uv_range)
         assert votes[row, column].tolist() == expected, luv[row, column]
-
-
-@given(st.integers(0, 99), st.integers(0, 18), st.integers(0, 22), st.integers(1, 23))
-def test_luv_codes_of_a_window_equal_those_of_the_image(seed, top, left, size):
-    image = colours(seed)
-    window = np.s_[top : top + size, left : left + size]
-    luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
-    np.testing.assert_array_equal(cv2.cvtColor(image[window], cv2.COLOR_BGR2LUV), luv[window])
-    scheme = LuvBins()
-    np.testing.assert_array_equal(scheme.codes(image[window]), scheme.codes(image)[window])
