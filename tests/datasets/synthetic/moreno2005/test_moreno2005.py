@@ -7,9 +7,7 @@ from shapely import affinity
 from shapely.geometry import Point, Polygon
 
 from tests.datasets.synthetic.scenes import grown, scenes_of, slow_if_unchanged
-from trackmark.datasets.synthetic.moreno2005.book import (
-    self_shadow,
-)
+from trackmark.datasets.synthetic.moreno2005.book import self_shadow
 
 pytestmark = slow_if_unchanged("moreno2005/book", "moreno2005/ellipse", "moreno2005/octopus")
 

@@ -7,22 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from tests.datasets.synthetic.scenes import (
-    SEEDS,
-    mask_edges,
-    runs,
-    scenes_of,
-    slow_if_unchanged,
-)
-from trackmark.datasets.synthetic.nguyen2002.film.scene import (
-    clip_script,
-    scene,
-)
+from tests.datasets.synthetic.scenes import SEEDS, mask_edges, runs, scenes_of, slow_if_unchanged
+from trackmark.datasets.synthetic.nguyen2002.film.scene import clip_script, scene
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
-from trackmark.datasets.synthetic.nguyen2002.lights.scene import (
-    _pose,
-)
+from trackmark.datasets.synthetic.nguyen2002.lights.scene import _pose
 from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
 
 pytestmark = slow_if_unchanged("nguyen2002/clip-01", "nguyen2002/lights")
