@@ -66,18 +66,6 @@ def test_occlusion_is_the_largest_hidden_fraction(target, occlusion, scene):
     assert sequence.attributes["occlusion"].any() == (occlusion > 0)
 
 
-def test_absent_target_leaves_and_returns_smoothly(target):
-    sequence = target(absence=25, scene=2)
-    assert (~sequence.present).sum() == 25
-    absent = np.flatnonzero(~sequence.present)
-    assert (np.diff(absent) == 1).all()
-    assert absent.mean() == pytest.approx(80, abs=1)
-    place = box_centres(sequence)
-    steps = np.hypot(*np.diff(place, axis=0).T)
-    assert np.nanmax(steps) < 30
-    assert (place[:50] == box_centres(target(scene=2))[:50]).all()
-
-
 @pytest.mark.parametrize("pan", [0.5, 7])
 def test_pan_moves_the_ground_but_not_the_target(target, pan):
     still, panned = target(noise=0, scene=1), target(noise=0, scene=1, pan=pan)
@@ -197,18 +185,6 @@ def test_visibility_at_the_image_border_equals_closed_form():
     d = np.clip((240 - middle) / (truth.boxes[cut, 3] / 2), -1, 1)
     expected = 0.5 + (d * np.sqrt(1 - d * d) + np.arcsin(d)) / np.pi
     np.testing.assert_allclose(truth.visibility[cut], expected, atol=1e-3)
-
-
-def test_loading_a_long_sequence_renders_nothing(target):
-    parameters = {"length": 100_000, "clutter": 3, "occlusion": 1, "absence": 1000, "light": 0.5}
-    sequence = target(**parameters)
-    assert len(sequence) == 100_000
-    assert "_ground" not in vars(sequence.frames)
-    tracemalloc.start()
-    target(**parameters)
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 100e6
 
 
 def test_frame_memory_is_independent_of_the_length(target):
