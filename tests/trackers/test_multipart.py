@@ -9,12 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.trackers.following import boxes_of, track
+from tests.trackers.following import boxes_of, track, two_coloured
 from trackmark import trackers
 from trackmark.trackers.histograms.bins import LuvBins
-
-RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
-
 
 RANGES = {
     "full": None,  # the range of a byte
@@ -142,15 +139,10 @@ def slow_track(images, box, seed, **settings):
     return np.array(boxes), confidences, mean_distances, part_distance
 
 
-def picture(centre, size=(12, 20), height=60, width=80, noise=0):
-    """Return an image of a red and blue target on noisy green."""
-    rng = np.random.default_rng(noise)
-    image = np.full((height, width, 3), GREEN, float)
-    left, top = round(centre[0] - size[0] / 2), round(centre[1] - size[1] / 2)
-    rows, columns = slice(max(top, 0), top + size[1]), slice(max(left, 0), left + size[0])
-    image[rows, columns] = BLUE
-    image[rows.start : top + size[1] // 2, columns] = RED
-    return np.clip(image + rng.normal(0, 12, image.shape), 0, 255).astype(np.uint8)
+def picture(centre, noise=0):
+    """Return an image of a target on noisy green."""
+    left, top = round(centre[0] - 6), round(centre[1] - 10)
+    return two_coloured(left, top, (12, 20), (60, 80), 12, noise)
 
 
 @pytest.fixture(scope="module")

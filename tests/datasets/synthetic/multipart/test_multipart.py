@@ -10,7 +10,6 @@ from trackmark import datasets
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
-from trackmark.datasets.synthetic.render.prop import visible_part
 
 pytestmark = slow_if_unchanged("multipart/1", "stress/twin")
 
@@ -73,38 +72,6 @@ def test_post_hides_a_part_and_pillar_most_of_the_target(name, least, most):
     assert (sequence.visibility[behind] >= least).all()
     assert (sequence.visibility[behind] < most).all()
     assert sequence.visibility[behind].size < 30
-
-
-coverages = st.builds(
-    lambda left, top, height, width, seed: (
-        left,
-        top,
-        np.random.default_rng(seed).integers(0, 256, (height, width), dtype=np.uint8),
-    ),
-    st.integers(-20, 650),
-    st.integers(-20, 490),
-    st.integers(1, 30),
-    st.integers(1, 30),
-    st.integers(0, 99),
-)
-
-
-@settings(max_examples=80, deadline=None)
-@given(target=coverages, others=st.lists(coverages, max_size=3))
-def test_visible_part_agrees_with_slow_reference(target, others):
-    def whole(coverage):
-        picture = np.zeros((600, 800))
-        left, top, alpha = coverage
-        picture[50 + top : 50 + top + len(alpha), 50 + left : 50 + left + alpha.shape[1]] = alpha
-        return picture[50:530, 50:690]
-
-    expected = whole(target)
-    for other in others:
-        expected = expected * (1 - whole(other) / 255)
-    left, top, seen = visible_part(target, others)
-    result = np.zeros((480, 640))
-    result[top : top + len(seen), left : left + seen.shape[1]] = seen
-    assert np.abs(result - expected).max() <= 0.5 * len(others) + 1e-9
 
 
 def twin(**parameters):

@@ -5,8 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackmark.datasets.synthetic.render.camera import Camera
-from trackmark.datasets.synthetic.render.path import random_loop
 from trackmark.datasets.synthetic.render.sprite import Sprite
 from trackmark.datasets.synthetic.render.triangles import FINE, Mesh, render_mesh
 
@@ -66,34 +64,6 @@ def test_sprite_covers_its_scaled_area(scale):
     sprite = Sprite(np.full((64, 48, 3), 255.0), np.ones((64, 48)))
     sprite.draw(canvas, np.array([[50.3, 47.8]]), scale)
     assert canvas[:, :, 0].sum() / 255 == pytest.approx(64 * 48 * scale * scale, rel=0.02)
-
-
-SIZE = 160, 120
-
-
-def grey(level=128):
-    return np.full((*SIZE[::-1], 3), level, np.uint8)
-
-
-@pytest.mark.parametrize("noise", [1.0, 4.0])
-def test_camera_noise_differs_by_frame_and_seed(noise):
-    camera = Camera(SIZE, noise, fall=(0.0, 0.0))
-    images = [camera.exposed(grey(), *key).astype(float) for key in ((1, 2), (1, 3), (2, 2))]
-    for image in images:
-        assert image.std() == pytest.approx(np.hypot(noise, 1 / np.sqrt(12)), rel=0.05)
-    correlations = np.corrcoef([image.ravel() for image in images])
-    assert np.abs(correlations - np.eye(3)).max() < 0.02
-
-
-@given(seed=st.integers(0, 1000), speed=st.floats(0.05, 8))
-def test_random_loop_stays_in_its_rectangle_at_its_speed(seed, speed):
-    loop = random_loop(np.random.default_rng(seed), [20, 30], [300, 200], speed)
-    places = loop.positions(np.arange(2000))
-    assert (places >= [20, 30]).all()
-    assert (places <= [300, 200]).all()
-    way = np.hypot(*np.diff(places, axis=0).T)
-    assert (way <= speed * (1 + 1e-9)).all()
-    assert way.mean() > 0.9 * speed
 
 
 MESH_SIZE = 16, 12
