@@ -13,7 +13,7 @@ from trackmark.bench.comparing.comparable_runs import (
     with_published,
 )
 from trackmark.bench.comparing.comparison import compare, parts_of
-from trackmark.bench.comparing.figures import write_figures
+from trackmark.bench.comparing.figures import write_differences
 from trackmark.bench.comparing.tables import answer_of, as_data, files, paragraph, screen_lines
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
@@ -288,10 +288,12 @@ def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
     assert names[1] in " ".join(lines)
 
 
-def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):
-    comparison = compare(make_runs(ladder()), OVERLAP)
-    drawn = {path.stem for path in write_figures(comparison, tmp_path)}
-    assert drawn == {"differences", "profiles", "survival", "speed-accuracy"}
+def test_differences_are_drawn_if_there_are_pairs(make_runs, tmp_path):
+    runs = make_runs(ladder())
+    (path,) = write_differences(compare(runs, OVERLAP), tmp_path)
+    assert path.name == "differences.png"
+    runs.loc[runs["tracker"] != "a", "status"] = "failed"
+    assert write_differences(compare(runs, OVERLAP), tmp_path) == []
 
 
 def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
