@@ -17,7 +17,6 @@ from trackmark.bench.commands._imported_results import (
     with_imported,
 )
 from trackmark.bench.commands._options import (
-    EXISTING_FILE,
     Command,
     EngineOptions,
     ScreenOptions,
@@ -55,9 +54,6 @@ class CompareOptions(ScreenOptions, EngineOptions):
     results: Path | None = option("Results folder to compare.")
     results_of: tuple[str, ...] = imported_option()
     protocol: str | None = protocol_option()
-    published: Path | None = option(
-        "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
-    )
     seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     metrics: list[str] = metrics_option("Statistics")
     metric: str | None = option(
@@ -242,22 +238,18 @@ def _compare(
     runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "ScoreMeasure"
 ) -> "Comparison":
     """Compare the runs by a score of a metrics preset."""
-    from trackmark.bench.comparing.comparable_runs import same_boxes, scored_runs, with_published
+    from trackmark.bench.comparing.comparable_runs import same_boxes, scored_runs
     from trackmark.bench.comparing.comparison import compare
     from trackmark.bench.reporting.tables import not_repeatable
     from trackmark.bench.store.truth import find_attributes
 
-    labels = runs.labels
     with patience("Scoring runs"):
         table, measure = scored_runs(runs.experiment, runs.table, runs.filed, preset, measure)
-    if options.published is not None:
-        table, published = with_published(table, options.published, measure)
-        labels = None if labels is None else [*labels, *published]
     finished = runs.table[runs.table["status"] == "finished"]
     return compare(
         table,
         measure,
-        labels,
+        runs.labels,
         against,
         by_scene=options.unit == "scene",
         attributes=find_attributes(runs.experiment, finished),

@@ -21,8 +21,7 @@ from trackmark.bench.reporting.tables import clocks, uncertainty_of, update_time
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import Decision, decide
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.reports.renderers import to_html
-from trackmark.reports.tables import MISSING, ScoreMeasure, text_table, timed_by
+from trackmark.reports.tables import ScoreMeasure, timed_by
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
@@ -80,9 +79,8 @@ class Comparison:
     measure: ScoreMeasure
     units: StatisticalUnits
     sequences: Sequence[str]
-    scores: Mapping[
-        str, Sequence[NDArray[np.float64]]
-    ]  # number of repetitions by tracker and sequence
+    # scores of the repetitions, by tracker and sequence
+    scores: Mapping[str, Sequence[NDArray[np.float64]]]
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
     main: str  # tracker `against`, or the one with the best mean
@@ -92,33 +90,36 @@ class Comparison:
     attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
 
     @property
+    def sign(self) -> float:
+        """1 if higher scores are better, else -1."""
+        return _sign(self.measure)
+
+    @property
+    def unit_suffix(self) -> str:
+        """Unit behind a score, such as ` px`; empty for pure numbers."""
+        return f" {self.measure.unit}" if self.measure.unit else ""
+
+    @property
     def main_pairs(self) -> list[Pair]:
         """Pairs with the main tracker."""
         return [pair for pair in self.pairs if self.main in (pair.first, pair.second)]
 
+    @property
+    def main_answers(self) -> dict[str, tuple[str, str]]:
+        """Label and reason of the decision whether the main tracker is better, by other tracker."""
+        opposites = {"better": "worse", "worse": "better"}
+        answers = {}
+        for pair in self.main_pairs:
+            label, reason = str(pair.answer.label), pair.answer.reason
+            if pair.first == self.main:
+                answers[pair.second] = label, reason
+            else:
+                answers[pair.first] = opposites.get(label, label), reason
+        return answers
+
     def __repr__(self) -> str:
         names = ", ".join(standing.tracker for standing in self.standings)
         return f"<Comparison of {names} by {self.measure.name} on {len(self.sequences)} sequences>"
-
-    def _repr_html_(self) -> str:
-        """Return the differences to the main tracker with their intervals, for a notebook."""
-        scale, decimals = self.measure.scale, self.measure.decimals
-        rows = []
-        for pair in self.main_pairs:
-            low, high = pair.interval or (nan, nan)
-            interval = f"[{scale * low:+.{decimals}f}, {scale * high:+.{decimals}f}]"
-            rows.append(
-                [
-                    pair.label,
-                    f"{scale * pair.difference:+.{decimals}f}",
-                    interval if pair.interval else MISSING,
-                    pair.answer.label,
-                    pair.answer.reason,
-                ]
-            )
-        heads = ["trackers", "difference", "95 %", "the first is", "reason"]
-        caption = f"Difference of {self.measure.title} on {len(self.units)} {self.units.plural}"
-        return to_html(text_table("comparison", caption, heads, rows))
 
     @property
     def repetitions(self) -> tuple[int, int]:
@@ -286,8 +287,8 @@ def _sign(measure: ScoreMeasure) -> float:
 def _survival(runs: pd.DataFrame) -> float:
     """Return the share of one-pass runs that never lost the target; NaN if it is unknown."""
     scored = runs[runs["protocol"] == STORED_ONE_PASS]
-    known = scored.reindex(columns=["first_loss", "frames"]).dropna()
-    return float((known["first_loss"] >= known["frames"]).mean())
+    ended = scored.reindex(columns=["first_loss", "frames"]).dropna()
+    return float((ended["first_loss"] >= ended["frames"]).mean())
 
 
 def _clock(runs: pd.DataFrame) -> str:

@@ -140,17 +140,6 @@ def test_files_of_check_hold_any_text_or_refuse_it(trackmark, workspace, break_t
     assert "\x1b" not in text
 
 
-def test_published_tracker_may_be_named_like_missing_value(trackmark, workspace, two):
-    trackmark("run", "--trackers", "static", *BOTH, "--name", "ours")
-    compare = ("compare", "--results", "results/ours", "--published", "published.csv")
-    for name in ("NA", "None"):
-        rows = f"tracker,sequence,mean_overlap\n{name},Small,0.5\n{name},Other,0.6\n"
-        (workspace / "published.csv").write_text(rows)
-        assert f"{name} (published)" in trackmark(*compare).stdout
-    message = trackmark(*compare, "--folder", "knob.py/out", status=2).stderr
-    assert "knob.py/out/comparison.txt: cannot write (Not a directory)." in message
-
-
 HUGE = """self.count = getattr(self, "count", 0) + 1
         return Estimate(numpy.array([
             [1e308, 1e308, 1e308, 1e308],
