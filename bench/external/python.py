@@ -55,8 +55,7 @@ class WorkerProcess(LineProcess):
     def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
         """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
         self.is_usable = False
-        request = json.dumps([operation, arguments], default=int)
-        self.send(request.encode() + b"\n", seconds)
+        self.send(json.dumps([operation, arguments]).encode() + b"\n", seconds)
         answer: dict[str, Any] = json.loads(self.read_line(seconds))
         if "error" in answer:
             raise self.fail(f"raised {answer['error']}")
