@@ -28,7 +28,13 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_event, print_hint, print_message
+from trackmark.bench.commands._progress import (
+    patience,
+    print_event,
+    print_hint,
+    print_message,
+    rough_duration,
+)
 from trackmark.bench.commands._terminal import complain
 from trackmark.bench.experiments.experiment import (
     Experiment,
@@ -78,7 +84,7 @@ class RunOptions(ScreenOptions, EngineOptions):
     )
     retry_failed: bool = execution_option("Repeat runs that failed.")
     dry_run: bool = execution_option(
-        "Execute nothing; print the missing runs and the estimated time."
+        "Execute nothing; print the missing runs and the time estimated from stored runs."
     )
     metrics: list[str] = metrics_option()
 
@@ -303,29 +309,19 @@ def _print_details(execution: "Execution") -> None:
                 click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
 
 
-_BASES = {
-    "sequence": "runs of the same tracker on the same sequence",
-    "tracker": "runs of the same tracker on other sequences",
-    "name": "runs of the same tracker with other parameters",
-    "probe": "a tracker's first frames on the shortest sequence, just now",
-    "nothing": "nothing (the tracker failed on these frames; not counted)",
-}
-
-
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     """Print the numbers of stored and missing runs, and the estimated time of the missing runs."""
-    from trackmark.bench.execution.estimate import estimate, read_measured_times, words
+    from trackmark.bench.execution.estimate import estimate
     from trackmark.bench.execution.plan import State
     from trackmark.trackers.base.interface import Randomness
 
     plan, units = execution.plan, execution.units
-    result = estimate(units, read_measured_times(execution.output), execution.limits)
+    result = estimate(units, execution.output)
     states = [state.name.lower() for state in (State.DONE, State.FAILED, State.STALE, State.LEFT)]
     by_tracker = {
         spec.label: dict(zip(states, reversed(counts), strict=True))
         for spec, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
     }
-    bases = {basis.name.lower(): number for basis, number in result.bases.items()}
     if as_json:
         data = {
             "experiment": execution.experiment.name,
@@ -335,8 +331,8 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
             "to_run": units.runs,
             "units": len(units),
             "workers": units.workers,
-            "seconds": [result.low, result.high],
-            "estimated_from": bases,
+            "seconds": result.seconds,
+            "unmeasured": result.unmeasured,
         }
         click.echo(json.dumps(data))
         return
@@ -351,9 +347,10 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     numbers = (units.runs, "missing run"), (len(plan.sequences), "sequence")
     runs, sequences = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
     workers = "1 worker" if units.workers == 1 else f"{units.workers} workers"
-    time = f", about {words(result)} on {workers}" if units.runs else ""
+    time = f", about {rough_duration(result.seconds)} on {workers}" if result.seconds else ""
     click.echo(f"\n{runs} on {sequences}{time}.\nRuns go to {execution.folder}.")
-    if units.runs:
-        click.echo("The time is estimated from:")
-        for basis, number in bases.items():
-            click.echo(f"  {_BASES[basis]}: {number} run{'s' * (number != 1)}")
+    if result.unmeasured:
+        click.echo(
+            f"Not estimated, because they have no stored runs: {', '.join(result.unmeasured)}. "
+            "`run` prints the time left while it works; Ctrl-C keeps finished runs."
+        )

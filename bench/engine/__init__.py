@@ -7,16 +7,13 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.datasets.spec_string import name_hint
 
-if TYPE_CHECKING:
-    from trackmark.bench.engine.work_unit import Probed
-
-__all__ = ["ENGINES", "Engine", "engine", "probe"]
+__all__ = ["ENGINES", "Engine", "engine"]
 
 ENGINES = ("local", "dask")
 """Names of the engines."""
@@ -56,14 +53,6 @@ class _Local:
 
         with closing(Pool(limits, self.workers)) as pool:
             yield from pool.perform(units, progress)
-
-
-def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
-    """Time a unit's trackers in a new worker process; see `Pool.probe`."""
-    from trackmark.bench.engine.pool import Pool
-
-    with closing(Pool(limits)) as pool:
-        return pool.probe(unit, frames)
 
 
 def engine(name: str = "local", *, jobs: int | None = None, address: str | None = None) -> Engine:

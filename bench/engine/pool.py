@@ -28,7 +28,6 @@ from trackmark.bench.engine.work_unit import (
     Failure,
     Limits,
     Outcome,
-    Probed,
     Request,
     Unit,
 )
@@ -50,8 +49,8 @@ _CHANNEL_CLOSED = "its process closed or overwrote file descriptors of the harne
 _LONG_SECONDS = {READING: 300.0, STARTING: 300.0, heartbeat.ELSEWHERE: 3600.0}
 
 
-_Answer: TypeAlias = Outcome | Probed | Failure
-_Steps: TypeAlias = Generator[Request, _Answer, Any]
+_Answer: TypeAlias = Outcome | Failure
+_Steps: TypeAlias = Generator[Request, _Answer, Outcome]
 
 
 class Worker:
@@ -159,7 +158,7 @@ class Worker:
             runs = [_restore_types(run, self._read_output()) for run in result.runs]
             entries = [Entry(*entry) for entry in result.entries]
             return replace(result, runs=runs, entries=entries)
-        return result if isinstance(result, Probed) else self._failure(str(answer["harm"]))
+        return self._failure(str(answer["harm"]))
 
     def _failure_after_end(self) -> Failure:
         """Return the failure of a worker whose process or channel has ended."""
@@ -202,7 +201,7 @@ class _Slot:
         self._owner = ""  # owner of the units that the worker has run
         self.worker: Worker | None = None
         self.steps: _Steps | None = None
-        self.result: Any = None
+        self.result: Outcome | SequenceError
 
     def begin(self, steps: _Steps) -> None:
         """Send the first request of a unit to the worker."""
@@ -282,37 +281,16 @@ class Pool:
         self, units: Iterable[Unit], progress: Callable[[int], None] = lambda _: None
     ) -> Iterator[tuple[Unit, Outcome | SequenceError]]:
         """Yield units with their outcomes in any order; see `bench.engine.Engine`."""
-        return self._work(((unit, self._apply_rule(unit)) for unit in units), progress)
-
-    def probe(self, unit: Unit, frames: int) -> Probed | None:
-        """Time a unit's trackers; return None if one of them crashed or hung the process.
-
-        Raises `SequenceError` if the sequence cannot be read.
-        """
-        ((_, result),) = self._work([(unit, self._probe(unit, frames))], lambda _: None)
-        if isinstance(result, SequenceError):
-            raise result
-        return None if isinstance(result, Failure) else result
-
-    def close(self) -> None:
-        """End all workers."""
-        for slot in self._slots:
-            slot.end_worker()
-
-    def _work(
-        self, jobs: Iterable[tuple[Unit, _Steps]], progress: Callable[[int], None]
-    ) -> Iterator[tuple[Unit, Any]]:
-        """Yield units with the results of their steps; give work to idle workers first."""
-        remaining = iter(jobs)
+        remaining = iter(units)
         running: dict[_Slot, Unit] = {}
-        finished: list[tuple[Unit, Any]] = []
+        finished: list[tuple[Unit, Outcome | SequenceError]] = []
         done = 0
         while True:
             for slot in self._slots:
-                if not slot.steps and (job := next(remaining, None)):
-                    running[slot], steps = job
-                    slot.begin(steps)
-            yield from finished
+                if not slot.steps and (unit := next(remaining, None)):
+                    running[slot] = unit
+                    slot.begin(self._apply_rule(unit))
+            yield from finished  # after idle workers have got units, which run meanwhile
             if not running:
                 return
             channels = {slot: slot.worker.channel for slot in running if slot.worker}
@@ -323,7 +301,12 @@ class Pool:
             done += sum(unit.work for unit, _ in finished)
             progress(done + sum(map(_work_done, running)))
 
-    def _apply_rule(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
+    def close(self) -> None:
+        """End all workers."""
+        for slot in self._slots:
+            slot.end_worker()
+
+    def _apply_rule(self, unit: Unit) -> _Steps:
         """Run a unit by the rule in the docstring of the class."""
         suspects = [entry for entry in unit.entries if entry.tracker in self._harmful_trackers]
         others = tuple(entry for entry in unit.entries if entry not in suspects)
@@ -360,7 +343,7 @@ class Pool:
             peak_memory=max(outcome.peak_memory for outcome in outcomes),
         )
 
-    def _perform_alone(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
+    def _perform_alone(self, unit: Unit) -> _Steps:
         """Run the only entry of a unit in a fresh process; store a crash or hang as its failure."""
         request = Request(unit, self._limits.run_seconds, fresh=True)
         answer = yield request
@@ -375,10 +358,6 @@ class Pool:
             f"{unit.source.text}: the worker process fails while it opens the sequence or the "
             f"tracker {unit.entries[0].tracker}: {answer.reason}."
         )
-
-    def _probe(self, unit: Unit, frames: int) -> _Steps:
-        answer = yield Request(unit, self._limits.run_seconds, probed_frames=frames)
-        return answer
 
 
 def _work_done(slot: _Slot) -> int:

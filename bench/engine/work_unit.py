@@ -100,19 +100,10 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Probed:
-    """Measured times per frame."""
-
-    seconds: list[float]  # mean time of a tracker per frame, by entry; NaN if the tracker failed
-    frame_seconds: float  # to decode or render a frame
-
-
-@dataclass(frozen=True)
 class Request:
-    """Request to run a unit, to record its only run as failed, or to probe its trackers."""
+    """Request to run a unit, or to record its only run as failed."""
 
     unit: Unit
     run_seconds: float
     failure: Failure | None = None
-    probed_frames: int = 0
     fresh: bool = False  # whether the process must not have run anything before

@@ -33,7 +33,7 @@ from trackmark.bench.engine.process_state import (
     reset_peak,
 )
 from trackmark.bench.engine.stack_trace import select_line
-from trackmark.bench.engine.work_unit import Failure, Outcome, Probed, Request, Unit
+from trackmark.bench.engine.work_unit import Failure, Outcome, Request, Unit
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
@@ -58,7 +58,6 @@ from trackmark.trackers import Randomness, TrackerError
 _IDLE_SECONDS = 60.0  # a Dask worker can outlive its command
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
-_SHORTEST = 2  # number of frames of a short pass
 _NO_MEMORY = "the memory is exhausted"
 _GLOBAL_NUMBERS = (
     "it used the global random generators (numpy.random or random), so its boxes are not "
@@ -107,7 +106,10 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
     trackers were called in this process before.
     """
     try:
-        result = _perform_request(request, heartbeat)
+        if request.failure:
+            result = record_failure(request.unit, request.failure)
+        else:
+            result = perform(request.unit, request.run_seconds, heartbeat)
         sys.stdout.flush()
     except (SequenceError, MemoryError) as error:
         # If decoding lacks memory or files, a tracker that was called may have used them up.
@@ -130,14 +132,6 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
     except BaseException as error:  # noqa: BLE001  # raised by a tracker to end the process
         return {"harm": f"it raised {type(error).__name__}"}
     return {"result": result}
-
-
-def _perform_request(request: Request, observer: Observer) -> Outcome | Probed:
-    if request.failure:
-        return record_failure(request.unit, request.failure)
-    if request.probed_frames:
-        return probe(request.unit, request.probed_frames, observer)
-    return perform(request.unit, request.run_seconds, observer)
 
 
 def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) -> Outcome:
@@ -192,25 +186,6 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
         segments=segments,
     )
     return clock.outcome(unit, [run])
-
-
-def probe(unit: Unit, frames: int, observer: Observer = NULL_OBSERVER) -> Probed:
-    """Time a unit's trackers on the first `frames` frames of its sequence, at least 3."""
-    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = parse_trackers(entry.tracker for entry in unit.entries)
-    entries = [(chosen[entry.tracker], entry.repetition) for entry in unit.entries]
-    first = sequence.first_frame
-    # The first pass compiles kernels and fills caches; the second measures the initialisation.
-    _, beginning, whole = (
-        run_protocol(entries, sequence[first : first + n], observer=observer)
-        for n in (_SHORTEST, _SHORTEST, frames)
-    )
-    counted = max(1, min(frames, len(sequence) - first) - _SHORTEST)
-    seconds = [
-        nan if b.failure else float(b.circumstances["seconds"] - a.circumstances["seconds"])
-        for a, b in zip(beginning.runs, whole.runs, strict=True)
-    ]
-    return Probed([max(0.0, value) / counted for value in seconds], whole.frame_seconds)
 
 
 class _Clock:

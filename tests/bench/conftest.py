@@ -138,10 +138,6 @@ class InProcessPool:
             progress(done)
             yield unit, outcome
 
-    def probe(self, unit, frames):
-        with self.lock:
-            return worker.probe(unit, frames)
-
     def close(self):
         """Do nothing: there is no process to end."""
 

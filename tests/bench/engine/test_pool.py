@@ -12,9 +12,9 @@ import pytest
 from tests.bench.conftest import KNOB_TRACKER
 from tests.bench.engine.conftest import command_line
 from trackmark import bench
-from trackmark.bench.engine import engine, pool, probe
+from trackmark.bench.engine import engine, pool
 from trackmark.bench.engine.pool import Pool, Worker
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit
+from trackmark.bench.engine.work_unit import Limits
 from trackmark.bench.execution.executor import Execution, run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import missing_units
@@ -274,16 +274,6 @@ def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatc
     kills, most = [], 2
     with closing(Pool(Limits())) as workers, pytest.raises(ResultsError, match="cannot start"):
         list(workers.perform([unit]))
-
-
-def test_probe_measures_every_tracker_and_keeps_nothing(workspace):
-    entries = tuple(Entry(text, 0, "") for text in ("static", f"{workspace}/knob.py:Knob"))
-    unit = Unit(SequenceSource(str(workspace / "data" / "Small")), entries, "accuracy", 5)
-    before = sorted(workspace.rglob("*"))
-    probed = probe(unit, 4, Limits())
-    assert len(probed.seconds) == 2
-    assert np.isfinite([*probed.seconds, probed.frame_seconds]).all()
-    assert [p for p in sorted(workspace.rglob("*")) if "__pycache__" not in p.parts] == before
 
 
 def test_unknown_engine_is_named_with_the_closest():

@@ -149,14 +149,14 @@ def test_worker_without_disk_space_is_reported(shared):
 def test_decoding_without_memory_is_harm_after_a_tracker_call(
     shared, monkeypatch, called, used, kind
 ):
-    def perform(request, observer):
+    def perform(unit, run_seconds, observer):
         if called:
             observer.on_tracker_call(0, 0)
             observer.on_tracker_return()
         with decoding("clip/1.png: frame 0 can't be read"):
             raise MemoryError
 
-    monkeypatch.setattr(worker, "_perform_request", perform)
+    monkeypatch.setattr(worker, "perform", perform)
     answer = worker._answer(Request(UNIT, 1.0), Heartbeat(shared), used)
     assert list(answer) == [kind]
     assert ("clip/1.png" in answer[kind]) == (kind == "error")
@@ -164,7 +164,7 @@ def test_decoding_without_memory_is_harm_after_a_tracker_call(
 
 @pytest.mark.parametrize(("owner", "kind"), [("", "defect"), ("mine.py:Mine", "harm")])
 def test_defect_of_trackmark_is_not_harm_by_a_tracker(shared, monkeypatch, owner, kind):
-    monkeypatch.setattr(worker, "_perform_request", lambda *_: 1 / 0)
+    monkeypatch.setattr(worker, "perform", lambda *_: 1 / 0)
     request = Request(Unit(UNIT.source, (), "accuracy", 120, owner), 1.0)
     answer = worker._answer(request, Heartbeat(shared), used=False)
     assert list(answer) == [kind]
