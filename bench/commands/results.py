@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -26,7 +25,7 @@ from trackmark.bench.commands._options import (
     trace_option,
     with_options,
 )
-from trackmark.bench.commands._progress import print_message, progress_bar
+from trackmark.bench.commands._progress import print_hint, print_message, progress_bar
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
@@ -84,10 +83,10 @@ def list_results(options: FolderOptions) -> None:
 @command.command("failures")
 @with_options(FolderOptions)
 def failures(options: FolderOptions) -> None:
-    """Print reason, frame and last output of failed runs.
+    """Print reason and frame of failed runs.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
-    one line per failed run.
+    one line per failed run with the whole text of the failure and the tracker's last output.
 
     For example:
       trackmark results failures results/windows
@@ -100,26 +99,27 @@ def failures(options: FolderOptions) -> None:
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import list_runs
 
-    for experiment in experiment_folders(options.folder):
-        results = Results(experiment)
-        for row in list_runs(results):
-            if row["status"] != "failed":
-                continue
-            run = results.read(run_key(row))
-            reached = int(np.isfinite(run.boxes[:, 0]).sum())
-            if options.as_json:
-                data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
-                data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
-                click.echo(json.dumps({"experiment": experiment.name, **data}))
-                continue
+    failed = [
+        (experiment, row)
+        for experiment in experiment_folders(options.folder)
+        for row in list_runs(Results(experiment))
+        if row["status"] == "failed"
+    ]
+    for experiment, row in failed:
+        run = Results(experiment).read(run_key(row))
+        reached = int(np.isfinite(run.boxes[:, 0]).sum())
+        if options.as_json:
+            data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
+            data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
+            click.echo(json.dumps({"experiment": experiment.name, **data}))
+        else:
             click.echo(
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
                 f"{reached} of {len(run.boxes)} frames ({experiment})"
             )
-            click.echo(indent(run.failure.strip(), "  "))
-            if run.output:
-                click.echo("  Last output:")
-                click.echo(indent(run.output.rstrip(), "  | "))
+            click.echo(f"  {run.failure.splitlines()[0]}")
+    if failed and not options.as_json:
+        print_hint("Tracebacks and last outputs of the trackers: add --json")
 
 
 @command.command("log")

@@ -51,6 +51,16 @@ def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspac
     assert not (workspace / "both").exists()
 
 
+def test_failures_are_listed_by_their_first_line(trackmark, break_tracker):
+    break_tracker()
+    trackmark(*KNOB, status=1)
+    done = trackmark("results", "failures", "results/mine")
+    assert done.stdout.splitlines()[1:] == ["  0002.png: ValueError: no idea"]
+    assert "add --json" in done.stderr
+    (failure,) = json_lines(trackmark("results", "failures", "results/mine", "--json"))
+    assert "Traceback" in failure["failure"]
+
+
 def test_log_has_start_units_failures_and_end(trackmark, one_line, workspace, break_tracker):
     break_tracker()
     trackmark(*KNOB, status=1)
