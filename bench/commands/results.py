@@ -2,11 +2,10 @@
 
 import json
 from collections import Counter, defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -120,62 +119,6 @@ def failures(options: FolderOptions) -> None:
             click.echo(f"  {run.failure.splitlines()[0]}")
     if failed and not options.as_json:
         print_hint("Tracebacks and last outputs of the trackers: add --json")
-
-
-@command.command("log")
-@with_options(FolderOptions)
-def log(options: FolderOptions) -> None:
-    """Print date, machine and cost of executions.
-
-    FOLDER is a results folder, or a folder that contains several. With --json, the command prints
-    one line per event.
-
-    For example:
-      trackmark results log results/windows
-
-    Exit codes: 0 success; 2 invalid usage or input.
-    """
-    from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.log import read_logs
-
-    for experiment in experiment_folders(options.folder):
-        for name, events in read_logs(experiment).items():
-            if not options.as_json:
-                click.echo(name)
-            for event in events:
-                if options.as_json:
-                    click.echo(json.dumps({"log": name, **event}))
-                else:
-                    for line in _event_lines(event):
-                        click.echo(line)
-
-
-def _event_lines(event: Mapping[str, Any]) -> list[str]:
-    """Return the lines of text on an event."""
-    moment = f"  {event['date'][:19].replace('T', ' ')}"
-    if event["event"] == "start":
-        states = ", ".join(
-            f"{event[state]} {state}" for state in ("done", "failed", "stale", "left")
-        )
-        return [
-            f"{moment}  start of {event['experiment']}: {event['runs']} runs ({states}), "
-            f"{event['units']} units on {event['workers']} workers ({event['engine']})"
-        ]
-    if event["event"] == "unit":
-        runs = sum(len(repetitions) for repetitions in event["runs"].values())
-        return [
-            f"{moment}  {event['sequence']}: {runs} runs of {len(event['runs'])} trackers on "
-            f"{event['host']} ({event['process']}): {event['seconds']:.1f} s, CPU "
-            f"{event['cpu_seconds']:.1f} s, at most {event['peak_memory'] / 1e6:.0f} MB",
-            *(
-                f"{moment}    failed: {run['tracker']}, repetition {run['repetition']}: "
-                + str(run["failure"]).partition("\n")[0]
-                for run in event["failed"]
-            ),
-        ]
-    if event["event"] == "error":
-        return [f"{moment}  {event['sequence']}: {event['error']}"]
-    return [f"{moment}  {event['outcome']} after {event['seconds']:.1f} s"]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,6 @@
 """Run trackers on sequences and store the results."""
 
 import json
-import math
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -292,13 +291,9 @@ def _truth_file(source: SequenceSource, layout: str) -> str:
 
 
 def _print_details(execution: "Execution") -> None:
-    """Print the time of the harness, and the end of what each tracker printed in its first run."""
+    """Print the end of what each tracker printed in its first run."""
     from trackmark.bench.store.results import Results
 
-    if math.isfinite(execution.overhead):
-        click.echo(
-            f"The harness itself took {1e6 * execution.overhead:.1f} µs per frame and tracker."
-        )
     results, cells = Results(execution.folder), execution.plan.manifest().versions
     stored, trackers = set(results.list_keys()), set[str]()
     for cell in cells:

@@ -1,11 +1,10 @@
-"""Work units (runs on one sequence in lock step), their limits, requests and outcomes."""
+"""Work units (runs on one sequence in lock step), their limits, requests and failures."""
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
 
 from trackmark.bench.engine.stack_trace import CodeLine
-from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
 
 
@@ -70,20 +69,6 @@ class Limits:
                 f"the limit memory_bytes is {self.memory_bytes}, below the minimum of "
                 f"{LEAST_MEMORY >> 20} MB for a process with its libraries. Use a higher limit."
             )
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Runs of a unit, and the time and memory that they took."""
-
-    runs: list[Run]
-    entries: list[Entry]  # entries of the unit, in the order of the runs
-    overhead: float  # harness time per frame and tracker [s]; NaN in timing runs
-    seconds: float  # from opening the sequence to the end
-    cpu_seconds: float
-    peak_memory: int  # of the process [bytes]
-    host: str
-    process: int
 
 
 @dataclass(frozen=True)

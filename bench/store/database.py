@@ -55,11 +55,6 @@ _TABLES = {
         "run INTEGER PRIMARY KEY REFERENCES run, scorer TEXT NOT NULL, scores TEXT NOT NULL",
         "",
     ),
-    "log": (
-        "id INTEGER PRIMARY KEY, log TEXT NOT NULL, date TEXT NOT NULL, event TEXT NOT NULL, "
-        "content TEXT NOT NULL",
-        "",
-    ),
 }
 
 
@@ -317,7 +312,7 @@ def _validated_database(path: Path, connection: sqlite3.Connection) -> Database 
         )
     database = Database(path, connection)
     stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
-    if {row[0] for row in stored} != set(_STATEMENTS):
+    if not {row[0] for row in stored} >= set(_STATEMENTS):  # earlier versions had further tables
         raise database.damaged("its tables do not have the expected columns")
     return database
 

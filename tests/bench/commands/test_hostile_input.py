@@ -105,9 +105,8 @@ def test_control_characters_do_not_reach_the_terminal(trackmark, break_tracker, 
     run = ("run", "--trackers", "knob.py:Knob", "--sequences", f"data/{RED}\nline")
     table = trackmark(*run, status=1)
     failures = trackmark("results", "failures")
-    log = trackmark("results", "log")
     files = trackmark("report", "results", "--folder", "report", "--no-pictures", status=1)
-    outputs = (table, failures, log, files)
+    outputs = (table, failures, files)
     texts = [text for done in outputs for text in (done.stdout, done.stderr)]
     texts += [file.read_text() for file in (workspace / "report").iterdir()]
     for text in texts:

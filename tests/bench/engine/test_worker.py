@@ -25,8 +25,6 @@ from trackmark.bench.engine.heartbeat import (
 from trackmark.bench.engine.process_state import (
     ProcessState,
     machine_memory,
-    peak_memory,
-    reset_peak,
 )
 from trackmark.bench.engine.work_unit import Request, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
@@ -197,16 +195,6 @@ def test_memory_of_a_container_counts(tmp_path, monkeypatch):
     assert machine_memory() == whole
     group.write_text("1048576\n")
     assert machine_memory() == 1 << 20
-
-
-def test_peak_memory_is_measured_since_the_reset():
-    def peak_with(megabytes):
-        reset_peak()
-        data = np.ones(megabytes << 17)
-        return peak_memory() + 0 * len(data)
-
-    many, few = peak_with(100), peak_with(10)
-    assert many - few > 60 << 20
 
 
 def test_memory_beyond_the_limit_is_an_error():
