@@ -270,7 +270,7 @@ def load_results(
     ResultsError
         If there are no results, several experiments, or no runs by the protocol.
     """
-    experiments = experiment_folders(Path(folder).expanduser())
+    experiments = experiment_folders(Path(folder).expanduser().absolute())
     if len(experiments) > 1:
         names = ", ".join(map(str, experiments))
         raise ResultsError(f"{folder} contains several experiments. Choose one of {names}.")

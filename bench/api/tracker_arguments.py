@@ -43,7 +43,7 @@ def tracker_texts(trackers: Any) -> tuple[str, ...]:
     texts = []
     for name, tracker in _named(trackers):
         if name or not isinstance(tracker, str | Path):
-            file = source_file(tracker) if callable(tracker) else None
+            file = source_file(tracker) if isinstance(tracker, type) else None
             example = f"{file}:{tracker.__name__}" if file else "path/to/file.py:ClassName"
             raise TrackerError(
                 f"{name or tracker!r}: worker processes read trackers from files, and a dict "

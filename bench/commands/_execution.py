@@ -34,7 +34,7 @@ def plan_experiment(
     from trackmark.bench.execution.executor import Execution
 
     refresh_index(options.output / experiment.name)
-    with patience("Opening sequences") as opened:
+    with patience("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
             options.output,

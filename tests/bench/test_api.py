@@ -306,7 +306,10 @@ def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
     arguments = ["static", "knob.py"], "data/Small"
     results = tm.run(*arguments, output="results/mine", repetitions=2, jobs=1)
     assert len(results.runs) == 3
-    assert repr(results) == "<Results of 2 trackers, 1 sequence, 3 runs in results/mine>"
+    assert (
+        repr(results)
+        == f"<Results of 2 trackers, 1 sequence, 3 runs in {workspace / 'results/mine'}>"
+    )
     again = tm.run(*arguments, output="results/mine", repetitions=3, jobs=1)
     assert len(again.runs) == 4
     run = results["knob.py:Knob", "Small"]

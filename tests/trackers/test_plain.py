@@ -78,7 +78,6 @@ def test_dict_with_an_unknown_key_is_an_error():
         (lambda *images: images, (1, 2)),
         (lambda image, box, mask: (image, box, mask), (1, 2, 3)),
         (lambda image, box, *, mask=None: (image, box, mask), (1, 2, 3)),
-        (lambda image, box, region: (image, box, region), (1, 2, 3)),
     ],
 )
 def test_mask_is_passed_if_the_signature_has_it(init, arguments):

@@ -29,7 +29,7 @@ PYTHON = {
     "signal": r"the process ended by signal 11 .*last words.*in misbehave",
     "nan": r"an invalid estimate: the box \[nan, 1\.0, 2\.0, 3\.0\] is invalid.*last words",
     "garbage": r"an invalid estimate: the box is 'nonsense'\. Expected: four numbers.*last words",
-    "key": r"the process raised ValueError: update returned .* 'score'.*revised\)\. The end",
+    "key": r"the process raised ValueError: update returned .* 'score'.*details\. The end",
     "hang": r"did not answer in 60 s\. Its last call: .*plain_tracker\.py.* in hang.*last words",
     "slow start": r"the process did not answer in 300 s\..*waiting.* in __init__",
 }
