@@ -50,7 +50,6 @@ def execute_runs(
     on_row: Callable[[Mapping[str, Any]], None] = lambda _: None,
     *,
     progress: RunProgress | None = None,
-    remark: str = "",
     show_replaced: bool = True,
     temporary: bool = False,
     keep_errors: bool = False,
@@ -58,14 +57,14 @@ def execute_runs(
     """Execute the missing runs of a plan; Ctrl-C prints how many runs are stored and where.
 
     `on_row`: called with the index row of each run. `progress`: progress of several executions,
-    which expects the runs of this execution. `remark`: end of the message on runs that will
-    be replaced. `show_replaced`: whether to print the scores of these runs. `temporary`: the caller
-    removes the results folder, so Ctrl-C prints nothing. Raises `SequenceError` if a sequence
+    which expects the runs of this execution. `show_replaced`: whether to print the scores of runs
+    that will be replaced. `temporary`: the caller removes the results folder, so Ctrl-C prints
+    nothing. Raises `SequenceError` if a sequence
     cannot be read. With `keep_errors`, the message is only added to `execution.errors`.
     """
     from trackmark.datasets import SequenceError
 
-    with _replacement_messages(execution, remark) if show_replaced else nullcontext():
+    with _replacement_messages(execution) if show_replaced else nullcontext():
         try:
             with ExitStack() as stack:
                 if progress is None:
@@ -127,7 +126,7 @@ def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, st
 
 
 @contextmanager
-def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]:
+def _replacement_messages(execution: "Execution") -> Iterator[None]:
     """Print which stored runs will be replaced and, afterwards, how their scores changed."""
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.results import Results
@@ -142,8 +141,8 @@ def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]
     replaced = ReplacedRuns(execution.plan, list_scored_runs(results))
     runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
     caption = (
-        f"{runs} made with another version of tracker or sequence and will be repeated{remark}. "
-        "Scores so far:"
+        f"{runs} made with another version of tracker or sequence and will be repeated (--name "
+        "stores new runs in another folder). Scores so far:"
     )
     print_message(replaced.before(caption))
     yield

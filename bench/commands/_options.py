@@ -234,12 +234,8 @@ class EngineOptions:
         "Execute runs on this machine or on a Dask cluster.", default="local", metavar="local|dask"
     )
     address: str | None = execution_option("Address of the scheduler of a running Dask cluster.")
-    frame_limit: float | None = execution_option(
-        "Time limit per frame.  [default: 60]", metavar="SECONDS"
-    )
-    run_limit: float | None = execution_option(
-        "Time limit per run.  [default: 21600]", metavar="SECONDS"
-    )
+    frame_limit: float = execution_option("Time limit per frame.", metavar="SECONDS", default=60)
+    run_limit: float = execution_option("Time limit per run.", metavar="SECONDS", default=21600)
     memory_limit: int | None = execution_option(
         "Memory limit per worker, such as 4GB.  [default: total memory / number of cores]",
         metavar="SIZE",
@@ -251,17 +247,11 @@ class EngineOptions:
         """Arguments of `Execution` that select and limit the engine."""
         from trackmark.bench.engine.work_unit import Limits
 
-        limits = {
-            "frame_seconds": self.frame_limit,
-            "run_seconds": self.run_limit,
-            "memory_bytes": self.memory_limit,
-        }
-        values: dict[str, Any] = {key: value for key, value in limits.items() if value is not None}
         return {
             "jobs": self.jobs,
             "engine": self.engine,
             "address": self.address,
-            "limits": Limits(**values),
+            "limits": Limits(self.frame_limit, self.run_limit, self.memory_limit),
         }
 
 

@@ -4,7 +4,6 @@ import json
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,7 +45,6 @@ from trackmark.bench.experiments.experiment import (
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.execution.plan import KnownSequences
     from trackmark.bench.store.layout import RunKey
 
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
@@ -78,9 +76,6 @@ class RunOptions(ScreenOptions, EngineOptions):
         "Name of the results folder.  [default: derived from --trackers and --sequences]",
         metavar="NAME",
     )
-    keep: bool = output_option(
-        "Keep stored runs of other versions: store new runs in NAME-2, NAME-3, …"
-    )
     retry_failed: bool = execution_option("Repeat runs that failed.")
     dry_run: bool = execution_option(
         "Execute nothing; print the missing runs and the time estimated from stored runs."
@@ -104,12 +99,7 @@ def command(options: RunOptions) -> int:
     Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
     experiment = _experiment(options)
-    opened_sequences: KnownSequences = {}
-    if options.keep:
-        experiment = _without_stale_runs(experiment, options.output, opened_sequences)
-    execution = plan_experiment(
-        experiment, options, retry_failed=options.retry_failed, opened_sequences=opened_sequences
-    )
+    execution = plan_experiment(experiment, options, retry_failed=options.retry_failed)
     if options.dry_run:
         _print_plan(execution, as_json=options.as_json)
         return 0
@@ -159,21 +149,6 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
     return read_experiment(names[0]) if names else None
 
 
-def _without_stale_runs(
-    experiment: Experiment, output: Path, opened_sequences: "KnownSequences"
-) -> Experiment:
-    """Return the experiment under the first name NAME, NAME-2, … that replaces no stored run."""
-    from trackmark.bench.execution.plan import State, make_plan
-    from trackmark.bench.store.results import Results
-
-    names = chain([experiment.name], (f"{experiment.name}-{number}" for number in count(2)))
-    plans = (
-        make_plan(replace(experiment, name=name), Results(output / name), opened_sequences)
-        for name in names
-    )
-    return next(plan.experiment for plan in plans if not plan.count(State.STALE))
-
-
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
     """Execute a plan, print its scores by metrics presets and return the exit status."""
     from trackmark.bench.execution.plan import State
@@ -188,8 +163,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             _print_row(row, execution.folder, metrics)
             printed.add(run_key(row))
 
-    remark = " (--keep stores new runs in another folder)"
-    execute_runs(execution, print_row, remark=remark, keep_errors=True)
+    execute_runs(execution, print_row, keep_errors=True)
     rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
     for error in execution.errors:

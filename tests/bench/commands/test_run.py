@@ -288,19 +288,6 @@ def test_failures_of_replaced_runs_are_printed_once_each(trackmark, break_tracke
     assert "replacement of 1 run" in stderr
 
 
-def test_keep_stores_runs_of_each_version(trackmark, workspace):
-    knob = (*MINE, "knob.py:Knob", *SMALL, "--keep")
-    file = workspace / "knob.py"
-    for change in ("2", "2", "3"):
-        file.write_text(re.sub(r"\[[^,]*, 0, 0, 0", f"[{change}, 0, 0, 0", file.read_text()))
-        done = trackmark(*knob)
-        assert "will be repeated" not in done.stderr
-    assert "results/mine-2" in done.stdout
-    runs = bench.load_runs(workspace / "results")
-    assert runs["experiment"].tolist() == ["mine", "mine-2"]
-    assert runs["mean_overlap"].is_monotonic_decreasing
-
-
 def test_other_data_of_the_same_name_replace_no_run(trackmark, one_line, workspace, otb):
     for number, name in enumerate("ab"):
         otb(workspace / name / "clip", 4 + number)
