@@ -16,7 +16,7 @@ import pandas as pd
 from trackmark.bench.comparing.comparable_runs import compared_measure, same_boxes, scored_runs
 from trackmark.bench.comparing.comparison import Comparison
 from trackmark.bench.comparing.comparison import compare as compare_runs
-from trackmark.bench.comparing.tables import screen_lines
+from trackmark.bench.comparing.tables import pair_table, screen_lines
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.pages.notebook import complete_name
@@ -299,6 +299,10 @@ class PrintedComparison(Comparison):
 
     def __str__(self) -> str:
         return "\n".join(screen_lines(self))
+
+    def _repr_html_(self) -> str:
+        """Return the table of pairs, for a notebook."""
+        return to_html(pair_table(self))
 
 
 def compare(

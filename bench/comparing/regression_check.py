@@ -1,12 +1,11 @@
 """Comparison of trackers with a baseline: changes by sequence and in the mean, and regressions."""
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
@@ -18,8 +17,7 @@ from trackmark.bench.statistics.accuracy_drop import (
     decide_by_seeds,
     decide_deterministic,
 )
-from trackmark.bench.statistics.rules import MARGIN, Decision
-from trackmark.reports.printable import to_xml
+from trackmark.bench.statistics.rules import MARGIN, Decision, p_value
 from trackmark.reports.tables import Cell, Table
 
 UNREPEATABLE = "not repeatable"
@@ -39,6 +37,7 @@ class ScoreChange:
     same: Sequence[bool]  # number of pairs of runs with equal boxes
     failures: Mapping[int, str]  # reasons of failures by seed
     change: Decision = IDENTICAL
+    p: float = nan  # smallest level at which the corrected interval of the change excludes 0
 
     @property
     def differences(self) -> NDArray[np.float64]:
@@ -118,7 +117,8 @@ def check(
             change = decide_by_seeds(row.differences, len(changed), before.detect)
         else:
             change = decide_deterministic(float(row.differences[0]), margin)
-        sequences.append(replace(row, change=change))
+        p = p_value(row.differences, len(changed)) if change.interval else nan
+        sequences.append(replace(row, change=change, p=p))
     trackers = list(dict.fromkeys(row.tracker for row in changed))
     means = [
         _mean([row for row in rows if row.tracker == tracker], len(trackers), before.detect)
@@ -147,7 +147,8 @@ def _mean(rows: Sequence[ScoreChange], comparisons: int, detect: float) -> Score
     )
     change = decide_by_seeds(by_seed, comparisons, detect)
     words = f"mean of {_counted(len(rows))}"
-    return ScoreChange(rows[0].tracker, words, old, new, same, {}, change)
+    p = p_value(by_seed, comparisons) if change.interval else nan
+    return ScoreChange(rows[0].tracker, words, old, new, same, {}, change, p)
 
 
 def _counted(number: int, noun: str = "sequence") -> str:
@@ -278,37 +279,6 @@ def as_data(result: Check) -> dict[str, Any]:
     }
 
 
-def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
-    """Return JUnit XML with a test case per sequence and mean; inconclusive cases are skipped.
-
-    `times`: test cases of timed trackers: tracker, state and message.
-    """
-    cases: list[tuple[str, str, str, str]] = [
-        (row.tracker, row.sequence, "worse" if row.is_regression else row.change.label, _words(row))
-        for row in result.changes
-    ]
-    cases += [(tracker, "time", state, words) for tracker, state, words in times]
-    kinds = {"worse": "failure", "slower": "failure", "inconclusive": "skipped"}
-    suite = ElementTree.Element("testsuite", name="trackmark check", tests=str(len(cases)))
-    for tracker, name, state, words in cases:
-        names = {"classname": to_xml(tracker), "name": to_xml(name)}
-        case = ElementTree.SubElement(suite, "testcase", names)
-        if kind := kinds.get(state):
-            ElementTree.SubElement(case, kind, message=to_xml(words))
-    suite.set("failures", str(len(suite.findall("*/failure"))))
-    suite.set("skipped", str(len(suite.findall("*/skipped"))))
-    return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
-
-
-def _words(row: ScoreChange) -> str:
-    """Return the message of a test case."""
-    change = row.change
-    words = f"mean overlap {np.mean(row.old):.4f} -> {np.mean(row.new):.4f} ({change.label})"
-    words += f"; {change.reason}" if change.reason else ""
-    failures = [f"; seed {seed} failed: {reason}" for seed, reason in row.failures.items()]
-    return words + "".join(failures[:1])
-
-
 def _data(row: ScoreChange) -> dict[str, Any]:
     change = row.change
     low, high = change.interval or (change.mean, change.mean)
@@ -322,7 +292,7 @@ def _data(row: ScoreChange) -> dict[str, Any]:
         "difference": change.mean,
         "low": low,
         "high": high,
-        "p": change.p if isfinite(change.p) else None,
+        "p": row.p if isfinite(row.p) else None,
         "runs_before": len(row.old),
         "runs": len(row.new),
         "same_boxes": sum(row.same),
