@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import inspect
-import re
 import types
 import typing
 from collections.abc import Callable
@@ -191,12 +190,14 @@ def truth_option() -> Any:
 
 def memory_size(text: str) -> int:
     """Return the number of bytes of a text such as `500MB`, `4GiB` or `1000`."""
-    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(?:([kmgt])(i?)b?)?b?", text.strip().lower())
-    if match is None:
-        raise click.BadParameter(f"{text!r} is not a valid size. Use, for example, 500MB or 4GiB.")
-    number, prefix, binary = match.groups(default="")
-    power = "kmgt".index(prefix) + 1 if prefix else 0
-    return int(float(number) * (1024 if binary else 1000) ** power)
+    from pydantic import ByteSize, TypeAdapter, ValidationError
+
+    try:
+        return int(TypeAdapter(ByteSize).validate_python(text))
+    except ValidationError:
+        raise click.BadParameter(
+            f"{text!r} is not a valid size. Use, for example, 500MB or 4GiB."
+        ) from None
 
 
 @dataclass(frozen=True, kw_only=True)

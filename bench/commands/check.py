@@ -133,7 +133,6 @@ def command(options: CheckOptions) -> int:
         {name: entry.source for name, entry in entries.items()},
         options,
         {name: entry.sequence for name, entry in entries.items()},
-        show_replaced=options.verbose,
     )
     now = runner.run({tracker: list(row) for tracker, row in before.entries.items()}, before.seeds)
     repeated = runner.repeat(changed_facts(before.entries, now))

@@ -335,11 +335,6 @@ def _to_results_error(path: Path, error: Exception) -> ResultsError:
             f"{path}: another process has locked this file for {_BUSY_SECONDS:.0f} s. End that "
             "process, and run the same command again."
         )
-    if name == "SQLITE_READONLY_ROLLBACK":
-        return ResultsError(
-            f"{path} has an unfinished transaction, and its folder is read-only. Copy {path.name} "
-            f"and {path.name}-journal to a writable folder, and read them there."
-        )
     if name.startswith(("SQLITE_FULL", "SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_IOERR")):
         return ResultsError(
             f"{path} cannot be read or written: {error}. Free disk space, correct the "
