@@ -11,7 +11,7 @@ from trackmark.bench.commands._progress import (
     RunProgress,
     patience,
     print_message,
-    refresh_index,
+    score_stored_runs,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
@@ -33,7 +33,7 @@ def plan_experiment(
     """
     from trackmark.bench.execution.executor import Execution
 
-    refresh_index(options.output / experiment.name)
+    score_stored_runs(options.output / experiment.name)
     with patience("Opening trackers and sequences") as opened:
         return Execution(
             experiment,

@@ -275,10 +275,10 @@ class RunProgress:
         return f", about {rough_duration(self._seconds() * (1 - share) / share)} left"
 
 
-def refresh_index(folder: Path) -> None:
-    """Score the stored runs of an experiment that have no scores yet."""
+def score_stored_runs(folder: Path) -> list[dict[str, Any]]:
+    """Return the rows of an experiment's stored runs; score those that have no scores yet."""
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import list_scored_runs
 
     with progress_bar("Scoring stored runs", None, "run") as progress:
-        list_scored_runs(Results(folder), progress)
+        return list_scored_runs(Results(folder), progress)

@@ -24,7 +24,7 @@ from trackmark.bench.commands._options import (
     trace_option,
     with_options,
 )
-from trackmark.bench.commands._progress import print_hint, print_message, progress_bar
+from trackmark.bench.commands._progress import print_hint, print_message, score_stored_runs
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
@@ -59,12 +59,10 @@ def list_results(options: FolderOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.results import Results
-    from trackmark.bench.store.run_rows import list_scored_runs, to_json_row
+    from trackmark.bench.store.run_rows import to_json_row
 
     for experiment in experiment_folders(options.folder):
-        with progress_bar("Scoring stored runs", None, "run") as progress:
-            rows = list_scored_runs(Results(experiment), progress)
+        rows = score_stored_runs(experiment)
         if options.as_json:
             for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **to_json_row(row)}))
