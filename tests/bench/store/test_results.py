@@ -98,13 +98,6 @@ def test_ground_truth_is_read_unchanged(results, make_sequence):
         np.testing.assert_array_equal(ours, theirs)
 
 
-def test_ground_truth_without_shapes_is_completed(results, make_sequence):
-    write_truth(results.folder, make_sequence(n=12))
-    sequence = make_sequence(n=12, shapes=Shapes({0: np.eye(4, 2)}, range(12), (32, 24)))
-    write_truth(results.folder, sequence)
-    assert read_truth(results.folder, sequence.name, sequence.fingerprint).shapes
-
-
 @given(CELLS, CELLS, CELLS)
 def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, second, gone):
     results = Results(tmp_path_factory.mktemp("asked"))
