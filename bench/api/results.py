@@ -16,7 +16,7 @@ import pandas as pd
 from trackmark.bench.comparing.comparable_runs import compared_measure, same_boxes, scored_runs
 from trackmark.bench.comparing.comparison import Comparison
 from trackmark.bench.comparing.comparison import compare as compare_runs
-from trackmark.bench.comparing.tables import screen_lines
+from trackmark.bench.comparing.tables import pair_table, screen_lines
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.pages.notebook import complete_name
@@ -230,9 +230,9 @@ class Results:
     def _repr_html_(self) -> str:
         """Return the means, and the numbers of runs."""
         preset, runs = self._with_worst_scores()
-        failed = int((runs["status"] == "failed").sum())
+        failed, missing = (int((runs["status"] == word).sum()) for word in ("failed", "missing"))
         table = to_html(self._mean_table(preset, runs))
-        return f"{table}<p>{len(runs)} runs, {failed} failed.</p>"
+        return f"{table}<p>{len(runs)} runs, {failed} failed, {missing} missing.</p>"
 
 
 class _StoredRuns(UserDict[RunName, Any]):
@@ -270,11 +270,16 @@ def load_results(
     ResultsError
         If there are no results, several experiments, or no runs by the protocol.
     """
-    experiments = experiment_folders(Path(folder).expanduser())
+    experiments = experiment_folders(Path(folder).expanduser().absolute())
     if len(experiments) > 1:
         names = ", ".join(map(str, experiments))
         raise ResultsError(f"{folder} contains several experiments. Choose one of {names}.")
-    store = Store(experiments[0])
+    return load_experiment(experiments[0], metrics, protocol)
+
+
+def load_experiment(folder: Path, metrics: str, protocol: str | None) -> Results:
+    """Return the results of the experiment in an absolute path; see `load_results`."""
+    store = Store(folder)
     stored = list(dict.fromkeys(key[3] for key in store.list_keys()))
     untimed = [name for name in stored if name != TIMING]
     selected = STORED_ONE_PASS if protocol is None else parse_protocol(protocol).text
@@ -283,10 +288,9 @@ def load_results(
     if selected not in stored:
         others = ", ".join(map(title, untimed)) or "none"
         raise ResultsError(
-            f"{experiments[0]}: no run used the protocol {title(selected)}. "
-            f"Stored protocols: {others}."
+            f"{folder}: no run used the protocol {title(selected)}. Stored protocols: {others}."
         )
-    return Results(_StoredRuns(store, selected), selected, metrics, folder=experiments[0])
+    return Results(_StoredRuns(store, selected), selected, metrics, folder=folder)
 
 
 def preset_for(metrics: str, protocol: str) -> str:
@@ -299,6 +303,10 @@ class PrintedComparison(Comparison):
 
     def __str__(self) -> str:
         return "\n".join(screen_lines(self))
+
+    def _repr_html_(self) -> str:
+        """Return the table of pairs, for a notebook."""
+        return to_html(pair_table(self))
 
 
 def compare(

@@ -42,9 +42,6 @@ if TYPE_CHECKING:
     from trackmark.bench.store.layout import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
-STRIPS = 3
-"""Number of sequences drawn as film strips: those on which two trackers differ most."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class CompareOptions(ScreenOptions, EngineOptions):
@@ -80,7 +77,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
     )
     name: str | None = output_option("Name of the results folder; as in `run`.", metavar="NAME")
     folder: Path | None = output_option(
-        "Write tables, figures and a paragraph for a paper to this folder."
+        "Write tables, a figure and a paragraph for a paper to this folder."
     )
 
 
@@ -137,7 +134,7 @@ def command(options: CompareOptions) -> int:
         except AllFailedError as error:
             print_message(str(error))
             return EXIT_NEGATIVE
-        return _report(compared, experiment, options)
+        return _report(compared, options)
 
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:
@@ -245,8 +242,9 @@ def _compare(
     runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "ScoreMeasure"
 ) -> "Comparison":
     """Compare the runs by a score of a metrics preset."""
-    from trackmark.bench.comparing.comparable_runs import same_boxes, scored_runs, with_published
+    from trackmark.bench.comparing.comparable_runs import same_boxes, scored_runs
     from trackmark.bench.comparing.comparison import compare
+    from trackmark.bench.comparing.published_scores import with_published
     from trackmark.bench.reporting.tables import not_repeatable
     from trackmark.bench.store.truth import find_attributes
 
@@ -285,7 +283,7 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
             )
 
 
-def _report(compared: "dict[str, Comparison]", experiment: Path, options: CompareOptions) -> int:
+def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
     """Print and write the comparisons by all presets; return the exit status."""
     from trackmark.bench.comparing.tables import as_data, screen_lines
 
@@ -299,24 +297,21 @@ def _report(compared: "dict[str, Comparison]", experiment: Path, options: Compar
             click.echo("\n".join(lines))
         if folder is not None:
             target = folder / preset if len(compared) > 1 else folder
-            print_message("\n".join(_write(comparison, experiment, target)))
+            print_message("\n".join(_write(comparison, target)))
     first = next(iter(compared.values()))
     for tracker, note in first.failures.items():
         print_message(f"{tracker}: {note}")
     return EXIT_NEGATIVE if first.left_out else 0
 
 
-def _write(comparison: "Comparison", experiment: Path, folder: Path) -> list[str]:
-    """Write tables, figures, film strips and the paragraph; return lines that list the files."""
-    from trackmark.bench.comparing.figures import write_figures
+def _write(comparison: "Comparison", folder: Path) -> list[str]:
+    """Write tables, the figure and the paragraph; return lines that list the files."""
+    from trackmark.bench.comparing.figures import write_differences
     from trackmark.bench.comparing.tables import files, paragraph
-    from trackmark.bench.reporting.film_strips import write_strips
     from trackmark.reports.files import write_file
     from trackmark.reports.write import list_written_files, write_tables
 
-    paths = [*write_tables(folder, files(comparison)), *write_figures(comparison, folder)]
-    sequences = comparison.most_different(STRIPS)
-    paths += write_strips(experiment, folder, print_message, list(comparison.scores), sequences)
+    paths = [*write_tables(folder, files(comparison)), *write_differences(comparison, folder)]
     file = folder / "paragraph.txt"
     text = f"{paragraph(comparison)}\n"
     paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))

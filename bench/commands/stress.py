@@ -29,9 +29,6 @@ if TYPE_CHECKING:
     from trackmark.bench.comparing.breaking_points import Series
     from trackmark.bench.execution.plan import KnownSequences
 
-REPETITIONS = 3
-"""Repetitions of stochastic trackers on --recorded sequences."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class StressOptions(ScreenOptions, EngineOptions):
@@ -54,9 +51,6 @@ class StressOptions(ScreenOptions, EngineOptions):
     )
     against: str = option(
         "Baseline tracker, by whose breaking points the others are divided.", default="camshift"
-    )
-    recorded: str | None = option(
-        "Correlate breaking points with the overlap on these sequences.", metavar="SEQUENCES"
     )
     name: str = output_option("Name of the results folder.", default="stress")
     folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
@@ -108,8 +102,7 @@ def command(options: StressOptions) -> int:
     with RunProgress(title, options.output / options.name) as progress:
         runner = _Runner(options, progress, texts)
         series = _execute_series(runner, series)
-        scores = _recorded_scores(runner)
-    result = BreakingPoints(series, specs[options.against].label, scores)
+    result = BreakingPoints(series, specs[options.against].label)
     if options.as_json:
         click.echo(json.dumps(as_data(result), allow_nan=False))
     else:
@@ -133,15 +126,16 @@ class _Runner:
     opened_sequences: "KnownSequences" = field(default_factory=dict)
 
     def run(
-        self, labels: Sequence[str], sequences: Sequence[SequenceSource], repetitions: int = 1
+        self, labels: Sequence[str], sequences: Sequence[str]
     ) -> "tuple[pd.DataFrame, dict[str, str]]":
         """Execute missing runs; return all runs, and the texts of the sequences by name."""
         from trackmark.bench.store.data_frames import load_runs
 
-        trackers = tuple(self.texts[label] for label in labels)
-        name = self.options.name
         experiment = Experiment(
-            name, trackers, tuple(sequences), repetitions, title="Breaking points"
+            self.options.name,
+            tuple(self.texts[label] for label in labels),
+            tuple(map(SequenceSource, sequences)),
+            title="Breaking points",
         )
         execution = run_experiment(
             experiment, self.options, self.opened_sequences, progress=self.progress
@@ -176,7 +170,7 @@ def _outcomes(
     runner: _Runner, labels: Sequence[str], sequences: Sequence[str]
 ) -> dict[str, dict[str, tuple[bool, str]]]:
     """Return by tracker and sequence whether the run survived, and why it failed."""
-    runs, texts = runner.run(labels, [SequenceSource(text) for text in sequences])
+    runs, texts = runner.run(labels, sequences)
     outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
     columns = ["tracker", "sequence", "status", "failure", "first_loss", "frames"]
     for label, name, status, failure, loss, frames in runs[columns].itertuples(index=False):
@@ -184,14 +178,3 @@ def _outcomes(
         reason = "" if status == "finished" else str(failure)
         outcomes.setdefault(label, {})[texts[name]] = bool(survived), reason
     return outcomes
-
-
-def _recorded_scores(runner: _Runner) -> dict[str, list[float]]:
-    """Return the mean overlap by tracker and recorded sequence; a failed run counts as 0."""
-    if not runner.options.recorded:
-        return {}
-    labels, sequences = list(runner.texts), matching_sequences(runner.options.recorded)
-    runs, _ = runner.run(labels, sequences, REPETITIONS)
-    runs["mean_overlap"] = runs["mean_overlap"].mask(runs["status"] == "failed", 0.0)
-    cells = runs.groupby(["tracker", "sequence"], observed=True, sort=False)["mean_overlap"].mean()
-    return {label: cells[label].tolist() for label in labels}

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.experiments.experiment import ExperimentError
-from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.psychometric import (
     N_FIRST_RUNS,
@@ -28,7 +27,6 @@ from trackmark.bench.statistics.psychometric import (
     next_difficulties,
     threshold,
 )
-from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
 from trackmark.datasets.spec_string import format_text, name_hint, parse_text
 from trackmark.reports.figures import write_figure
@@ -46,9 +44,6 @@ LEVELS = 40
 
 SHORTEST = 40
 """Minimum number of frames of a sequence whose parameter `scene` is missing or set."""
-
-SEVERITIES = (0.9, 0.75, 0.5, 0.25, 0.1)
-"""Shares of surviving baseline runs. Levels with equal shares are equally severe."""
 
 PLACES = np.linspace(0, 1, 201)
 """Positions along a range, from 0 (easy) to 1 (hard), at which curves are evaluated."""
@@ -292,7 +287,6 @@ class BreakingPoints:
 
     series: Sequence[Series]
     baseline: str  # label
-    scores: Mapping[str, Sequence[float]]  # mean overlaps on recorded sequences, by tracker
 
     @cached_property
     def axes(self) -> dict[Difficulty, dict[str, Series]]:
@@ -315,22 +309,6 @@ class BreakingPoints:
             for series in self.series
             for trial in series.trials
         ]
-
-    @cached_property
-    def correlations(self) -> list[tuple[str, float, Interval]]:
-        """Correlation of breaking points with scores, by difficulty and over all difficulties."""
-        if not self.scores:
-            return []
-        means = [float(np.mean(scores)) for scores in self.scores.values()]
-        places = {
-            axis.name: [
-                min(1.0, max(0.0, by_tracker[name].threshold.median)) for name in self.scores
-            ]
-            for axis, by_tracker in self.axes.items()
-        }
-        if len(places) > 1:
-            places["mean over all difficulties"] = np.mean(list(places.values()), axis=0).tolist()
-        return [(name, *rank_correlation(points, means)) for name, points in places.items()]
 
 
 def _row(series: Series, baseline: Series) -> dict[str, Any]:
@@ -370,11 +348,6 @@ def as_data(result: BreakingPoints) -> dict[str, Any]:
             {**row, "runs": [vars(trial) for trial in series.trials]}
             for row, series in zip(result.points, result.series, strict=True)
         ],
-        "recorded": {name: list(scores) for name, scores in result.scores.items()},
-        "correlations": [
-            {"knob": name, "rank_correlation": _finite(r), "interval": list(interval)}
-            for name, r, interval in result.correlations
-        ],
     }
 
 
@@ -395,9 +368,8 @@ def answer_lines(result: BreakingPoints) -> list[str]:
 
 
 def tables(result: BreakingPoints, *, whole: bool = False) -> list[Table]:
-    """Return the tables for a terminal; with severities and all runs if `whole`."""
-    agreement = [_agreement(result)] if result.scores else []
-    return [_points(result), *agreement, *([_severity(result), _runs(result)] if whole else [])]
+    """Return the table of breaking points; if `whole`, also the table of all runs."""
+    return [_points(result), *([_runs(result)] if whole else [])]
 
 
 def _points(result: BreakingPoints) -> Table:
@@ -466,57 +438,6 @@ def _factor(row: Mapping[str, Any]) -> str:
 def _times(ratio: float) -> str:
     """Return a ratio with two digits, without a power of ten."""
     return f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}"
-
-
-def _text(value: float, form: str) -> str:
-    return format(value, form) if isfinite(value) else MISSING
-
-
-def _agreement(result: BreakingPoints) -> Table:
-    sequences = len(next(iter(result.scores.values())))
-    return Table(
-        name="agreement",
-        caption=(
-            f"Rank correlation of breaking points with the mean overlap on {sequences} recorded "
-            f"sequences, over {len(result.scores)} trackers."
-        ),
-        heads=["difficulty", "Spearman's", "95 %"],
-        n_labels=1,
-        rows=[
-            [Cell(name), Cell(_text(r, ".2f")), Cell(f"{interval.low:.2f} to {interval.high:.2f}")]
-            for name, r, interval in result.correlations
-        ],
-        notes=[
-            f"Intervals apply to new trackers like these. With fewer than {MIN_UNITS} trackers "
-            "they are -1 to 1."
-        ],
-        data=pd.DataFrame(
-            {"knob": name, "rank_correlation": r, **interval._asdict()}
-            for name, r, interval in result.correlations
-        ),
-    )
-
-
-def _severity(result: BreakingPoints) -> Table:
-    """Return the levels at which shares of the baseline's runs survive."""
-    rows, data = [], []
-    for axis, by_tracker in result.axes.items():
-        survival = by_tracker[result.baseline].threshold.survival(PLACES)
-        places = np.interp(np.negative(SEVERITIES), -survival, PLACES, left=np.nan, right=np.nan)
-        levels = [axis.level(place) for place in places.tolist()]
-        rows.append([Cell(axis.head), *(Cell(_text(level, ".3g")) for level in levels)])
-        data += [
-            {"knob": axis.name, "survive": share, "level": level}
-            for share, level in zip(SEVERITIES, levels, strict=True)
-        ]
-    return Table(
-        name="severity",
-        caption=f"Levels at which 90, …, 10 % of {result.baseline}'s runs survive.",
-        heads=["difficulty", *(f"{100 * share:g} %" for share in SEVERITIES)],
-        n_labels=1,
-        rows=rows,
-        data=pd.DataFrame(data),
-    )
 
 
 def _runs(result: BreakingPoints) -> Table:

@@ -1,11 +1,11 @@
-"""Selection and checks of the stored and published runs that are compared."""
+"""Selection and checks of the stored runs that are compared."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import combinations, product
-from math import isfinite, nan
+from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -109,7 +109,7 @@ def of_protocol(
 def selected_trackers(
     scored: pd.DataFrame, trackers: Sequence[str] | None, against: str | None
 ) -> list[str]:
-    """Return the labels of the compared trackers; raise `ComparisonError` if there are too few."""
+    """Return the labels of the compared trackers; raise `ComparisonError` for an unknown one."""
     stored = [str(name) for name in scored["tracker"].unique()]
     selected = list(stored if trackers is None else trackers)
     if against is not None and against not in selected:
@@ -121,8 +121,6 @@ def selected_trackers(
             )
         if selected.count(name) > 1:
             raise ComparisonError(f"{name!r} is named twice. Name each tracker once.")
-    if len(selected) < 2:
-        raise ComparisonError(f"only {len(selected)} tracker to compare. Name two or more.")
     return selected
 
 
@@ -201,78 +199,3 @@ def same_boxes(
                 for seed in by_tracker[first]
             )
     return +same
-
-
-def with_published(
-    runs: pd.DataFrame, file: Path, measure: ScoreMeasure
-) -> tuple[pd.DataFrame, list[str]]:
-    """Return the runs extended by published scores, and the labels of the published trackers.
-
-    `runs`: as `bench.load_runs` returns them. `file`: CSV with the columns `tracker`, `sequence`
-    and the measure's name; sequences without runs are ignored. Labels end in `(published)`. Raises
-    `ComparisonError` if a column, a name, a number or a sequence is missing, a score is impossible,
-    or a row occurs twice.
-    """
-    published = _read_published_scores(file, measure)
-    sequences = set(runs["sequence"].astype(str))
-    published = published[published["sequence"].isin(sequences)]
-    if published.empty:
-        raise ComparisonError(f"{file}: no row has a sequence of the experiment.")
-    for tracker, names in published.groupby("tracker")["sequence"]:
-        if missing := sorted(sequences - set(names)):
-            raise ComparisonError(f"{file}: tracker {tracker} has no score on {missing[0]}.")
-    published = published.assign(
-        tracker=published["tracker"] + " (published)",
-        repetition=0,
-        protocol=STORED_ONE_PASS,
-        status="finished",
-    )
-    plain = runs.astype(dict.fromkeys(runs.columns[runs.dtypes == "category"], object))
-    whole = pd.concat([plain, published], ignore_index=True)
-    return whole, list(published["tracker"].unique())
-
-
-def _read_published_scores(file: Path, measure: ScoreMeasure) -> pd.DataFrame:
-    """Return tracker, sequence and score of every row."""
-    columns = ["tracker", "sequence", measure.name]
-    try:
-        table = pd.read_csv(
-            file, dtype=str, index_col=False, keep_default_na=False, skip_blank_lines=False
-        )
-    except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise ComparisonError(f"{file}: not a CSV file ({error}).") from error
-    if missing := [name for name in columns if name not in table]:
-        raise ComparisonError(
-            f"{file}: missing columns {', '.join(missing)}. Needed are {', '.join(columns)}."
-        )
-    table = table[columns]
-    rows: dict[tuple[str, str], float] = {}
-    for line, (tracker, sequence, text) in enumerate(table.itertuples(index=False), 2):
-        if not (tracker or sequence or text):
-            continue
-        place = f"{file}, line {line}"
-        for kind, name in (("tracker", tracker), ("sequence", sequence)):
-            if not name.strip():
-                raise ComparisonError(f"{place}: the {kind} has no name. Add it to the row.")
-        if (tracker, sequence) in rows:
-            raise ComparisonError(f"{place}: an earlier line has the same tracker and sequence.")
-        rows[tracker, sequence] = _parse_score(text, place, measure)
-    names = pd.DataFrame(list(rows), columns=columns[:2], dtype=str)
-    return names.assign(**{measure.name: np.array(list(rows.values()), np.float64)})
-
-
-def _parse_score(text: str, place: str, measure: ScoreMeasure) -> float:
-    """Return the score in a text; raise `ComparisonError` if it is impossible or not a number."""
-    try:
-        score = float(text)
-    except ValueError:
-        score = nan
-    if not isfinite(score) or "_" in text:  # Python reads 1_0 as 10
-        raise ComparisonError(f"{place}: {text!r} is not a number.")
-    in_pixels = measure.unit == "px"
-    if score < 0 or (score > 1 and not in_pixels):
-        expected = "of pixels, 0 or more" if in_pixels else "from 0 to 1"
-        raise ComparisonError(
-            f"{place}: {score:g} is not a valid {measure.name}. Expected: a number {expected}."
-        )
-    return score

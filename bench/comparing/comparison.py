@@ -21,14 +21,10 @@ from trackmark.bench.reporting.tables import clocks, uncertainty_of, update_time
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import Decision, decide
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.reports.renderers import to_html
-from trackmark.reports.tables import MISSING, ScoreMeasure, text_table, timed_by
+from trackmark.reports.tables import ScoreMeasure, timed_by
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
-
-Losses: TypeAlias = Mapping[str, tuple[NDArray[np.float64], NDArray[np.bool_]]]
-"""Frame at which each run lost the target or ended, and whether it was lost, by tracker."""
 
 DEFAULT = "default"
 """Label of a parameter value that the sequence's name omits because it is the default."""
@@ -83,10 +79,8 @@ class Comparison:
     measure: ScoreMeasure
     units: StatisticalUnits
     sequences: Sequence[str]
-    scores: Mapping[
-        str, Sequence[NDArray[np.float64]]
-    ]  # number of repetitions by tracker and sequence
-    losses: Losses
+    # scores of the repetitions, by tracker and sequence
+    scores: Mapping[str, Sequence[NDArray[np.float64]]]
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
     main: str  # tracker `against`, or the one with the best mean
@@ -96,54 +90,42 @@ class Comparison:
     attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
 
     @property
+    def sign(self) -> float:
+        """1 if higher scores are better, else -1."""
+        return _sign(self.measure)
+
+    @property
+    def unit_suffix(self) -> str:
+        """Unit behind a score, such as ` px`; empty for pure numbers."""
+        return f" {self.measure.unit}" if self.measure.unit else ""
+
+    @property
     def main_pairs(self) -> list[Pair]:
         """Pairs with the main tracker."""
         return [pair for pair in self.pairs if self.main in (pair.first, pair.second)]
 
+    @property
+    def main_answers(self) -> dict[str, tuple[str, str]]:
+        """Label and reason of the decision whether the main tracker is better, by other tracker."""
+        opposites = {"better": "worse", "worse": "better"}
+        answers = {}
+        for pair in self.main_pairs:
+            label, reason = str(pair.answer.label), pair.answer.reason
+            if pair.first == self.main:
+                answers[pair.second] = label, reason
+            else:
+                answers[pair.first] = opposites.get(label, label), reason
+        return answers
+
     def __repr__(self) -> str:
         names = ", ".join(standing.tracker for standing in self.standings)
         return f"<Comparison of {names} by {self.measure.name} on {len(self.sequences)} sequences>"
-
-    def _repr_html_(self) -> str:
-        """Return the differences to the main tracker with their intervals, for a notebook."""
-        scale, decimals = self.measure.scale, self.measure.decimals
-        rows = []
-        for pair in self.main_pairs:
-            low, high = pair.interval or (nan, nan)
-            interval = f"[{scale * low:+.{decimals}f}, {scale * high:+.{decimals}f}]"
-            rows.append(
-                [
-                    pair.label,
-                    f"{scale * pair.difference:+.{decimals}f}",
-                    interval if pair.interval else MISSING,
-                    pair.answer.label,
-                    pair.answer.reason,
-                ]
-            )
-        heads = ["trackers", "difference", "95 %", "the first is", "reason"]
-        caption = f"Difference of {self.measure.title} on {len(self.units)} {self.units.plural}"
-        return to_html(text_table("comparison", caption, heads, rows))
 
     @property
     def repetitions(self) -> tuple[int, int]:
         """Minimum and maximum number of repetitions over trackers and sequences."""
         counts = [len(runs) for by_sequence in self.scores.values() for runs in by_sequence]
         return min(counts), max(counts)
-
-    def most_different(self, count: int) -> dict[str, tuple[str, str]]:
-        """Return the sequences on which two executed trackers differ most, with these trackers."""
-        ran = {name for name, (ends, _) in self.losses.items() if len(ends)}
-        differences = {
-            (abs(float(difference)), sequence): (pair.first, pair.second)
-            for pair in self.pairs
-            if ran >= {pair.first, pair.second}
-            for sequence, difference in zip(self.sequences, pair.differences, strict=True)
-        }
-        selected: dict[str, tuple[str, str]] = {}
-        for (_, sequence), trackers in sorted(differences.items(), reverse=True):
-            if len(selected) < count:
-                selected.setdefault(sequence, trackers)
-        return selected
 
 
 def parts_of(
@@ -235,16 +217,14 @@ def compare(
     cells = {key: values.to_numpy(np.float64) for key, values in grouped}
     scores = {name: [cells[name, sequence] for sequence in sequences] for name in labels}
     means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
-    losses = {name: _losses(scored[scored["tracker"] == name]) for name in labels}
     units = units_of(sequences, "scene" if by_scene else None)
-    standings = _standings(runs, means, losses, units, measure)
+    standings = _standings(runs, means, units, measure)
     best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
     return Comparison(
         measure=measure,
         units=units,
         sequences=sequences,
         scores=scores,
-        losses=losses,
         standings=standings,
         pairs=_pairs(means, units, measure, against, same_boxes or {}),
         main=against or best.tracker,
@@ -256,16 +236,15 @@ def compare(
 
 
 def _standings(
-    runs: pd.DataFrame, means: Means, losses: Losses, units: StatisticalUnits, measure: ScoreMeasure
+    runs: pd.DataFrame, means: Means, units: StatisticalUnits, measure: ScoreMeasure
 ) -> list[Standing]:
     columns, clock_of = _clock(runs[runs["tracker"].isin(list(means))]), clocks(runs)
     by_unit = units.means(list(means.values()))
     intervals, marks = uncertainty_of(by_unit, measure)
     standings = []
     for name, values, interval, mark in zip(means, by_unit, intervals, marks, strict=True):
-        times = _times(runs[runs["tracker"] == name], columns)
-        _, lost = losses[name]
-        survival = float(1 - lost.mean()) if len(lost) else nan
+        own_runs = runs[runs["tracker"] == name]
+        survival, times = _survival(own_runs), _times(own_runs, columns)
         mean = float(values.mean())
         clock = clock_of.get(name, "")
         standings.append(Standing(name, mean, interval, mark, survival, *times, clock))
@@ -305,13 +284,11 @@ def _sign(measure: ScoreMeasure) -> float:
     return 1.0 if measure.direction == "higher" else -1.0
 
 
-def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the frame at which each run was lost or ended, and whether it was lost."""
-    if "first_loss" not in runs or "frames" not in runs:
-        return np.empty(0), np.empty(0, bool)
-    first, frames = (runs[name].to_numpy(np.float64) for name in ("first_loss", "frames"))
-    finite = np.isfinite(first) & np.isfinite(frames)
-    return np.minimum(first, frames)[finite], (first < frames)[finite]
+def _survival(runs: pd.DataFrame) -> float:
+    """Return the share of one-pass runs that never lost the target; NaN if it is unknown."""
+    scored = runs[runs["protocol"] == STORED_ONE_PASS]
+    ended = scored.reindex(columns=["first_loss", "frames"]).dropna()
+    return float((ended["first_loss"] >= ended["frames"]).mean())
 
 
 def _clock(runs: pd.DataFrame) -> str:

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
 from xml.etree import ElementTree
 
@@ -18,7 +18,7 @@ from trackmark.bench.statistics.accuracy_drop import (
     decide_by_seeds,
     decide_deterministic,
 )
-from trackmark.bench.statistics.rules import MARGIN, Decision
+from trackmark.bench.statistics.rules import MARGIN, Decision, p_value
 from trackmark.reports.printable import to_xml
 from trackmark.reports.tables import Cell, Table
 
@@ -39,6 +39,7 @@ class ScoreChange:
     same: Sequence[bool]  # number of pairs of runs with equal boxes
     failures: Mapping[int, str]  # reasons of failures by seed
     change: Decision = IDENTICAL
+    p: float = nan  # smallest level at which the corrected interval of the change excludes 0
 
     @property
     def differences(self) -> NDArray[np.float64]:
@@ -118,7 +119,8 @@ def check(
             change = decide_by_seeds(row.differences, len(changed), before.detect)
         else:
             change = decide_deterministic(float(row.differences[0]), margin)
-        sequences.append(replace(row, change=change))
+        p = p_value(row.differences, len(changed)) if change.interval else nan
+        sequences.append(replace(row, change=change, p=p))
     trackers = list(dict.fromkeys(row.tracker for row in changed))
     means = [
         _mean([row for row in rows if row.tracker == tracker], len(trackers), before.detect)
@@ -147,7 +149,8 @@ def _mean(rows: Sequence[ScoreChange], comparisons: int, detect: float) -> Score
     )
     change = decide_by_seeds(by_seed, comparisons, detect)
     words = f"mean of {_counted(len(rows))}"
-    return ScoreChange(rows[0].tracker, words, old, new, same, {}, change)
+    p = p_value(by_seed, comparisons) if change.interval else nan
+    return ScoreChange(rows[0].tracker, words, old, new, same, {}, change, p)
 
 
 def _counted(number: int, noun: str = "sequence") -> str:
@@ -322,7 +325,7 @@ def _data(row: ScoreChange) -> dict[str, Any]:
         "difference": change.mean,
         "low": low,
         "high": high,
-        "p": change.p if isfinite(change.p) else None,
+        "p": row.p if isfinite(row.p) else None,
         "runs_before": len(row.old),
         "runs": len(row.new),
         "same_boxes": sum(row.same),

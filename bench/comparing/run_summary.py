@@ -11,11 +11,11 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from trackmark.bench.comparing.answer import Answer, answer_of
 from trackmark.bench.comparing.comparison import Comparison, compare
-from trackmark.bench.comparing.tables import answer_of, milliseconds_text
+from trackmark.bench.comparing.tables import milliseconds_text
 from trackmark.bench.metrics.overlap import overlap as overlap_of
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.reporting.answer import Answer, Measured, RankedTracker, answer
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.tables import (
     PRESET,
@@ -27,7 +27,6 @@ from trackmark.bench.reporting.tables import (
     not_repeatable,
     summary_of,
 )
-from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
@@ -41,9 +40,6 @@ MAX_ROWS = 10
 
 _MAX_FAILURES = 3
 """Maximum number of trackers whose first failure is printed."""
-
-_MAX_COMPARED = 30
-"""Maximum number of trackers that are compared pairwise for the answer."""
 
 _BAR = 10
 """Length of a bar for a mean overlap of 1 [characters]."""
@@ -104,27 +100,21 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
 def answer_on(
     runs: pd.DataFrame, means: MeansByTracker, **details: Any
 ) -> tuple[Answer, Comparison | None]:
-    """Return which tracker has the best mean overlap, and the comparison of all with all runs.
+    """Return which tracker has the best mean overlap, and the comparison of trackers with all runs.
 
     `runs`: failed ones have the worst scores. `means`: rows of the table of means. `details`:
-    further arguments of `compare`. One tracker, or too many, are not compared.
+    further arguments of `compare`.
     """
-    overlaps = {name: entries["mean_overlap"] for name, entries in means.items()}
-    ranked = [name for name, entry in overlaps.items() if isfinite(entry["mean"])]
+    ranked = [name for name, entry in means.items() if isfinite(entry["mean_overlap"]["mean"])]
     scored = runs[runs["protocol"] == STORED_ONE_PASS]
     failed = scored.groupby("tracker", observed=True)["status"]
     left_out = [str(name) for name, states in failed if (states == "failed").all()]
-    if 2 <= len(ranked) <= _MAX_COMPARED:
+    if ranked:
         comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
         return answer_of(comparison), comparison
-    if not ranked and len(left_out) < len(means):
+    if len(left_out) < len(means):
         return Answer("There is no answer: no tracker has runs on all sequences."), None
-    entries = [
-        RankedTracker(name, overlaps[name]["mean"], _interval(overlaps[name])) for name in ranked
-    ]
-    units = units_of([str(name) for name in scored["sequence"].unique()])
-    measured = Measured(len(units), units.kind, units.plural)
-    return answer(entries, measured, left_out=left_out), None
+    return Answer("There is no answer: all runs failed."), None
 
 
 def means_by_tracker(table: Table) -> MeansByTracker:
@@ -234,10 +224,11 @@ def tracker_line(failure: str) -> str:
     This is the innermost line outside of the harness and of installed packages.
     """
     harness, library = Path(__file__).resolve().parents[1], Path(re.__file__).parents[1]
+    adapters = harness.with_name("trackers") / "base"
     for file, line, function in reversed(_CODE_LINE.findall(failure)):
         path = Path(file)
         outside = "site-packages" in path.parts or file.startswith("<")
-        if not outside and not {harness, library} & set(path.resolve().parents):
+        if not outside and not {harness, adapters, library} & set(path.resolve().parents):
             folder = Path.cwd()
             path = path.relative_to(folder) if path.is_relative_to(folder) else path
             return f"{path}, line {line}, in {function}"

@@ -1,8 +1,7 @@
 """Tables, JSON and a text paragraph of a comparison."""
 
-import json
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import isfinite, nan
@@ -10,25 +9,32 @@ from typing import Any
 
 import pandas as pd
 
-from trackmark.bench.comparing.comparison import Comparison, Pair, means_in_part, parts_of
-from trackmark.bench.reporting.answer import Answer, Measured, RankedTracker, answer
+from trackmark.bench.comparing.answer import answer_of
+from trackmark.bench.comparing.comparison import (
+    Comparison,
+    Pair,
+    Standing,
+    means_in_part,
+    parts_of,
+)
 from trackmark.bench.reporting.tables import clock_notes
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
     MIN_UNITS_FOR_SMALL,
     corrected_level,
     interval_or_none,
+    p_value,
 )
 from trackmark.reports.printable import width, wrap
 from trackmark.reports.renderers import terminal_lines
-from trackmark.reports.tables import MISSING, Cell, Table
+from trackmark.reports.tables import MISSING, Cell, Table, text_table
 
 LONGEST_PAIR = 40
 """Maximum length of a pair's names on one line of a screen."""
 
 SHOWN_PAIRS = 6
-"""Maximum number of pairs on a screen. If there are more, only those with the main tracker are
-shown.
+"""Maximum number of pairs on a screen and in the paragraph. If there are more, only those with the
+main tracker are shown.
 """
 
 MAX_LINES = 10
@@ -36,9 +42,6 @@ MAX_LINES = 10
 
 _SCREEN_LINES = 20
 """Number of lines up to which reasons of answers are printed."""
-
-SENTENCE_PAIRS = 3
-"""Maximum number of pairs with one sentence each. More pairs share one sentence per answer."""
 
 VERBS = {
     "better": "was better than",
@@ -85,29 +88,23 @@ def screen_lines(
 
 def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     """Return the standings for a terminal: means have one decimal less, the best is first."""
-    measure = comparison.measure
+    measure, few = comparison.measure, _too_few(comparison)
     short = replace(comparison, measure=replace(measure, decimals=max(0, measure.decimals - 1)))
-    sign = -1 if measure.direction == "higher" else 1
-    ranked = sorted(comparison.standings, key=lambda standing: sign * standing.mean)
+    ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
     standings = ranked if verbose else ranked[:MAX_LINES]
-    table = _standings(replace(short, standings=standings, failures={}))
-    for row, standing in zip(table.rows, standings, strict=True):
-        row[4] = Cell(milliseconds_text(standing.milliseconds))
-    star = "*: no other tracker is better"
-    notes = [_too_few(comparison) or star, *_clock_notes(comparison)]
+    rows = [
+        _standing_cells(short, standing, milliseconds_text(standing.milliseconds))
+        for standing in standings
+    ]
+    heads, ranks = ["tracker", measure.head, "95 %", "survival [%]", "time"], [0, 1, 3, 2]
+    if few:  # there are no intervals
+        del heads[2], ranks[1]
+        for row in rows:
+            del row[2]
+    notes = [few or "*: no other tracker is better", *_clock_notes(comparison)]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
-    heads = [*table.heads[:-1], "time"]
-    table = replace(table, heads=heads, notes=notes)
-    return _without_column(table, 2) if _too_few(comparison) else table
-
-
-def _without_column(table: Table, column: int) -> Table:
-    def without(cells: Sequence[Any]) -> list[Any]:
-        return [*cells[:column], *cells[column + 1 :]]
-
-    heads, ranks = without(table.heads), without([0, *table.ranks])[1:]
-    return replace(table, heads=heads, rows=list(map(without, table.rows)), ranks=ranks)
+    return Table("comparison", _caption(comparison), heads, 1, rows, notes, ranks=ranks)
 
 
 def milliseconds_text(milliseconds: float) -> str:
@@ -121,7 +118,7 @@ def milliseconds_text(milliseconds: float) -> str:
 
 def files(comparison: Comparison) -> list[Table]:
     """Return all tables for a folder, with scores by sequence and differences by subset."""
-    pairs = [_file_pairs(comparison)] if comparison.pairs else []
+    pairs = [pair_table(comparison)] if comparison.pairs else []
     parts = _subset_table(comparison)
     tables = [_standings(comparison), *pairs, _sequences(comparison)]
     return [*tables, parts] if parts.rows else tables
@@ -154,7 +151,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
         ],
         "left_out": {name: comparison.failures[name] for name in comparison.left_out},
         "pairs": [
-            _without_gaps(_pair_data(pair))
+            _without_gaps(_pair_data(comparison, pair))
             | {
                 "interval": pair.interval,
                 "differences": pair.differences.tolist(),
@@ -162,45 +159,9 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             }
             for pair in comparison.pairs
         ],
-        "parts": json.loads(_subset_table(comparison).data.to_json(orient="records")),
+        "parts": [*map(_without_gaps, _subset_table(comparison).data.to_dict("records"))],
         "paragraph": paragraph(comparison),
     }
-
-
-def answer_of(comparison: Comparison) -> Answer:
-    """Return the answer of a comparison in sentences."""
-    measure, units, main = comparison.measure, comparison.units, comparison.main
-    sign = 1.0 if measure.direction == "higher" else -1.0
-    means = [[run.mean() for run in runs] for runs in comparison.scores.values()]
-    by_unit = sign * units.means(means)
-    leads = by_unit == by_unit.max(axis=0)
-    wins = (leads & (leads.sum(axis=0) == 1)).sum(axis=1).tolist()
-    opposites = {"better": "worse", "worse": "better"}
-    answers = {}
-    for pair in comparison.main_pairs:
-        label, is_first = str(pair.answer.label), pair.first == main
-        turned = label if is_first else opposites.get(label, label)
-        answers[pair.second if is_first else pair.first] = turned, pair.answer.reason
-    trackers = [
-        RankedTracker(
-            standing.tracker,
-            standing.mean * measure.scale,
-            _scaled(standing.interval, measure.scale),
-            n_wins,
-            standing.milliseconds,
-            *answers.get(standing.tracker, ("", "")),
-            standing.clock,
-        )
-        for standing, n_wins in zip(comparison.standings, wins, strict=True)
-    ]
-    decimals = max(0, measure.decimals - 1)
-    words = len(units), units.kind, units.plural, measure.title, _unit(comparison), decimals
-    measured = Measured(*words, measure.direction == "higher", units.remedy)
-    return answer(trackers, measured, main, comparison.left_out)
-
-
-def _scaled(interval: Limits, scale: float) -> Limits:
-    return interval and (interval[0] * scale, interval[1] * scale)
 
 
 def shown_pairs(comparison: Comparison) -> list[Pair]:
@@ -209,20 +170,23 @@ def shown_pairs(comparison: Comparison) -> list[Pair]:
     return list(comparison.pairs) if few else comparison.main_pairs
 
 
+def _standing_cells(comparison: Comparison, standing: Standing, time: str) -> list[Cell]:
+    remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
+    return [
+        Cell(standing.tracker + remark),
+        Cell(_number(comparison, standing.mean), standing.contender),
+        Cell(_interval(comparison, standing.interval)),
+        Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
+        Cell(time),
+    ]
+
+
 def _standings(comparison: Comparison) -> Table:
     rows, data = [], []
     for standing in comparison.standings:
         time = f"{'' if standing.timed else '~'}{standing.milliseconds:.3g}"
-        remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
-        rows.append(
-            [
-                Cell(standing.tracker + remark),
-                Cell(_number(comparison, standing.mean), standing.contender),
-                Cell(_interval(comparison, standing.interval)),
-                Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
-                Cell(time if isfinite(standing.milliseconds) else MISSING),
-            ]
-        )
+        time = time if isfinite(standing.milliseconds) else MISSING
+        rows.append(_standing_cells(comparison, standing, time))
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
     few = _too_few(comparison)
@@ -275,9 +239,9 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
             rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
     others = len(comparison.pairs) - len(pairs)
     notes += [f"{others} more pairs: --verbose"] if others else []
-    table = _pair_table(comparison, pairs, "", rows)
+    table = _text_table_of_pairs(comparison, rows)
     table.heads[1] = table.heads[1].replace("difference", "diff.")
-    return replace(table, caption="", notes=notes)
+    return replace(table, notes=notes)
 
 
 def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:
@@ -292,7 +256,8 @@ def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:
     return numbers, [f"{n}: {label}" for n, label in zip(numbers, labels, strict=True)]
 
 
-def _file_pairs(comparison: Comparison) -> Table:
+def pair_table(comparison: Comparison) -> Table:
+    """Return the answers on all pairs with their reasons."""
     rows = [
         [
             pair.label,
@@ -301,22 +266,16 @@ def _file_pairs(comparison: Comparison) -> Table:
         ]
         for pair in comparison.pairs
     ]
-    caption = f": {_caption(comparison)}. Margin {_margin(comparison)}."
-    return _pair_table(comparison, comparison.pairs, caption, rows)
-
-
-def _pair_table(
-    comparison: Comparison, pairs: Sequence[Pair], caption: str, rows: Iterable[Sequence[str]]
-) -> Table:
-    return Table(
-        name="comparison-pairs",
-        caption=f"Differences, first minus second{caption}",
-        heads=["pair", _difference_head(comparison), "interval", "better on", "the first is"],
-        n_labels=1,
-        rows=_cells(rows),
-        ranks=[1, 1, 2, 0],
-        data=pd.DataFrame(_pair_data(pair) | _ends(pair.interval) for pair in pairs),
+    caption = (
+        f"Differences, first minus second: {_caption(comparison)}. Margin {_margin(comparison)}."
     )
+    data = [_pair_data(comparison, pair) | _ends(pair.interval) for pair in comparison.pairs]
+    return replace(_text_table_of_pairs(comparison, rows), caption=caption, data=pd.DataFrame(data))
+
+
+def _text_table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
+    heads = ["pair", _difference_head(comparison), "interval", "better on", "the first is"]
+    return replace(text_table("comparison-pairs", "", heads, rows), ranks=[1, 1, 2, 0])
 
 
 def _pair_texts(comparison: Comparison, pair: Pair) -> list[str]:
@@ -325,7 +284,7 @@ def _pair_texts(comparison: Comparison, pair: Pair) -> list[str]:
     return [_number(comparison, pair.difference, signed=True), interval, _wins(pair)]
 
 
-def _pair_data(pair: Pair) -> dict[str, Any]:
+def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
     return {
         "first": pair.first,
         "second": pair.second,
@@ -334,7 +293,7 @@ def _pair_data(pair: Pair) -> dict[str, Any]:
         "difference": pair.difference,
         "better_on": pair.wins,
         "units": len(pair.by_unit),
-        "p": pair.answer.p,
+        "p": p_value(pair.by_unit, len(comparison.pairs)) if pair.interval else nan,
         "needed": pair.answer.needed,
         "same_boxes": pair.same_boxes,
     }
@@ -351,14 +310,8 @@ def _differences(comparison: Comparison) -> Table:
         [unit, *(_number(comparison, value, signed=True) for value in values)]
         for unit, *values in zip([*comparison.units.labels, "mean"], *columns, strict=True)
     ]
-    return Table(
-        name="comparison-differences",
-        caption=f"Differences of {comparison.measure.head} by {kind}.",
-        heads=[kind, *labels],
-        n_labels=1,
-        rows=_cells(rows),
-        notes=notes,
-    )
+    caption = f"Differences of {comparison.measure.head} by {kind}."
+    return text_table("comparison-differences", caption, [kind, *labels], rows, notes=notes)
 
 
 def _sequences(comparison: Comparison) -> Table:
@@ -428,10 +381,10 @@ def paragraph(comparison: Comparison) -> str:
     if comparison.not_repeatable:
         names = ", ".join(comparison.not_repeatable)
         sentences.append(f"Not repeatable (other boxes with the same seed): {names}.")
-    if len(comparison.pairs) <= SENTENCE_PAIRS:
-        sentences += [_sentence(comparison, pair) for pair in comparison.pairs]
-    else:
-        sentences += _summary(comparison)
+    pairs = shown_pairs(comparison)
+    sentences += [_sentence(comparison, pair) for pair in pairs]
+    if others := len(comparison.pairs) - len(pairs):
+        sentences.append(f"The other {others} pairs are in the table of pairs.")
     return " ".join(sentences)
 
 
@@ -461,31 +414,6 @@ def _sentence(comparison: Comparison, pair: Pair) -> str:
     if pair.answer.reason and pair.interval is not None:
         text += f" was {_answer(pair)}"
     return f"{text} ({', '.join(details)})."
-
-
-def _summary(comparison: Comparison) -> list[str]:
-    """Return one sentence per answer for the main pairs, and one for the other pairs."""
-    opposites = {"better": "worse", "worse": "better"}
-    groups: dict[str, list[str]] = {}
-    for pair in comparison.main_pairs:
-        label, other, difference = str(pair.answer.label), pair.second, pair.difference
-        interval: Limits = pair.interval
-        if pair.first != comparison.main:
-            label, other = opposites.get(label, label), pair.first
-            difference, interval = -difference, interval and (-interval[1], -interval[0])
-        details = _with_interval(comparison, difference, interval)
-        if interval is not None and pair.answer.reason:
-            details += f", {pair.answer.reason}"
-        groups.setdefault(label, []).append(f"{other} ({details})")
-    sentences = [
-        f"{comparison.main} {verb} {'; '.join(groups[label])}"
-        f"{' was inconclusive' * (label == 'inconclusive')}."
-        for label, verb in VERBS.items()
-        if label in groups
-    ]
-    if others := len(comparison.pairs) - len(comparison.main_pairs):
-        sentences.append(f"The other {others} pairs are in the table of pairs.")
-    return sentences
 
 
 def _counts(comparison: Comparison) -> str:
@@ -526,11 +454,7 @@ def _same_boxes(comparison: Comparison, pair: Pair) -> str:
 
 def _margin(comparison: Comparison) -> str:
     """Return the margin with its unit: `±0.5 px`."""
-    return f"±{comparison.measure.margin * comparison.measure.scale:g}{_unit(comparison)}"
-
-
-def _unit(comparison: Comparison) -> str:
-    return f" {comparison.measure.unit}" if comparison.measure.unit else ""
+    return f"±{comparison.measure.margin * comparison.measure.scale:g}{comparison.unit_suffix}"
 
 
 def _number(comparison: Comparison, value: float, *, signed: bool = False) -> str:
@@ -548,7 +472,7 @@ def _interval(comparison: Comparison, interval: Limits, *, signed: bool = False)
 
 def _with_interval(comparison: Comparison, difference: float, interval: Limits) -> str:
     """Return a difference with its unit and its interval, if there is one."""
-    text = f"{_number(comparison, difference, signed=True)}{_unit(comparison)}"
+    text = f"{_number(comparison, difference, signed=True)}{comparison.unit_suffix}"
     return text if interval is None else f"{text} {_interval(comparison, interval, signed=True)}"
 
 
@@ -565,7 +489,7 @@ def _ends(interval: Limits) -> dict[str, float]:
     return {"low": low, "high": high}
 
 
-def _without_gaps(row: dict[str, Any]) -> dict[str, Any]:
+def _without_gaps(row: Mapping[Any, Any]) -> dict[str, Any]:
     """Replace NaN and infinity, which JSON does not have, by None."""
     return {
         key: None if isinstance(value, float) and not isfinite(value) else value

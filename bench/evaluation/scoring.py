@@ -58,7 +58,6 @@ def score_run(
     if run.states is not None and chosen.protocol != "supervised":
         raise ValueError(f"{preset} cannot score {run!r}: it has restarts. Use vot-supervised.")
     boxes = run.boxes_in(trace)
-    _check_segments(run, scored.boxes, init.boxes)
     if not run.segments:
         return chosen.score(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
     parts, stop = [], 0
@@ -81,35 +80,6 @@ def can_score(preset: str, protocol: str) -> bool:
     except ProtocolError:
         return False
     return metrics_preset(preset).protocol in rules.judged
-
-
-def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> None:
-    """Raise `ValueError` if a run does not have the segments of its protocol.
-
-    Frames of a run are used as indices of the ground truth, and a stored run can have any origin.
-    Segments that depend on values that are not stored, or that another toolkit chose, need only go
-    from a frame to an end of the sequence.
-    """
-    n = len(boxes)
-    for frames in run.segments:
-        first = int(frames[0]) if len(frames) and frames.dtype.kind == "i" else -1
-        ways = np.arange(first, n), np.arange(first, -1, -1)
-        if not (0 <= first < n and any(np.array_equal(frames, way) for way in ways)):
-            raise ValueError(
-                f"{run!r} has an invalid segment. Expected: from a frame to an end of the {n} "
-                "frames."
-            )
-    rules = stored_protocol(run.identity.protocol)
-    if run.segments and (rules.by_values or run.identity.imported):
-        return
-    present = np.isfinite(boxes).all(axis=1) & np.isfinite(init_boxes).all(axis=1)
-    segments = rules.segments(present, {}) if rules.segmented and present.any() else []
-    expected = [segment.frames(n) for segment in segments]
-    if len(expected) != len(run.segments) or not all(map(np.array_equal, run.segments, expected)):
-        raise ValueError(
-            f"{run!r} has {len(run.segments)} segments, which differ from the {len(expected)} "
-            f"segments of the protocol {title(run.identity.protocol)}."
-        )
 
 
 def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthArrays:

@@ -14,10 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from trackmark.bench.external import python, trax
-from trackmark.bench.external.plugin import Definition
+from trackmark.bench.external.plugin import ExternalPlugin
+from trackmark.bench.external.python import PythonDefinition
+from trackmark.bench.external.trax import TraxDefinition
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.catalogue import (
     Specification,
+    check_name,
     in_file,
     resolve_plugin,
     tracker_name,
@@ -27,11 +30,7 @@ from trackmark.trackers.base.parameters import unknown_name_error
 _TABLE = re.compile(r"(?P<file>.*?\.(?:toml|ini)):(?P<name>[^:=]+)(?P<rest>(:.*)?)", re.DOTALL)
 _LIMITS = ("start_timeout", "frame_timeout")
 _MODULE = re.compile(r"[a-zA-Z_][\w.]*")
-_VOT_KEYS = {"command": "trax", "timeout": "frame_timeout", "version": "version"}
-_IGNORED = {"label", "tags", "storage", "restart", "python", "paths", "linkpaths", "protocol"}
-_TRAX_KEYS = (*_LIMITS, "folder", "confidence", "stochastic", "version")
-_UNUSED = {"file": ("trax", "folder", "confidence", "stochastic"), "trax": ("file", "python")}
-"""Keys without effect, by the key that starts a table."""
+_TRAX_OPTIONS = (*_LIMITS, "folder", "confidence", "stochastic", "version")
 
 
 def split_table(text: str) -> tuple[str, str] | None:
@@ -54,6 +53,7 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
     Raises `TrackerError` for an invalid definition. Raises `ExternalTrackerError` if the process
     fails.
     """
+    plugin: type[ExternalPlugin]
     options = dict(options)
     requested_name, folder = options.pop("as", ""), Path()
     place = _TABLE.fullmatch(name)
@@ -69,18 +69,16 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
         table = {"trax": re.sub('^"([^"]*)"$', r"\1", options.pop("command"))}
     else:
         table = {"file": name}
-    keys = _TRAX_KEYS if "trax" in table else ("python", *_LIMITS)
+    if requested_name:
+        check_name(requested_name, name)
+    keys = _TRAX_OPTIONS if "trax" in table else ("python", *_LIMITS)
     table |= {key: options.pop(key) for key in keys if key in options}
-    definition = Definition.checked(name, table)
-    if not (definition.file or definition.trax):
-        raise TrackerError(f"{name}: give either the key 'file', a Python file, or 'trax'.")
-    kind = "trax" if definition.trax else "file"
-    for key in definition.model_fields_set.intersection(_UNUSED[kind]):
-        raise TrackerError(f"{name}: {key!r} is no key of a table with {kind!r}. Remove it.")
-    open_plugin = trax.open_plugin if definition.trax else python.open_plugin
-    plugin, file = open_plugin(definition, name, folder)
+    if "trax" in table:
+        plugin, file = trax.open_plugin(TraxDefinition.checked(name, table), name, folder)
+    else:
+        plugin, file = python.open_plugin(PythonDefinition.checked(name, table), name, folder)
     label = tracker_name(plugin, file, requested_name)
-    parameters = {**definition.parameters, **options}
+    parameters = {**plugin.definition.parameters, **options}
     return resolve_plugin(plugin, file, label, parameters, ("as", *keys))
 
 
@@ -97,13 +95,13 @@ def with_absolute_path(name: str, options: Mapping[str, str]) -> tuple[str, dict
 
 def _read_table(file: Path, name: str) -> dict[str, Any]:
     """Return a table of a TOML file, or a section of `trackers.ini` as such a table."""
-    is_vot, tables = file.suffix == ".ini", dict[str, Any]()
+    is_vot, parser, tables = file.suffix == ".ini", configparser.ConfigParser(), dict[str, Any]()
     try:
         text = file.read_text("utf-8-sig")
         if is_vot:
-            parser = configparser.ConfigParser()
             parser.read_string(text, str(file))
-            tables = {section: dict(parser[section]) for section in parser.sections()}
+            # A value with an invalid `%` is an error of its own section only.
+            tables = {key: dict(parser[key]) if key == name else {} for key in parser.sections()}
         else:
             tables = tomllib.loads(text)
     except OSError as error:
@@ -123,37 +121,33 @@ def _convert_vot_table(section: Mapping[str, str], owner: str, folder: Path) -> 
 
     Paths refer to `folder`; `owner` is the tracker in messages.
     """
-    environment: dict[str, str] = {}
-    parameters: dict[str, str] = {}
-    table: dict[str, Any] = {"environment": environment, "parameters": parameters}
-    for key, value in section.items():
-        if key in _VOT_KEYS:
-            table[_VOT_KEYS[key]] = value
-        elif key.startswith("env_"):
-            environment[key.removeprefix("env_").upper()] = os.path.expandvars(value)
-        elif key.startswith("arg_"):
-            parameters[key.removeprefix("arg_")] = value
-        elif not (
-            key in _IGNORED or key.startswith("meta_") or (key, value) == ("socket", "false")
-        ):
-            raise TrackerError(f"{owner}: {key} = {value} is not supported. Remove the key.")
     protocol, command = section.get("protocol", ""), section.get("command", "")
     if protocol not in ("trax", "traxpython") or not command:
         raise TrackerError(
             f"{owner}: protocol = {protocol}, command = {command}. Expected: protocol trax or "
             "traxpython, and a command. With trax, give the whole command, for example of MATLAB."
         )
+    variables = _with_prefix(section, "env_").items()
+    environment = {name.upper(): os.path.expandvars(value) for name, value in variables}
     if protocol == "traxpython":
         # As vot-toolkit: the name of a module, or statements.
         kind = "-m" if _MODULE.fullmatch(command) else "-c"
-        table["trax"] = shlex.join([section.get("python", sys.executable), kind, command])
+        command = shlex.join([section.get("python", sys.executable), kind, command])
         environment["PYTHONPATH"] = _paths(section.get("paths", ""), folder)
         environment["PYTHONUNBUFFERED"] = "1"
     if "linkpaths" in section:
         earlier = environment.get("LD_LIBRARY_PATH")
         linked = _paths(section["linkpaths"], folder)
         environment["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [earlier, linked]))
-    return table
+    table = {"trax": command, "environment": environment, "version": section.get("version", "")}
+    if "timeout" in section:
+        table["frame_timeout"] = section["timeout"]
+    return {**table, "parameters": _with_prefix(section, "arg_")}
+
+
+def _with_prefix(section: Mapping[str, str], prefix: str) -> dict[str, str]:
+    """Return the values of keys that start with a prefix, by the rest of the keys."""
+    return {key.removeprefix(prefix): section[key] for key in section if key.startswith(prefix)}
 
 
 def _paths(text: str, folder: Path) -> str:

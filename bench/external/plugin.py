@@ -22,14 +22,8 @@ TRANSFER_CLOCK = "wall time with transfer"
 
 
 class Definition(Parameters):
-    """Tracker in a process of its own, as a table of a file; docs/external.md has the keys."""
+    """Keys of each tracker in a process of its own; docs/external.md describes them."""
 
-    file: str = ""
-    python: str = ""
-    trax: str = ""
-    folder: str = ""
-    confidence: bool = True
-    stochastic: bool = False
     parameters: Mapping[str, bool | int | float | str] = {}
     environment: Mapping[str, str] = {}
     start_timeout: float = Field(300.0, gt=0)
@@ -72,7 +66,7 @@ _idle: defaultdict[tuple[object, ...], list[Any]] = defaultdict(list)
 """Processes without a tracker."""
 
 
-def take_process(start: Callable[[Definition], _Process], *key: Any) -> _Process:
+def take_process(start: Callable[[Any], _Process], *key: Any) -> _Process:
     """Return an idle process of a tracker, or start one; `key` is its definition and digest."""
     processes = _idle[os.getpid(), *map(repr, key)]
     return processes.pop() if processes else start(key[0])

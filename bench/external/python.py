@@ -2,12 +2,12 @@
 
 import json
 import math
+import shlex
 import signal
 import sys
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -24,6 +24,15 @@ from trackmark.trackers.base.catalogue import in_file
 from trackmark.trackers.base.plain import create_plugin, seed_number
 
 WORKER = Path(__file__).with_name("worker.py")
+MARK = b"@@TRACKMARK:"
+"""Start of each answer of `worker.py`."""
+
+
+class PythonDefinition(Definition):
+    """Table with the key `file`."""
+
+    file: str = ""
+    python: str = ""
 
 
 class WorkerProcess(LineProcess):
@@ -31,16 +40,17 @@ class WorkerProcess(LineProcess):
 
     stack_signal = signal.SIGUSR1
 
-    def __init__(self, definition: Definition) -> None:
+    def __init__(self, definition: PythonDefinition) -> None:
         # The file has no name, so that nothing is left if this process is killed.
         self.frames = tempfile.TemporaryFile(dir=FRAME_FOLDER, buffering=0)  # noqa: SIM115  # closed with the process
         # With faulthandler, a crash prints the stack of Python.
         options = [definition.python, "-X", "faulthandler", "-u"]
         file, name = in_file(definition.file) or (Path(), "")
         self.source = str(file)
-        arguments = [WORKER, self.frames.fileno(), file, *filter(None, [name])]
+        tracker = [str(file), *filter(None, [name])]
         super().__init__(
-            [*options, *map(str, arguments)],
+            [*options, str(WORKER), str(self.frames.fileno()), *tracker],
+            name=shlex.join([definition.python, *tracker]),
             environment=definition.environment,
             files=[self.frames],
         )
@@ -49,9 +59,10 @@ class WorkerProcess(LineProcess):
     def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
         """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
         self.is_usable = False
-        request = json.dumps([operation, arguments], default=int)
-        self.send(request.encode() + b"\n", seconds)
-        answer: dict[str, Any] = json.loads(self.read_line(seconds))
+        self.send(json.dumps([operation, arguments]).encode() + b"\n", seconds)
+        # A command that starts the interpreter can print lines of its own.
+        line = self.read_line(seconds, MARK)
+        answer: dict[str, Any] = json.loads(line.partition(MARK)[2])
         if "error" in answer:
             raise self.fail(f"raised {answer['error']}")
         if "unusable" in answer:
@@ -64,6 +75,8 @@ class WorkerProcess(LineProcess):
 class PythonPlugin(ExternalPlugin):
     """Plugin of a class in another interpreter; see `open_plugin`."""
 
+    definition: ClassVar[PythonDefinition]
+
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self.process: WorkerProcess = take_process(WorkerProcess, self.definition, self.digest)
@@ -72,8 +85,6 @@ class PythonPlugin(ExternalPlugin):
             "create",
             parameters=parameters.model_dump(),
             seed=seed_number(seed),
-            entropy=seed.entropy,
-            spawn_key=seed.spawn_key,
         )
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
@@ -89,8 +100,6 @@ class PythonPlugin(ExternalPlugin):
             self.process.frames.seek(0)
             data = self.process.frames.read(math.prod(shape) * np.dtype(dtype).itemsize)
             fields["mask"] = np.frombuffer(data, dtype).reshape(shape)
-        if fields.get("revised"):
-            fields["revised"] = _boxes(fields["revised"])
         return Estimate(**fields)
 
     def close(self) -> None:
@@ -100,12 +109,6 @@ class PythonPlugin(ExternalPlugin):
             keep_process(process, self.definition, self.digest)
         elif process:
             process.close()
-
-    def _watch(self, image: Image) -> None:
-        self._call(self.definition.frame_timeout, "watch", image)
-
-    def _finish(self) -> Mapping[int, Box]:
-        return _boxes(self._call(self.definition.start_timeout, "finish")["revised"])
 
     def _call(
         self, seconds: float, method: str, *pixels: Image | Mask, **arguments: Any
@@ -122,12 +125,8 @@ class PythonPlugin(ExternalPlugin):
         return answer
 
 
-def _boxes(revised: Mapping[str, Any]) -> dict[int, Box]:
-    return {int(frame): np.array(box) for frame, box in revised.items()}
-
-
 def open_plugin(
-    definition: Definition, owner: str, folder: Path
+    definition: PythonDefinition, owner: str, folder: Path
 ) -> tuple[type[PythonPlugin], Path]:
     """Return a plugin that runs a class in another interpreter, and the file of the class.
 
@@ -135,7 +134,10 @@ def open_plugin(
     """
     place = in_file(definition.file)
     if place is None:
-        raise TrackerError(f"{owner}: {definition.file!r} is not a Python file (.py).")
+        raise TrackerError(
+            f"{owner}: file is {definition.file!r}. Expected: a Python file (.py), or instead of "
+            "file the key trax with a command."
+        )
     file = (folder / place[0]).resolve()
     if not file.is_file():
         raise TrackerError(f"{file}: this tracker file does not exist.")
@@ -145,7 +147,6 @@ def open_plugin(
     process = take_process(WorkerProcess, definition, digest)
     keep_process(process, definition, digest)
     description = process.description
-    keys = ("paper", "presets", "default_preset")
     plugin = create_plugin(
         PythonPlugin,
         owner,
@@ -156,8 +157,6 @@ def open_plugin(
             "source": definition.version or f"{digest}-{description['class']}",
             "libraries": description["libraries"],
         },
-        **{key: description[key] for key in keys if key in description},
-        **{name: getattr(PythonPlugin, f"_{name}") for name in description["methods"]},
     )
     return plugin, file
 

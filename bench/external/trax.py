@@ -15,7 +15,7 @@ from collections.abc import Collection
 from contextlib import suppress
 from math import isnan
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import cv2
 import numpy as np
@@ -32,6 +32,7 @@ from trackmark.bench.external.process import (
     FRAME_PREFIX,
     ExternalTrackerError,
     LineProcess,
+    delete_frame_files,
 )
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.plain import create_plugin
@@ -149,6 +150,15 @@ def format_region(formats: Collection[str], box: Box, mask: Mask | None = None) 
     return ",".join(map(repr, numbers))
 
 
+class TraxDefinition(Definition):
+    """Table with the key `trax`."""
+
+    trax: str
+    folder: str = ""
+    confidence: bool = True
+    stochastic: bool = False
+
+
 class TraxProcess(LineProcess):
     """Process of a tracker that speaks TraX.
 
@@ -158,8 +168,9 @@ class TraxProcess(LineProcess):
     limit, or sends an invalid message.
     """
 
-    def __init__(self, definition: Definition) -> None:
-        prefix = FRAME_PREFIX.format(pid=os.getpid())
+    def __init__(self, definition: TraxDefinition) -> None:
+        delete_frame_files()
+        prefix = f"{FRAME_PREFIX}{os.getpid()}-"
         file = tempfile.NamedTemporaryFile(prefix=prefix, suffix=".bmp", dir=FRAME_FOLDER)  # noqa: SIM115  # closed with the process
         self.file = file.name
         super().__init__(
@@ -226,6 +237,8 @@ class TraxPlugin(ExternalPlugin):
     The parameters are properties of the message `initialize`; most trackers ignore them.
     """
 
+    definition: ClassVar[TraxDefinition]
+
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self.process: TraxProcess = take_process(TraxProcess, self.definition, self.digest)
@@ -279,7 +292,9 @@ class TraxPlugin(ExternalPlugin):
         return box, mask, message.properties.get("confidence", "nan")
 
 
-def open_plugin(definition: Definition, owner: str, folder: Path) -> tuple[type[TraxPlugin], Path]:
+def open_plugin(
+    definition: TraxDefinition, owner: str, folder: Path
+) -> tuple[type[TraxPlugin], Path]:
     """Return a plugin that runs a command, and the first file that the command names.
 
     Relative paths of the definition refer to `folder`; `owner` is the tracker in messages. The
@@ -315,7 +330,7 @@ def open_plugin(definition: Definition, owner: str, folder: Path) -> tuple[type[
     return plugin, files[0] if files else folder
 
 
-def _command_files(command: list[str], definition: Definition) -> list[Path]:
+def _command_files(command: list[str], definition: TraxDefinition) -> list[Path]:
     """Return the files that a command names by path, or else its program's file in PATH."""
     folder = Path(definition.folder)
     files = [folder / Path(text).expanduser() for text in command]

@@ -1,18 +1,16 @@
 """Run one tracker class of a file in this interpreter, for a harness in another interpreter.
 
 Usage: python worker.py FRAMES FILE [CLASS]. Needs Python 3.6 or newer and NumPy, but not trackmark.
-Each request on stdin, `[operation, arguments]`, and each answer on stdout is one line of JSON;
-output of the tracker goes to stderr. After an exception, the answer is `error`, the traceback is on
-stderr, and the process ends.
+Each request on stdin, `[operation, arguments]`, is one line of JSON; so is each answer on stdout,
+after `MARK`. Output of the tracker goes to stderr. After an exception, the answer is `error`, the
+traceback is on stderr, and the process ends.
 
 | operation and arguments | answer |
 |---|---|
-| describe | class, doc, parameters, randomness, libraries, methods, ... |
-| create: parameters, seed, entropy, spawn_key | |
-| watch: pixels | wall, cpu |
+| describe | class, name, doc, parameters, randomness, libraries |
+| create: parameters, seed | |
 | init: pixels, box | wall, cpu |
 | update: pixels | wall, cpu, estimate |
-| finish: pixels (none) | wall, cpu, revised |
 
 FRAMES is the descriptor of a file with the image of each request (BGR), and after it the mask of
 `init`. `pixels` is a list of their shapes and types. The mask of an estimate is written to the same
@@ -40,6 +38,9 @@ except ImportError as error:
     sys.exit("%s cannot import NumPy (%s). Install NumPy there." % (sys.executable, error))
 
 
+MARK = "@@TRACKMARK:"
+
+
 def import_file(path: str, name: str) -> Any:
     """Return the module of a file."""
     spec = importlib.util.spec_from_file_location(name, path)  # type: Any
@@ -62,16 +63,6 @@ def load(path: str) -> Any:
     return import_file(path, "trackmark_plugin_" + stem)
 
 
-def describe(kind: Any) -> Any:
-    """Return the description of a tracker class."""
-    description = plain_class.describe(kind)
-    keys = ("paper", "presets", "default_preset")
-    description.update({key: getattr(kind, key) for key in keys if hasattr(kind, key)})
-    description["libraries"] = libraries()
-    description["methods"] = [m for m in ("watch", "finish") if callable(getattr(kind, m, None))]
-    return description
-
-
 def libraries() -> Any:
     """Return the versions of Python and of imported modules that do not belong to Python."""
     versions = {"python": "%d.%d.%d" % sys.version_info[:3]}
@@ -88,42 +79,24 @@ def libraries() -> Any:
     return versions
 
 
-def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
-    """Return a new tracker; the global random generators are seeded."""
-    # Code of users often draws from the global generators, which then repeat with the run.
-    random.seed(seed)
-    np.random.seed(seed)
-
-    def sequence() -> Any:
-        return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
-
-    return plain_class.create(kind, parameters, seed, sequence)
-
-
 def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None) -> Any:
-    """Return the answer of a method of the tracker."""
-    method = getattr(tracker, operation)
+    """Return the answer of `init` or `update`."""
     frames.seek(0)
-    arguments = [read_array(frames, *array) for array in pixels]
+    image, *masks = [read_array(frames, *array) for array in pixels]
+    method, arguments = getattr(tracker, operation), [image]
     if operation == "init":
         method = plain_class.adapt_init(method)
-        mask = arguments.pop() if len(arguments) == 2 else None
-        arguments += [np.array(box, np.float64), mask]
+        arguments += [np.array(box, np.float64), masks[0] if masks else None]
     wall, cpu = time.perf_counter(), time.process_time()
     result = method(*arguments)
     answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
-    if operation == "finish":
-        answer["revised"] = revised_boxes(result)
-    elif operation == "update":
+    if operation == "update":
         answer["estimate"] = fields = plain_class.estimate_fields(result)
-        fields.pop("arrays", None)
         if fields.get("mask") is not None:
             mask = np.asarray(fields["mask"])
             frames.seek(0)
             frames.write(mask.tobytes())
             fields["mask"] = [mask.shape, mask.dtype.str]
-        if fields.get("revised"):
-            fields["revised"] = revised_boxes(fields["revised"])
     return answer
 
 
@@ -133,11 +106,6 @@ def read_array(file: Any, shape: Any, dtype: Any) -> Any:
     if file.readinto(array) != array.nbytes:
         raise OSError("the file of frames is too short")
     return array
-
-
-def revised_boxes(revised: Any) -> Any:
-    """Return corrected boxes by frame."""
-    return {int(frame): np.asarray(box) for frame, box in revised.items()}
 
 
 def to_json(value: Any) -> Any:
@@ -153,13 +121,16 @@ def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Ite
         if operation == "describe":
             try:
                 kind = plain_class.tracker_class(module, name)
-                yield describe(kind)
+                yield dict(plain_class.describe(kind), libraries=libraries())
             except ValueError as error:
                 owner = filter(None, [module.__file__, getattr(kind, "__name__", name)])
                 yield {"unusable": "%s: %s" % (":".join(owner), error)}
         elif operation == "create":
             tracker = None  # releases the memory of the last one first
-            tracker = create(kind, **arguments)
+            # Code of users often draws from the global generators, which then repeat with the run.
+            random.seed(arguments["seed"])
+            np.random.seed(arguments["seed"])
+            tracker = plain_class.create(kind, **arguments)
             yield {}
         else:
             yield call(tracker, operation, frames, **arguments)
@@ -183,7 +154,7 @@ def main() -> None:
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
 
     def write(answer: Any) -> None:
-        answers.write(json.dumps(answer, default=to_json) + "\n")
+        answers.write(MARK + json.dumps(answer, default=to_json) + "\n")
         answers.flush()
 
     try:

@@ -1,12 +1,11 @@
 """Overlap of a ground-truth region (box, polygon or mask) with a box, clipped to the image.
 
-`raster_overlap` is the definition of the VOT toolkit: coordinates are rounded to whole pixels and
-pixels are counted. A box of width w covers w columns, a polygon also the pixels of its vertices.
- `exact_overlap` uses areas. docs/metrics.md lists the differences.
+The definition is that of the VOT toolkit: coordinates are rounded to whole pixels and pixels are
+counted. A box of width w covers w columns, a polygon also the pixels of its vertices.
+docs/metrics.md lists the differences.
 """
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -37,41 +36,12 @@ def raster_overlap(
     e = _corners(_round_like_vot(np.where(is_well_formed(estimate)[:, None], estimate, 0.0)), size)
     t = _corners(_round_like_vot(np.nan_to_num(truth)), size)
     overlaps = overlap(_boxes(t), _boxes(e))
-    for i, shape in _iterate_shapes(shapes, truth):
-        pixels = _round_like_vot(shape) if shape.dtype != bool else shape
-        overlaps[i] = _pixel_overlap(pixels, e[i].astype(int), size)
+    for i, region in enumerate(() if shapes is None else shapes):
+        if region is not None and np.isfinite(truth[i]).all():
+            shape = np.asarray(region)
+            pixels = _round_like_vot(shape) if shape.dtype != bool else shape
+            overlaps[i] = _pixel_overlap(pixels, e[i].astype(int), size)
     return overlaps
-
-
-def exact_overlap(
-    truth: NDArray[np.float64],
-    estimate: NDArray[np.float64],
-    size: tuple[int, int] | None = None,
-    shapes: Shapes = None,
-) -> NDArray[np.float64]:
-    """Return the intersection over union of areas; arguments and result as for `raster_overlap`.
-
-    The even-odd rule applies to a self-intersecting polygon. Pixels of a mask are unit squares.
-    """
-    e = _corners(np.where(is_well_formed(estimate)[:, None], estimate, 0.0), size)
-    t = _corners(np.nan_to_num(truth), size)
-    overlaps = overlap(_boxes(t), _boxes(e))
-    for i, shape in _iterate_shapes(shapes, truth):
-        everywhere = (0, 0, *size) if size else (-np.inf, -np.inf, np.inf, np.inf)
-        area = _mask_area if shape.dtype == bool else _polygon_area
-        both = area(shape, e[i])
-        either = area(shape, np.array(everywhere)) + np.prod(e[i, 2:] - e[i, :2]) - both
-        overlaps[i] = both / either if either > 0 else 0.0
-    return overlaps
-
-
-def _iterate_shapes(
-    shapes: Shapes, truth: NDArray[np.float64]
-) -> Iterator[tuple[int, NDArray[Any]]]:
-    """Yield index and shape of each frame whose target is present and has a shape."""
-    for i, shape in enumerate(() if shapes is None else shapes):
-        if shape is not None and np.isfinite(truth[i]).all():
-            yield i, np.asarray(shape)
 
 
 def _round_like_vot(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -147,42 +117,3 @@ def _polygon_pixels(
             if last >= 0:
                 mask[row, max(first, 0) : last + 1] = True
     return mask, int(x), int(y)
-
-
-def _mask_area(mask: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
-    """Return the area of the pixels of a mask inside a box."""
-    low, high = np.clip(corners.reshape(2, 2), 0, mask.shape[::-1])
-    columns, rows = (
-        np.clip(np.arange(n) + 1 - a, 0, 1) - np.clip(np.arange(n) + 1 - b, 0, 1)
-        for n, a, b in zip(mask.shape[::-1], low, high, strict=True)
-    )
-    return float(rows @ mask @ columns)
-
-
-def _polygon_area(points: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
-    """Return the area of a polygon inside a box, by the even-odd rule.
-
-    The polygon is cut into strips at all heights at which edges end, cross each other or cross the
-    sides of the box. A strip consists of trapezoids: its area is its height times its width in the
-    middle.
-    """
-    (sx, sy), (ex, ey) = np.asarray(points, np.float64).T, np.roll(points, -1, axis=0).T
-    dx, dy = ex - sx, ey - sy
-    left, top, right, bottom = corners
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # Edge i intersects the line of edge j at start_i + u * step_i.
-        offset = np.subtract.outer(sx, sx), np.subtract.outer(sy, sy)
-        u = (offset[1] * dx - offset[0] * dy) / (np.outer(dx, dy) - np.outer(dy, dx))
-        sides = [sy + (side - sx) / dx * dy for side in (left, right)]
-        intersections = (sy[:, None] + u * dy[:, None]).ravel()
-    heights = np.concatenate([sy, intersections, *sides, [top, bottom]])
-    heights = np.unique(heights[np.isfinite(heights)])
-    heights = heights[(heights >= max(top, sy.min())) & (heights <= min(bottom, sy.max()))]
-    area = 0.0
-    for low, high in pairwise(heights):
-        middle = (low + high) / 2
-        crossed = (sy <= middle) != (ey <= middle)
-        xs = np.sort(sx[crossed] + (middle - sy[crossed]) / dy[crossed] * dx[crossed])
-        xs = np.clip(xs, left, right)
-        area += (high - low) * float((xs[1::2] - xs[::2]).sum())
-    return area

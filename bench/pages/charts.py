@@ -9,9 +9,9 @@ import pandas as pd
 
 from trackmark.bench.comparing.run_summary import means_by_tracker
 from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRun, PageRuns
-from trackmark.bench.reporting.shared_charts import speed_chart, survival_chart, survival_line
 from trackmark.bench.reporting.tables import SUMMARY, clock_notes
 from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.bench.statistics.survival import kaplan_meier
 from trackmark.bench.statistics.units import units_of
 from trackmark.reports.page.content import Chart, Line, PlayerPosition
 from trackmark.reports.page.svg import CROWDED, TOP, at_reference
@@ -153,12 +153,18 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
             for end, failed, sequence, repetition in cells
             if failed and str(sequence) in numbers
         }
-        lines.append(survival_line(name, position, ends, lost, lost_at))
+        survival = kaplan_meier(ends, lost)
+        shares, low, high = (np.concatenate([[1.0], part]) for part in survival[1:])
+        points = [None, *map(lost_at.get, survival.times.tolist())]
+        x = np.append(0.0, survival.times)
+        lines.append(Line(name, position, x, shares, low, high, points))
     words = (
         "Share of runs that have not lost the target by frame, with 95 % bands (Kaplan-Meier, "
         f"n = {len(finished)} runs); higher is better."
     )
-    return [survival_chart(lines, words)] if lines else []
+    quantity = "share of runs not lost"
+    chart = Chart("", "frame", quantity, lines, words, "step", top=1.0, figure="survival")
+    return [chart] if lines else []
 
 
 def speed_charts(summary: Table, runs: PageRuns, clock_of: Mapping[str, str]) -> list[Chart]:
@@ -183,5 +189,17 @@ def speed_charts(summary: Table, runs: PageRuns, clock_of: Mapping[str, str]) ->
     bars = "; ".join([bars, *clock_notes(clock_of)])
     words = f"{quantity.title.capitalize()} against time per frame; {bars}. "
     words += "Up and to the left is better."
-    chart = speed_chart(dots, head, quantity.head, words)
-    return [replace(chart, top=1.0, reference=_VIDEO_TIME, reference_label="25 fps")]
+    chart = Chart(
+        "",
+        head,
+        quantity.head,
+        dots,
+        words,
+        "dots",
+        logarithmic=True,
+        top=1.0,
+        figure="speed-accuracy",
+        reference=_VIDEO_TIME,
+        reference_label="25 fps",
+    )
+    return [chart]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from trackmark.bench.comparing.answer import Answer
 from trackmark.bench.comparing.comparable_runs import ComparisonError, same_boxes
 from trackmark.bench.comparing.comparison import Comparison
 from trackmark.bench.comparing.run_summary import answer_on, means_by_tracker
@@ -33,7 +34,6 @@ from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.parts_table import parts_table
 from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.reporting.answer import Answer
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.stored_runs import judged_runs
@@ -58,6 +58,9 @@ if TYPE_CHECKING:
 
 _MAX_FAILURES = 200
 """Maximum number of rows of failed runs."""
+
+_MAX_PAIRED = 30
+"""Maximum number of trackers in the table of all pairs."""
 
 _MIN_RUNS_OF_SURVIVAL = 20
 """Minimum number of runs per tracker for the survival plot on the page."""
@@ -185,9 +188,10 @@ class _Content:
         if summary is not None and self.means.notna().any(axis=None):
             heat, title = heat_table(self.means, summary, runs, filmed), "Sequences by trackers"
             yield PageSection("heat", title, blocks=[heat], span=half, nav="Sequences")
-        if self.comparison is not None and self.comparison.pairs:
+        compared = self.comparison
+        if compared is not None and compared.pairs and len(compared.scores) <= _MAX_PAIRED:
             limit = next((text for text in self.answer.details if "too few" in text), "")
-            pairs, title = pair_matrix(self.comparison, runs, limit), "Who beats whom"
+            pairs, title = pair_matrix(compared, runs, limit), "Who beats whom"
             yield PageSection("answers", title, blocks=[pairs], span=half, nav="Comparison")
         if self.speed:
             yield PageSection("speed", "Speed and accuracy", blocks=self.speed, span=6, nav="Speed")

@@ -1,6 +1,6 @@
 """Film strips of stored results, and the boxes of all trackers on a sequence."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,24 +30,21 @@ def write_strips(
     experiment: Path,
     folder: Path,
     on_message: Callable[[str], None],
-    trackers: Collection[str],
-    chosen: Mapping[str, Collection[str]] | None = None,
+    trackers: Sequence[str],
 ) -> list[Path]:
-    """Draw film strips of sequences with the boxes of trackers; return the files.
+    """Draw a film strip of each sequence with the boxes of trackers; return the files.
 
-    `trackers`: trackers in the order of their colours. `chosen`: trackers by sequence; all by
-    default. `on_message`: called with a message on each sequence that cannot be drawn.
+    `trackers`: trackers in the order of their colours. `on_message`: called with a message on each
+    sequence that cannot be drawn.
     """
     rows = {str(row["sequence"]): row for row in list_scored_runs(Results(experiment))}
-    selected = [{}] if chosen is None else [{"sequence": name} for name in chosen]
     stored = [
         (row, replace(run, arrays={}), truth)  # masks of all runs may not fit into memory
-        for only in selected
-        for row, run, truth in one_pass_runs(experiment, **only)
+        for row, run, truth in one_pass_runs(experiment)
     ]
     shades = colours(list(dict.fromkeys([*trackers, *(row["tracker"] for row, *_ in stored)])))
     files, paths = file_names(rows), list[Path]()
-    for name in sorted(rows) if chosen is None else chosen:
+    for name in sorted(rows):
         sequence = open_sequence(rows[name])
         if isinstance(sequence, str):
             source = rows[name]["source"]
@@ -56,9 +53,8 @@ def write_strips(
         runs = [entry for entry in stored if entry[0]["sequence"] == name]
         boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}
         for tracker, run in _select_repetition(runs, 0).items():
-            if chosen is None or tracker in chosen[name]:
-                label = _label(tracker, run, "online")
-                boxes[label], named[label] = run.boxes, shades[tracker]
+            label = _label(tracker, run, "online")
+            boxes[label], named[label] = run.boxes, shades[tracker]
         numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, N_STRIP_FRAMES)
         strip = film_strip(sequence.__getitem__, numbers, boxes, name, shades=named)
         paths.append(write_film_strip(folder / f"strip-{files[name]}.png", strip))

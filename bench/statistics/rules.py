@@ -5,7 +5,7 @@ interval never contradict each other. A slow test simulates the rules and checks
 docs/ states.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from math import floor, inf, isnan, log10, nan
 from typing import Literal
@@ -65,7 +65,6 @@ class Decision:
     mean: float  # mean difference; NaN without units
     interval: Interval | None = None  # at level 1 - 0.05 / comparisons; None below `MIN_UNITS`
     reason: str = ""  # reason of an inconclusive decision
-    p: float = nan  # smallest level at which the corrected interval excludes 0
     needed: float = nan  # rough number of units for a decision; NaN if more do not help
 
 
@@ -86,15 +85,6 @@ def decide(
 
     Raises `ValueError` if a value is not finite or the margin is negative.
     """
-    decision = _decide_without_p(differences, margin, comparisons, limit, unit)
-    if decision.interval is None:
-        return decision
-    return replace(decision, p=p_value(differences, comparisons))
-
-
-def _decide_without_p(
-    differences: ArrayLike, margin: float, comparisons: int, limit: float, unit: str
-) -> Decision:
     values = np.asarray(differences, np.float64)
     n = len(values)
     if not (np.isfinite(values).all() and margin >= 0):
@@ -119,7 +109,7 @@ def _decide_without_p(
         reason = f"the same difference on all {n} {unit}, too few for {comparisons} comparisons"
     else:
         label = "better" if mean > 0 else "worse"
-    return Decision(label, mean, interval, reason, needed=needed)
+    return Decision(label, mean, interval, reason, needed)
 
 
 def interval_or_none(
@@ -211,7 +201,7 @@ def star_marks(
     comparisons = trackers * (trackers - 1) // 2
     for first, second in combinations(range(trackers), 2):
         difference = scores[first] - scores[second]
-        decision = _decide_without_p(difference, margin, comparisons, limit, "units")
+        decision = decide(difference, margin, comparisons, limit=limit)
         if decision.label in ("better", "worse"):
             marks[second if decision.label == "better" else first] = False
     return marks

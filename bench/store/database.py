@@ -55,11 +55,6 @@ _TABLES = {
         "run INTEGER PRIMARY KEY REFERENCES run, scorer TEXT NOT NULL, scores TEXT NOT NULL",
         "",
     ),
-    "log": (
-        "id INTEGER PRIMARY KEY, log TEXT NOT NULL, date TEXT NOT NULL, event TEXT NOT NULL, "
-        "content TEXT NOT NULL",
-        "",
-    ),
 }
 
 
@@ -318,7 +313,7 @@ def _validated_database(path: Path, connection: sqlite3.Connection) -> Database 
         )
     database = Database(path, connection)
     stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
-    if {row[0] for row in stored} != set(_STATEMENTS):
+    if not {row[0] for row in stored} >= set(_STATEMENTS):  # earlier versions had further tables
         raise database.damaged("its tables do not have the expected columns")
     return database
 
@@ -340,11 +335,6 @@ def _to_results_error(path: Path, error: Exception) -> ResultsError:
         return ResultsError(
             f"{path}: another process has locked this file for {_BUSY_SECONDS:.0f} s. End that "
             "process, and run the same command again."
-        )
-    if name == "SQLITE_READONLY_ROLLBACK":
-        return ResultsError(
-            f"{path} has an unfinished transaction, and its folder is read-only. Copy {path.name} "
-            f"and {path.name}-journal to a writable folder, and read them there."
         )
     if name.startswith(("SQLITE_FULL", "SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_IOERR")):
         return ResultsError(

@@ -1,7 +1,7 @@
 """Keys of runs, and folders of experiments.
 
 ```
-<experiment>/runs.db      requested and stored runs, ground truths, scores and log; see `database`
+<experiment>/runs.db      requested and stored runs, ground truths and scores; see `database`
 ```
 
 Reports and other files of commands lie in the same folder. The store reads none of them.

@@ -5,7 +5,7 @@
              <tracker>/<sequence>/<repetition>.parquet          run
                                   <repetition>.<digest>.…       its revised boxes and arrays
              _truth/<sequence>/<fingerprint>.arrow              ground truth
-             _log/<start>.jsonl                                 log of a command
+             _log/<start>.jsonl                                 log of a command, not converted
 ```
 
 Each file contains the digest of its content.
@@ -15,7 +15,7 @@ import hashlib
 import io
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -28,7 +28,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.database import DamagedError, open_database
+from trackmark.bench.store.database import DamagedError
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, RunKey
 from trackmark.bench.store.manifest import Manifest
@@ -87,9 +87,6 @@ def _convert(folder: Path, target: Path, progress: Callable[[int, int], None]) -
             store_truth(target, key[1], _read_truth(file, key[0]))
         results.write_all((run, "") for run in runs)
         progress(begin + len(runs), len(files))
-    with open_database(target, write=True) as database:
-        events = (event for file in sorted(folder.glob("_log/*.jsonl")) for event in _events(file))
-        database.insert("log", ((number, *event) for number, event in enumerate(events, 1)))
     return len(files)
 
 
@@ -239,14 +236,6 @@ def _arrays(content: bytes) -> dict[int, dict[str, NDArray[Any]]]:
             frame, _, name = key.partition("/")
             arrays.setdefault(int(frame), {})[name] = archive[key]
     return arrays
-
-
-def _events(path: Path) -> Iterator[tuple[str, str, str, str]]:
-    """Yield the columns of each event of a log."""
-    for line in path.read_text().splitlines():
-        event: dict[str, Any] = json.loads(line)
-        fields = {k: v for k, v in event.items() if k not in ("event", "date", "crc32")}
-        yield path.stem, event["date"], event["event"], json.dumps(fields)
 
 
 def _folder_name(label: str) -> str:

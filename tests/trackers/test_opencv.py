@@ -119,22 +119,6 @@ def test_opencv_result_depends_on_the_seed_alone(name, moving_target):
     assert any((other != actual).any() for other in others)
 
 
-@pytest.mark.parametrize(
-    "name", ["opencv-kcf", "opencv-csrt", "opencv-mosse", "opencv-median-flow"]
-)
-def test_deterministic_trackers_ignore_process_state(name, moving_target):
-    specification = usable(name)
-    assert specification.randomness is trackers.Randomness.NONE
-    clip = moving_target(12, velocity=(3, 1), seed=3)
-    actual = boxes_of(specification.create(1), clip)
-    tracker = specification.create(2)
-    tracker.init(clip.images[0], clip.boxes[0])
-    for image, expected in zip(clip.images[1:], actual, strict=True):
-        ctypes.CDLL(None).srand(5)
-        cv2.setRNGSeed(5)
-        np.testing.assert_array_equal(tracker.update(image).box, expected)
-
-
 def another(value, annotation):
     """Return another valid value of a parameter."""
     if isinstance(value, bool):

@@ -14,9 +14,6 @@ from trackmark.trackers.base import plain_class
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness, TrackerPlugin
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
-OPTIONAL_METHODS = ("watch", "finish", "maps")
-"""Methods of `Watcher`, `Finisher` and `Mapper`, which are called if a tracker has them."""
-
 _Plugin = TypeVar("_Plugin", bound=TrackerPlugin)
 
 
@@ -31,16 +28,13 @@ class PlainTracker(TrackerPlugin):
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         values = parameters.model_dump()
-        tracker = plain_class.create(type(self).make, values, seed_number(seed), lambda: seed)
+        tracker = plain_class.create(type(self).make, values, seed_number(seed))
         try:
             plain_class.check_methods(tracker)
             self._init = plain_class.adapt_init(tracker.init)
         except ValueError as error:
             raise TrackerError(f"tracker {type(self).__name__!r}: {error}") from None
         self._tracker = tracker
-        for method in OPTIONAL_METHODS:
-            if callable(getattr(tracker, method, None)):
-                setattr(self, method, getattr(tracker, method))
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
@@ -97,7 +91,7 @@ def create_plugin(
 
     `description` is the result of `plain_class.describe`, `owner` the tracker in messages.
 
-    Raises `TrackerError` if the source of random numbers is invalid.
+    Raises `TrackerError` if the source of random numbers or the name of a parameter is invalid.
     """
     try:
         randomness = Randomness(description["randomness"])
@@ -106,25 +100,22 @@ def create_plugin(
             f"tracker {owner!r}: the randomness is {description['randomness']!r}. Expected one of: "
             f"{', '.join(Randomness)}."
         ) from None
+    for name in description["parameters"]:
+        if name == "checked" or (name.startswith("model_") and hasattr(Parameters, name)):
+            raise TrackerError(
+                f"tracker {owner!r}: the argument {name!r} has a reserved name. Choose another one."
+            )
+    fields: Any = {name: (type(value), value) for name, value in description["parameters"].items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a name such as `copy` hides a method
+        parameters = create_model("PlainParameters", __base__=Parameters, **fields)
     attributes |= {
         "__doc__": description["doc"],
         "name": description["name"],
-        "Parameters": create_parameters(description["parameters"]),
+        "Parameters": parameters,
         "randomness": randomness,
     }
     return type(description["class"], (base,), attributes)
-
-
-def create_parameters(defaults: Mapping[str, Any]) -> type[Parameters]:
-    """Return the parameters with these default values: numbers, text, true or false."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # a name such as `copy` hides a method
-        model: type[Parameters] = create_model(
-            "PlainParameters",
-            __base__=Parameters,
-            **{name: (type(value), value) for name, value in defaults.items()},  # type: ignore[call-overload]
-        )
-    return model
 
 
 def seed_number(seed: np.random.SeedSequence) -> int:

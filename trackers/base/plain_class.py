@@ -13,8 +13,8 @@ from typing import Any, Callable, Dict, List
 
 import numpy as np
 
-FIELDS = ("box", "visible", "confidence", "mask", "details", "arrays", "revised")
-"""Fields of an estimate."""
+FIELDS = ("box", "visible", "confidence", "mask", "details")
+"""Fields of an estimate that a plain tracker can return."""
 
 _RANDOM = ("seed", "rng")
 
@@ -36,11 +36,6 @@ def check_methods(tracker: Any) -> None:
         )
 
 
-def is_plugin(kind: Any) -> bool:
-    """Return whether a class derives from `TrackerPlugin`, which this module cannot import."""
-    return any(base.__name__ == "TrackerPlugin" for base in getattr(kind, "__mro__", ()))
-
-
 def tracker_class(module: Any, name: str) -> Any:
     """Return a class of a module; `name` can be empty if it defines only one tracker."""
     kind = getattr(module, name or _only_tracker(module), None)
@@ -54,17 +49,13 @@ def tracker_class(module: Any, name: str) -> Any:
 
 
 def _only_tracker(module: Any) -> Any:
-    """Return the name of the only tracker class that a module defines.
-
-    Plain trackers count only if the module defines no `TrackerPlugin`.
-    """
+    """Return the name of the only tracker class that a module defines."""
     defined = {
         name: value
         for name, value in vars(module).items()
         if isinstance(value, type) and value.__module__ == module.__name__
     }
-    trackers = [name for name in defined if is_plugin(defined[name])]
-    trackers = trackers or [name for name in defined if not missing_methods(defined[name])]
+    trackers = [name for name in defined if not missing_methods(defined[name])]
     classes = [name for name in trackers if not inspect.isabstract(defined[name])] or trackers
     exported = [name for name in classes if name in getattr(module, "__all__", classes)]
     if not classes:
@@ -81,35 +72,29 @@ def _only_tracker(module: Any) -> Any:
 
 
 def describe(make: Any) -> Dict[str, Any]:
-    """Return the properties of a class, or of a function that creates a tracker.
-
-    Parameters of the tracker are the arguments whose defaults are numbers, text, true or false.
-    """
+    """Return the properties of a class, or of a function that creates a tracker."""
     if isinstance(make, type):
+        if any(base.__name__ == "TrackerPlugin" for base in make.__mro__):
+            raise ValueError("it derives from TrackerPlugin. Omit python=, or write a plain class.")
         check_methods(make)
         adapt_init(partial(make.init, None))  # type: ignore[attr-defined]  # raises ValueError
-    name, is_random = getattr(make, "name", ""), False
-    if is_plugin(make):
-        fields = make.Parameters.model_fields.items()
-        defaults = {key: field.get_default(call_default_factory=True) for key, field in fields}
-    else:
-        defaults = _defaults(make)
-        is_random = any(key in _signature(make).parameters for key in _RANDOM)
+    name, parameters = getattr(make, "name", ""), _parameters(make)
+    is_random = any(key in _signature(make).parameters for key in _RANDOM)
     return {
         "class": getattr(make, "__name__", "tracker"),
         "doc": make.__doc__,
         "name": name if isinstance(name, str) else "",  # it can be a property
-        "parameters": {key: value for key, value in defaults.items() if _is_simple(key, value)},
+        "parameters": parameters,
         "randomness": getattr(make, "randomness", "generator" if is_random else "none"),
     }
 
 
-def _defaults(make: Any) -> Dict[str, Any]:
-    """Return the arguments that do not depend on the run, with their defaults.
+def _parameters(make: Any) -> Dict[str, Any]:
+    """Return the arguments whose defaults are numbers, text, true or false, with these defaults.
 
     A whole number is a default of type float if the annotation is `float`.
     """
-    defaults = {}
+    parameters = {}
     for name, argument in _signature(make).parameters.items():
         value = argument.default
         if name in _RANDOM or argument.kind in (argument.VAR_POSITIONAL, argument.VAR_KEYWORD):
@@ -119,63 +104,46 @@ def _defaults(make: Any) -> Dict[str, Any]:
                 f"the argument {name!r} has no default. Expected: defaults for all arguments "
                 "except seed and rng."
             )
-        converted = type(value) is int and argument.annotation in (float, "float")
-        defaults[name] = float(value) if converted else value
-    return defaults
+        if type(value) is int and argument.annotation in (float, "float"):
+            value = float(value)
+        is_number = type(value) in (int, float) and math.isfinite(value)
+        if (is_number or type(value) in (bool, str)) and not name.startswith("_"):
+            parameters[name] = value
+    return parameters
 
 
-def _is_simple(name: str, value: Any) -> bool:
-    """Return whether an argument with this default value can be a parameter of the tracker."""
-    simple = type(value) in (bool, int, str) or (type(value) is float and math.isfinite(value))
-    return simple and not name.startswith("_")
-
-
-def create(make: Any, parameters: Dict[str, Any], seed: int, sequence: Callable[[], Any]) -> Any:
-    """Return a new tracker.
-
-    `seed` is its argument of this name. `sequence` returns the `SeedSequence` for its argument
-    `rng`; versions of NumPy before 1.17 do not have this class.
-    """
-    if is_plugin(make):
-        return make(make.Parameters(**parameters), sequence())
-    arguments = _signature(make).parameters
-    values = dict(parameters)
+def create(make: Any, parameters: Dict[str, Any], seed: int) -> Any:
+    """Return a new tracker; `seed` determines its arguments `seed` and `rng`."""
+    arguments, values = _signature(make).parameters, dict(parameters)
     if "seed" in arguments:
         values["seed"] = seed
     if "rng" in arguments:
-        values["rng"] = np.random.default_rng(sequence())
+        values["rng"] = np.random.default_rng(seed)
     return make(**values)
 
 
 def adapt_init(init: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function of image, box and mask that calls `init`, with the mask if it takes one."""
     signature = _signature(init)
+    takes_mask = "mask" in signature.parameters
 
-    def accepts(*arguments: Any, **keywords: Any) -> bool:
-        try:
-            signature.bind(*arguments, **keywords)
-        except TypeError:
-            return False
-        return True
+    def adapted(image: Any, box: Any, mask: Any) -> Any:
+        return init(image, box, **({"mask": mask} if takes_mask else {}))
 
-    mask = signature.parameters.get("mask")
-    if mask is not None and mask.kind is not mask.POSITIONAL_ONLY:
-        if accepts(None, None, mask=None):
-            return lambda image, box, mask: init(image, box, mask=mask)
-    elif accepts(None, None):
-        return lambda image, box, _: init(image, box)
-    elif accepts(None, None, None):
-        return init
-    raise ValueError(
-        f"init takes {signature}. Expected: init(image, box) or init(image, box, mask)."
-    )
+    try:
+        signature.bind(None, None, **({"mask": None} if takes_mask else {}))
+    except TypeError:
+        raise ValueError(
+            f"init takes {signature}. Expected: init(image, box) or init(image, box, mask)."
+        ) from None
+    return adapted
 
 
 def estimate_fields(answer: Any) -> Dict[str, Any]:
     """Return the fields of the estimate that `update` returned.
 
     `answer` is four numbers, `(box, confidence)`, or a dict or an object with `box` and other
-    fields of an estimate. The harness validates the values.
+    fields of an estimate, which can be None if they are unknown. The harness validates the values.
     """
     if hasattr(answer, "box"):
         answer = {name: getattr(answer, name) for name in FIELDS if hasattr(answer, name)}
@@ -184,12 +152,13 @@ def estimate_fields(answer: Any) -> Dict[str, Any]:
         if "box" not in fields or not set(fields) <= set(FIELDS):
             raise ValueError(
                 f"update returned a dict with the keys {', '.join(map(repr, fields))}. Expected: "
-                f"'box', and only fields of an Estimate ({', '.join(FIELDS)})."
+                f"'box', and only the keys {', '.join(FIELDS)}."
             )
     elif isinstance(answer, (tuple, list)) and len(answer) == 2:
         fields = {"box": answer[0], "confidence": answer[1]}
     else:
         fields = {"box": answer}
+    fields = {name: fields[name] for name in fields if name == "box" or fields[name] is not None}
     if hasattr(fields["box"], "__array__"):  # for example a tensor
         fields["box"] = np.asarray(fields["box"])
     return fields

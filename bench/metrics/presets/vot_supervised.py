@@ -7,8 +7,8 @@ failures / frames). Scores of a sequence are averaged over repetitions, then ove
 by length. The expected average overlap is the mean, over lengths k of 100 to 356 frames (as in
 VOT2018), of the mean overlap of the first k frames after an initialisation. The overlap is 0 after
 a failure. Initialisations after which the sequence ends sooner are excluded. Overlaps are those of
-rasterised regions clipped to the image; columns with `exact` use exact areas. Kristan et al., "A
-novel performance evaluation methodology for single-target trackers", TPAMI 2016.
+rasterised regions clipped to the image. Kristan et al., "A novel performance evaluation methodology
+for single-target trackers", TPAMI 2016.
 """
 
 from collections.abc import Iterable
@@ -29,12 +29,11 @@ from trackmark.bench.metrics.preset import (
     select_evaluated,
     single_run_result,
 )
-from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
+from trackmark.bench.metrics.region_overlap import raster_overlap
 
 _BURN_IN = 10
 _SENSITIVITY = 30.0
 _MIN_LENGTH, _MAX_LENGTH = 100, 356
-_OVERLAP_FUNCTIONS = {"": raster_overlap, "_exact": exact_overlap}
 
 
 def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
@@ -43,18 +42,12 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     Raises `ValueError` for a run that was not restarted after a failure.
     """
     run = select_evaluated(truth, estimates)
-    overlaps_by_kind = {
-        kind: overlap(run.truth, run.estimate, run.size, run.shapes)
-        for kind, overlap in _OVERLAP_FUNCTIONS.items()
-    }
+    overlaps = raster_overlap(run.truth, run.estimate, run.size, run.shapes)
     states = _check_states(
-        overlaps_by_kind[""],
-        None if estimates.states is None else estimates.states[run.frames],
+        overlaps, None if estimates.states is None else estimates.states[run.frames]
     )
-    evidence = {"states": states}
-    for kind, overlaps in overlaps_by_kind.items():
-        evidence[f"overlaps{kind}"] = np.where(states == FrameState.TRACKED, overlaps, 0.0)
-    return single_run_result(combine, evidence)
+    overlaps = np.where(states == FrameState.TRACKED, overlaps, 0.0)
+    return single_run_result(combine, {"states": states, "overlaps": overlaps})
 
 
 def combine(runs: Runs) -> PresetResult:
@@ -71,21 +64,20 @@ def combine(runs: Runs) -> PresetResult:
         ]
     )
     rate = failures / lengths.mean()
-    scores = {"failures": failures, "robustness": float(np.exp(-_SENSITIVITY * rate))}
-    curves = {}
-    for kind in _OVERLAP_FUNCTIONS:
-        scores[f"accuracy{kind}"] = weighted(
-            [_mean(_accuracy(run, kind) for run in group) for group in runs]
-        )
-        curve = _expected(
-            [piece for group in runs for run in group for piece in _pieces(run, kind)]
-        )
-        part = curve[_MIN_LENGTH : _MAX_LENGTH + 1]
-        scores[f"eao{kind}"] = float(part.mean()) if len(part) else np.nan
-        scores["eao_lengths"] = float(len(part))
-        curves[f"eao{kind}"] = np.column_stack([np.arange(len(curve)), curve])
-    curves["accuracy_robustness"] = np.array([[scores["robustness"], scores["accuracy"]]])
-    return PresetResult({name: scores[name] for name in PRESET.columns}, curves)
+    curve = _expected([piece for group in runs for run in group for piece in _pieces(run)])
+    part = curve[_MIN_LENGTH : _MAX_LENGTH + 1]
+    scores = {
+        "accuracy": weighted([_mean(_accuracy(run) for run in group) for group in runs]),
+        "failures": failures,
+        "robustness": float(np.exp(-_SENSITIVITY * rate)),
+        "eao": float(part.mean()) if len(part) else np.nan,
+        "eao_lengths": float(len(part)),
+    }
+    curves = {
+        "eao": np.column_stack([np.arange(len(curve)), curve]),
+        "accuracy_robustness": np.array([[scores["robustness"], scores["accuracy"]]]),
+    }
+    return PresetResult(scores, curves)
 
 
 def _check_states(overlaps: NDArray[np.float64], states: NDArray[Any] | None) -> NDArray[np.int64]:
@@ -121,18 +113,18 @@ def _mean(values: Iterable[float]) -> float:
     return float(np.mean(list(values)))
 
 
-def _accuracy(run: PresetResult, kind: str) -> float:
+def _accuracy(run: PresetResult) -> float:
     """Return the mean overlap of the frames that count for the accuracy; 0 if there are none."""
     states = run.evidence["states"]
     counted = states == FrameState.TRACKED
     for start in np.flatnonzero(states == FrameState.INITIALISED):
         counted[start : start + _BURN_IN] = False
-    return float(run.evidence[f"overlaps{kind}"][counted].mean()) if counted.any() else 0.0
+    return float(run.evidence["overlaps"][counted].mean()) if counted.any() else 0.0
 
 
-def _pieces(run: PresetResult, kind: str) -> Iterable[tuple[NDArray[np.float64], bool]]:
+def _pieces(run: PresetResult) -> Iterable[tuple[NDArray[np.float64], bool]]:
     """Yield the overlaps from each initialisation on, and whether they end with a failure."""
-    states, overlaps = run.evidence["states"], run.evidence[f"overlaps{kind}"]
+    states, overlaps = run.evidence["states"], run.evidence["overlaps"]
     failures = np.flatnonzero(states == FrameState.FAILED)
     for start in np.flatnonzero(states == FrameState.INITIALISED):
         later = failures[failures > start]
@@ -163,14 +155,11 @@ PRESET = Preset(
         "eao_lengths": Column(
             "number of the 257 lengths for which there are runs", None, None, whole=True
         ),
-        "accuracy_exact": Column("accuracy by exact areas"),
-        "eao_exact": Column("expected average overlap by exact areas", whole=True),
     },
     score=score_run,
     combine=combine,
     curves={
         "eao": Axes("frames", "expected average overlap"),
-        "eao_exact": Axes("frames", "expected average overlap"),
         "accuracy_robustness": Axes("robustness", "accuracy"),
     },
     protocol="supervised",

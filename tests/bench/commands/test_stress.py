@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from trackmark.bench.comparing import breaking_points
-from trackmark.bench.store.log import read_logs
 
 SMALL = "plain/target:length=20:width=64:height=64"
 STRESS = ("--sequences", SMALL, "--runs", "20", "--jobs", "1", "--knob")  # no processes
@@ -21,24 +20,21 @@ def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace, 
     assert text.startswith("noise [grey levels], 0 to 160: ")
     assert "ten consecutive visible" in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80
-    for name in ("breaking-points.tex", "severity.csv", "runs.csv", "curve-noise.png"):
+    for name in ("breaking-points.tex", "runs.csv", "curve-noise.png"):
         assert (workspace / "out" / name).is_file()
-    logs = read_logs(workspace / "results/stress")
+    pool = "trackmark.bench.engine.pool.Pool.perform"
+    monkeypatch.setattr(pool, lambda *_: pytest.fail("a run is repeated"))
     data = json.loads(trackmark(*command, "--json").stdout)
-    assert read_logs(workspace / "results/stress") == logs
     assert [series["tracker"] for series in data["series"]] == ["static", "camshift"]
     assert all(len(series["runs"]) == 20 for series in data["series"])
     assert data["baseline"] == "camshift"
 
 
 @pytest.mark.slow
-def test_failing_tracker_breaks_and_scores_are_correlated(trackmark, workspace, break_tracker):
+def test_failing_tracker_breaks_at_once(trackmark, workspace, break_tracker):
     break_tracker("raise ValueError('too fragile')")
     command = ("stress", "knob.py", "--against", "static", *STRESS, "noise=0..9")
-    text = trackmark(*command, "--recorded", f"{SMALL}:scene=1").stdout
-    text = " ".join(text.split())
+    text = " ".join(trackmark(*command).stdout.split())
     assert "at once" in text
     assert "knob.py:Knob: 20 of 20 runs failed (counted as lost): sequence " in text
     assert "too fragile" in text
-    assert "on 1 recorded sequences, over 2 trackers" in text
-    assert "-1.00 to 1.00" in text

@@ -78,7 +78,7 @@ compare --results nowhere --margin nan | not a finite number
 {COMPARE} --metrics vot --metric failures | --margin
 {COMPARE} --results-of MINE=theirs | the name MINE is given twice
 {SUPERVISED} --metric eao | eao is a score of all sequences together
-{SUPERVISED} --metric eao | Choose one of accuracy, failures, robustness, accuracy_exact
+{SUPERVISED} --metric eao | Choose one of accuracy, failures, robustness
 {STRESS}=0..9,noise | a name is given twice
 {STRESS} --knob '' | the list is empty
 {STRESS} --knob nois | Did you mean 'noise'

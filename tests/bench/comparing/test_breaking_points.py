@@ -61,9 +61,9 @@ def test_breaking_point_beyond_the_range_has_no_level(half, verdict, text):
     assert series.verdict == verdict
     assert len(series.trials) < 100
     assert any(map(isinf, series.interval))
-    (table,) = tables(BreakingPoints([series], "a", {}))
+    (table,) = tables(BreakingPoints([series], "a"))
     assert text in table.rows[0][2].text
-    assert as_data(BreakingPoints([series], "a", {}))["series"][0]["level"] is None
+    assert as_data(BreakingPoints([series], "a"))["series"][0]["level"] is None
 
 
 def test_factor_is_above_1_for_the_stronger_tracker():
@@ -144,13 +144,10 @@ def test_tables_and_curves_have_the_numbers(tmp_path, monkeypatch):
     series = [
         complete_series(name, NOISE, half) for name, half in (("a", 0.3), ("b", 0.5), ("c", 3.0))
     ]
-    result = BreakingPoints(series, "a", {"a": [0.3, 0.4], "b": [0.6, 0.7], "c": [0.8, 0.9]})
-    points, agreement, severity, runs = tables(result, whole=True)
+    result = BreakingPoints(series, "a")
+    points, runs = tables(result, whole=True)
     assert points.rows[0][4].text == "1"
     assert points.rows[2][4].text.startswith("more than")
-    assert agreement.rows[0][1].text == "1.00"
-    assert agreement.rows[0][2].text == "-1.00 to 1.00"  # a correlation over three trackers
-    assert list(severity.data["level"]) == sorted(severity.data["level"])
     assert len(runs.data) == sum(len(entry.trials) for entry in series)
     (curve,) = write_curves(result, tmp_path)
     assert curve.stat().st_size > 10_000

@@ -7,17 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackmark.bench.comparing.comparable_runs import (
-    AllFailedError,
-    ComparisonError,
-    with_published,
-)
+from trackmark.bench.comparing.answer import answer_of
+from trackmark.bench.comparing.comparable_runs import AllFailedError, ComparisonError
 from trackmark.bench.comparing.comparison import compare, parts_of
-from trackmark.bench.comparing.figures import write_figures
-from trackmark.bench.comparing.tables import answer_of, as_data, files, paragraph, screen_lines
+from trackmark.bench.comparing.figures import write_differences
+from trackmark.bench.comparing.tables import as_data, files, paragraph, screen_lines
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
-from trackmark.bench.statistics.rules import decide
+from trackmark.bench.statistics.rules import decide, p_value
 from trackmark.reports.plots import SurvivalCurve, breaking_plot
 from trackmark.reports.renderers import to_csv
 
@@ -89,7 +86,9 @@ def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
         for pair in corrected:
             assert pair.interval == pytest.approx(mean_interval(pair.differences, 1 - 0.05 / m))
             expected = decide(pair.differences, 0.01, m)
-            assert (pair.answer.label, pair.answer.p) == (expected.label, expected.p)
+            assert pair.answer.label == expected.label
+    rows = as_data(against)["pairs"]
+    assert [row["p"] for row in rows] == [p_value(pair.by_unit, 3) for pair in against.pairs]
     assert against.standings == compare(runs, OVERLAP).standings  # stars compare all pairs
 
 
@@ -154,7 +153,7 @@ def test_many_trackers_are_summarised_for_the_best_one(make_runs):
     assert sum(" - " in line for line in screen_lines(comparison, verbose=True)) == 21
     assert screen_lines(comparison, quiet=True) == [answer_of(comparison).heading]
     text = paragraph(comparison)
-    assert "g was better than a (+0.1" in text
+    assert "a was worse than g (difference -0.1" in text
     assert text.endswith("The other 15 pairs are in the table of pairs.")
 
 
@@ -237,7 +236,6 @@ def changed(runs, rows, **values):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda runs: runs[runs["tracker"] == "a"], "Name two or more"),
         (
             lambda runs: changed(runs, [3], status="missing"),
             "tracker a, sequence s0, repetition 3: the run is missing \\(1 of 80",
@@ -288,47 +286,12 @@ def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
     assert names[1] in " ".join(lines)
 
 
-def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):
-    comparison = compare(make_runs(ladder()), OVERLAP)
-    drawn = {path.stem for path in write_figures(comparison, tmp_path)}
-    assert drawn == {"differences", "profiles", "survival", "speed-accuracy"}
-
-
-def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
-    file = tmp_path / "published.csv"
-    rows = [f"MEEM,s{n},{score:.3f}" for n, score in enumerate(HARDNESS + 0.05)]
-    file.write_text("\n".join(["tracker,sequence,mean_overlap", *rows, "MEEM,elsewhere,0.5"]))
-    runs, others = with_published(make_runs({"a": around(HARDNESS)}), file, OVERLAP)
-    assert others == ["MEEM (published)"]
-    comparison = compare(runs, OVERLAP)
-    assert comparison.pairs[0].answer.label == "worse"
-    assert np.isnan(comparison.standings[1].milliseconds)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("tracker,score\nMEEM,1\n", "missing columns sequence, mean_overlap"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,good\n", "line 2: 'good' is not a number"),
-        ("tracker,sequence,mean_overlap\n\nM,s0,.5\nM,s1,False\n", "line 4: 'False' is not a"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,inf\n", "line 2: 'inf' is not a number"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\nMEEM,s0,.6\n", "line 3: an earlier line"),
-        ("tracker,sequence,mean_overlap\n,s0,.5\n", "line 2: the tracker has no name"),
-        ("tracker,sequence,mean_overlap\nM,s0,.5\nM, ,.5\n", "line 3: the sequence has no name"),
-        ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "no row has a sequence"),
-        (
-            "tracker,sequence,mean_overlap\nMEEM,s0,62.5\n",
-            "line 2: 62.5 is not a valid mean_overlap",
-        ),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "tracker MEEM has no score on s1"),
-        ("", "not a CSV file"),
-    ],
-)
-def test_published_file_of_wrong_content_is_refused(make_runs, tmp_path, text, words):
-    file = tmp_path / "published.csv"
-    file.write_text(text)
-    with pytest.raises(ComparisonError, match=words):
-        with_published(make_runs({"a": around(HARDNESS)}), file, OVERLAP)
+def test_differences_are_drawn_if_there_are_pairs(make_runs, tmp_path):
+    runs = make_runs(ladder())
+    (path,) = write_differences(compare(runs, OVERLAP), tmp_path)
+    assert path.name == "differences.png"
+    runs.loc[runs["tracker"] != "a", "status"] = "failed"
+    assert write_differences(compare(runs, OVERLAP), tmp_path) == []
 
 
 def test_breaking_plot_names_many_trackers():

@@ -52,7 +52,6 @@ class Drift:
             "visible": np.bool_(False),
             "mask": mask,
             "details": {"frames": np.float32(self.frames)},
-            "revised": {0: np.array([1.25, 2, 3, 4])},
         }
 
     def misbehave(self):

@@ -14,7 +14,7 @@ from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import describe_tracker
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.external.plugin import TRANSFER_CLOCK
-from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers import Randomness, TrackerError, static
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -117,10 +117,6 @@ version = 2.0
 [matlab]
 protocol = traxmatlab
 command = tracker
-[socket]
-protocol = trax
-command = tracker
-socket = true
 """
 
 
@@ -177,10 +173,10 @@ INVALID = {
     trax("as=static"): "the name 'static' belongs to another tracker.",
     trax(
         arguments="4 'no start'"
-    ): "ended with status 1 (no TraX hello). The end of its output:\nno licence",
+    ): "ended with status 1 (no TraX hello). Its last line: no licence\nThe end of its output:\n",
     trax(
         arguments="4 slow"
-    ): "did not answer in 300 s (no TraX hello). The end of its output:\nloading weights",
+    ): "did not answer in 300 s (no TraX hello). Its last line: loading weights\n",
     trax(arguments="4 depth"): "reads the image channels ['depth']. Expected: color",
     trax(arguments="4 url"): "reads images by ['url']. Expected: path, memory or buffer",
     trax(arguments="5"): "uses version '5' of TraX. Expected: 1 to 4",
@@ -190,10 +186,10 @@ INVALID = {
     "plain_tracker.py:pyhton=p": "'pyhton'. Did you mean 'python'?",
     f"half.py:Half:python={sys.executable}": "half.py:Half: it lacks update.",
     f"half.py:Halb:python={sys.executable}": "half.py:Halb: the file has no class 'Halb'.",
+    f"{static.__file__}:python={sys.executable}": "Static: it derives from TrackerPlugin. Omit",
     "trackers.toml": "To use a tracker of this file, give trackers.toml:NAME.",
-    "trackers.toml:other": "'stochastic' is no key of a table with 'file'. Remove it.",
+    "trackers.toml:other": "unknown parameter of trackers.toml:other 'stochastic'.",
     "trackers.ini:matlab": "[matlab]: protocol = traxmatlab, command = tracker. Expected: ",
-    "trackers.ini:socket": "[socket]: socket = true is not supported. Remove the key.",
     "trackers.ini:modul": "unknown tracker of trackers.ini 'modul'. Did you mean 'module'?",
     "nothing.ini:mine": "nothing.ini: No such file or directory.",
     "bad.ini:mine": "bad.ini: File contains no section headers.",
@@ -201,8 +197,8 @@ INVALID = {
     "trackers.toml:broken": "trackers.toml: broken is a value. Expected: a table [broken].",
     "trackers.toml:god": "unknown tracker of trackers.toml 'god'. Did you mean 'good'?",
     "trackers.toml:typo": "parameter of trackers.toml:typo 'files'. Did you mean 'file'?",
-    "trackers.toml:none": "trackers.toml:none: give either the key 'file', a Python file, or",
-    "trackers.toml:both": "trackers.toml:both: 'file' is no key of a table with 'trax'.",
+    "trackers.toml:none": "trackers.toml:none: file is ''. Expected: a Python file (.py), or",
+    "trackers.toml:both": "unknown parameter of trackers.toml:both 'file'.",
     "trackers.toml:late": "trackers.toml:late: parameter frame_timeout=x: Input should be a valid",
 }
 

@@ -1,7 +1,6 @@
 """Trackers of Python files in another interpreter."""
 
 import ast
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from trackmark.bench.experiments.tracker_files import describe_tracker
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.python import WORKER
-from trackmark.trackers import Randomness, static
+from trackmark.trackers import Randomness
 from trackmark.trackers.base import plain_class
 
 NAME = "plain_tracker.py"
@@ -22,10 +21,9 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 def content(run):
     segmentation = run.segmentation and run.segmentation.region_similarity.tobytes()
-    revised = None if run.revised is None else run.revised.tobytes()
     details = {name: values.tobytes() for name, values in run.details.items()}
     rows = run.boxes.tobytes(), run.visible.tobytes(), run.confidence.tobytes()
-    return run.failure, rows, details, revised, segmentation
+    return run.failure, rows, details, segmentation
 
 
 @pytest.mark.parametrize(
@@ -50,29 +48,28 @@ def test_other_version_of_python_gives_equal_boxes(other_environment):
         assert content(external) == content(bench.evaluate_run(f"{NAME}:mode={mode}", "Noise"))
 
 
-WATCHING = """
-class Watching:
-    def watch(self, image): self.seen = image.mean()
+MASKED = """
+class Masked:
     def init(self, image, box, mask): self.box, self.mask = box, mask
     def update(self, image): return {"box": self.box, "mask": self.mask}
-    def finish(self): return {0: [self.seen, 2, 3, 4]}
 """
 
 
-def test_masks_watched_frames_and_last_corrections_are_passed(environment, folder):
-    (folder / "watching.py").write_text(WATCHING)
-    tracker = open_external("watching.py", {"python": str(environment)}).create()
+def test_masks_are_passed_in_both_directions(environment, folder):
+    (folder / "masked.py").write_text(MASKED)
+    tracker = open_external("masked.py", {"python": str(environment)}).create()
     image = np.random.default_rng(0).integers(0, 256, (30, 41, 3), np.uint8)
     mask = image[::-1, :, 0] > 99
-    tracker.watch(image)
     tracker.init(image, np.array([1.0, 2, 3, 4]), mask)
     assert np.array_equal(tracker.update(image).mask, mask)
-    assert tracker.finish()[0].tolist() == [image.mean(), 2, 3, 4]
 
 
-def test_plugin_runs_where_trackmark_is_installed():
-    external = bench.evaluate_run(f"{static.__file__}:python={sys.executable}:as=still", "Noise")
-    assert content(external) == content(bench.evaluate_run("static", "Noise"))
+def test_interpreter_may_print_before_it_starts(environment, folder):
+    (folder / "activate.sh").write_text(
+        f'#!/bin/sh\necho ready\nexec {environment}/bin/python "$@"'
+    )
+    (folder / "activate.sh").chmod(0o755)
+    assert not bench.evaluate_run(f"{NAME}:python=./activate.sh", "Noise").failure
 
 
 DRAWING = """

@@ -7,15 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import shapely
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 from tests.bench.metrics import toolkits
 from tests.bench.metrics.artificial_runs import SIZE, answer_of, noisy, states_of, truth_of, walk
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
-from trackmark.bench.metrics.region_overlap import exact_overlap, raster_overlap
+from trackmark.bench.metrics.region_overlap import raster_overlap
 
 
 def scores(name, truth, boxes, **further):
@@ -301,48 +298,3 @@ def test_one_pass_run_without_failure_equals_a_supervised_run():
     for states in states_of(149), np.full(150, 3):
         with pytest.raises(ValueError, match=r"Expected: .*, with INITIALISED first"):
             judged(states)
-
-
-# Regions.
-
-numbers = st.floats(-60, 120).map(lambda value: round(value, 2))
-sizes = st.floats(0.5, 60).map(lambda value: round(value, 2))
-box_of = st.tuples(numbers, numbers, sizes, sizes)
-corner = st.tuples(st.floats(-20, 80), st.floats(-20, 60)).map(lambda point: np.round(point, 1))
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.lists(corner, min_size=3, max_size=6), box_of, st.sampled_from([None, (60, 50)]))
-def test_exact_overlap_with_polygon_equals_shapely(points, box, size):
-    points = np.array(points)
-    outline = shapely.Polygon(points)
-    assume(outline.is_valid and outline.area > 1)
-    ends = np.array([box[0], box[1], box[0] + box[2], box[1] + box[3]])
-    area = outline.area
-    if size:
-        ends, area = np.clip(ends, 0, size * 2), (outline & shapely.box(0, 0, *size)).area
-    both = (outline & shapely.box(*ends)).area
-    union = area + np.prod(ends[2:] - ends[:2]) - both
-    expected = both / union if union else 0.0
-    truth = np.array([[0, 0, 9, 9.0]])
-    ours = exact_overlap(truth, np.array([box]), size, [points])
-    assert ours[0] == pytest.approx(expected, abs=1e-9)
-
-
-def test_even_odd_rule_applies_to_self_crossing_polygon():
-    bow = np.array([[0, 0], [10, 10], [10, 0], [0, 10.0]])
-    truth = np.array([[0, 0, 10, 10.0]])
-    assert exact_overlap(truth, truth, None, [bow])[0] == pytest.approx(0.5)
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 2**32 - 1), box_of)
-def test_exact_overlap_with_mask_equals_shapely(seed, box):
-    mask = np.random.default_rng(seed).random((8, 9)) < 0.5
-    assume(mask.any())
-    squares = shapely.union_all([shapely.box(x, y, x + 1, y + 1) for y, x in np.argwhere(mask)])
-    box = np.array(box) / [10, 10, 5, 5]
-    other = shapely.box(box[0], box[1], box[0] + box[2], box[1] + box[3])
-    expected = (squares & other).area / (squares | other).area
-    truth = np.array([[0, 0, 9, 9.0]])
-    assert exact_overlap(truth, box[None], None, [mask])[0] == pytest.approx(expected, abs=1e-9)

@@ -117,11 +117,9 @@ def test_pictures_name_the_trace_that_they_draw(trackmark, ran, blank_figures):
     np.testing.assert_array_equal(strip, online)
 
 
-def test_strips_of_a_comparison_have_the_colours_of_its_figures(ran):
+def test_strips_have_the_colours_of_the_figures_of_a_report(ran):
     results, reviser = ran / "results" / "mine", "second_thoughts.py:SecondThoughts"
-    (file,) = write_strips(
-        results, ran, print, ["a", reviser, "static"], {"Small": ("static", reviser)}
-    )
+    (file,) = write_strips(results, ran, print, ["a", reviser, "static"])
     words = "online boxes"
     shades = {f"{reviser}, {words}": colour(1), "static": colour(2)}
     strip = pictured(ran, words, [0] * 5, shades=shades)

@@ -4,12 +4,12 @@
 """
 
 import colorsys
-from math import floor, sqrt
+from math import sqrt
 
 import numpy as np
 import pytest
 
-from trackmark.bench.papers.wang2010.plain import PlainCamShift, PlainImprovedCamShift
+from trackmark.bench.papers.wang2010.plain import PlainImprovedCamShift
 from trackmark.bench.papers.wang2010.plain_maps import (
     colour_bins,
     colour_map,
@@ -70,22 +70,6 @@ def test_centre_rounded_off_an_edge_has_the_window_of_the_edge():
         moved = mean_shift(values, 12.5 + error, 9.0 + error, 6, 5, max_iterations=1)
         assert moved == exact
     assert mean_shift(values, 12.5 - 1e-6, 9.0, 6, 5, max_iterations=1) != exact
-
-
-def test_adaptive_window_follows_bradskis_rule_within_limits():
-    image, _ = disc()
-    tracker = PlainCamShift(window="adaptive")
-    tracker.init(image, np.array([26.0, 15, 8, 10]))
-    mass = 80  # the window of the first frame is all red
-    sides = [floor(2 * sqrt(mass * 0.8) + 0.5), floor(2 * sqrt(mass / 0.8) + 0.5)]
-    assert tracker.update(image)[2:].tolist() == sides
-    red = np.full((60, 80, 3), RED, np.uint8)
-    for _ in range(8):
-        box = tracker.update(red)
-    assert box.tolist() == [0, 0, 80, 60]
-    dot = np.full((60, 80, 3), DULL, np.uint8)
-    dot[30, 40] = RED
-    assert tracker.update(dot).tolist() == [39, 29, 3, 3]
 
 
 def test_maps_forget_the_earlier_clip_at_initialisation():
