@@ -4,6 +4,7 @@ import shutil
 
 import av
 import cv2
+import pandas as pd
 import pytest
 
 from tests.bench.commands.conftest import SMALL, json_lines
@@ -199,7 +200,7 @@ def test_report_by_attribute_measures_each_sequence_once(trackmark, workspace, o
     assert len(times) == 12
     assert trackmark(*report, "--no-pictures").stdout == first
     assert sorted(file.stat().st_mtime_ns for file in cache.iterdir()) == times
-    frame = bench.by_attribute(workspace / "results" / "twelve")
+    frame = pd.read_csv(workspace / "paper" / "attributes-otb.csv")
     assert set(frame["tracker"]) == {"static", "camshift"}
     assert set(frame["bin_sequences"].dropna()) == {6}
 
