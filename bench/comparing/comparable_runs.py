@@ -77,7 +77,7 @@ def scored_runs(
     `measure` and the result are those of `of_protocol`.
     """
     table = runs if preset == PRESET else runs_by(folder, preset, runs, stored)
-    return of_protocol(with_worst_scores(folder, table, [preset]), stored, measure)
+    return of_protocol(with_worst_scores(folder, table, preset), stored, measure)
 
 
 def of_protocol(

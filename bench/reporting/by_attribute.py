@@ -107,7 +107,7 @@ def _scored_runs(folder: Path, preset: str) -> tuple[ScoreMeasure, pd.DataFrame]
     if preset != PRESET:
         measure = replace(measure, title=f"{measure.title} ({preset})")
         runs = runs_by(folder, preset, runs)
-    return measure, with_worst_scores(folder, runs, [preset])
+    return measure, with_worst_scores(folder, runs, preset)
 
 
 def _means_by_sequence(runs: pd.DataFrame, measure: ScoreMeasure) -> dict[str, NDArray[np.float64]]:
@@ -148,10 +148,7 @@ def attributes_of(
     done = 0
     for name, sequence in opened.items():
         if isinstance(sequence, str):
-            source = rows[name]["source"]
-            on_message(
-                f"{name}: attributes are unknown. {source} is missing or has changed since the run."
-            )
+            on_message(f"attributes are unknown: {sequence}")
             continue
         watch = partial(lambda before, frames, _: progress(before + frames, total), done)
         series[name] = attributes.measure(sequence, watch)

@@ -159,9 +159,11 @@ def score_runs(
     runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     if runs.empty or not names:
         return []
-    results = _judge_runs(folder, names, runs)
     prefix = table_prefix(stored)
-    return [_PresetTable(name, runs, results[name], title).scored(prefix) for name in names]
+    return [
+        _PresetTable(name, runs, _judge_runs(folder, name, runs), title).scored(prefix)
+        for name in names
+    ]
 
 
 def runs_by(
@@ -178,7 +180,7 @@ def runs_by(
     the preset cannot score raises `ResultsError`, or has the status `not scored` if not `strict`.
     """
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
-    results = _judge_runs(folder, [name], finished)[name]
+    results = _judge_runs(folder, name, finished)
     refused = {index: reason for index, reason in results.items() if isinstance(reason, str)}
     if refused and strict:
         raise ResultsError(next(iter(refused.values())))
@@ -200,7 +202,7 @@ def scores_by_group(
     """
     runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
     runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
-    table = _PresetTable(name, runs, _judge_runs(folder, [name], runs)[name], "")
+    table = _PresetTable(name, runs, _judge_runs(folder, name, runs), "")
     return {
         group: {
             str(tracker): _overall(table.preset, rows[rows["sequence"].isin(members)], table.judged)
@@ -218,14 +220,13 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
     """
     if row["status"] != "finished" or row["protocol"] == TIMING:
         return dict.fromkeys(names)
-    scores_by_preset: dict[str, Any] = {}
-    for name, results in _judge_runs(folder, names, pd.DataFrame([dict(row)])).items():
-        run = results[0]
-        scores_by_preset[name] = (
-            {key: value if isfinite(value) else None for key, value in run.scores.items()}
-            if isinstance(run, PresetResult)
-            else None
-        )
+    scores_by_preset: dict[str, Any] = dict.fromkeys(names)
+    for name in names:
+        run = _judge_runs(folder, name, pd.DataFrame([dict(row)]))[0]
+        if isinstance(run, PresetResult):
+            scores_by_preset[name] = {
+                key: value if isfinite(value) else None for key, value in run.scores.items()
+            }
     return scores_by_preset
 
 
@@ -253,22 +254,20 @@ def _means_only(table: Table) -> Table:
     return replace(table, rows=rows) if rows else table
 
 
-def _judge_runs(
-    folder: Path, names: Sequence[str], runs: pd.DataFrame
-) -> dict[str, dict[int, ScoredRun]]:
-    """Score finished and failed runs by presets; return results by preset and row.
+def _judge_runs(folder: Path, name: str, runs: pd.DataFrame) -> dict[int, ScoredRun]:
+    """Score finished and failed runs by a preset; return results by row.
 
     Failed runs have the worst scores. Trackers whose runs all failed are omitted.
     """
     results, truth = Results(folder), cache(partial(read_truth, folder))
-    scored: dict[str, dict[int, ScoredRun]] = {name: {} for name in names}
     left_out = runs["tracker"].isin(failed_runs(runs).left_out)
     ended = runs[runs["status"].isin(["finished", "failed"]) & ~left_out]
-    for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True):
-        run = results.read(run_key(row))
-        for name in names:
-            scored[name][number] = _judge_run(run, truth(row["sequence"], row["fingerprint"]), name)
-    return scored
+    return {
+        number: _judge_run(
+            results.read(run_key(row)), truth(row["sequence"], row["fingerprint"]), name
+        )
+        for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True)
+    }
 
 
 def _judge_run(run: Run, truth: StoredTruth, name: str) -> ScoredRun:

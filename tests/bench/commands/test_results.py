@@ -134,7 +134,7 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, works
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
     monkeypatch.setattr("trackmark.bench.pages.report_figures.write_figure", lambda file, _: file)
     errors = trackmark("report", "results/mine", "--folder", "second").stderr
-    assert "Small: no film strip" in errors
+    assert "no film strip: Small " in errors
     assert not (workspace / "second" / "strip-Small.png").exists()
     done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
     assert "another version" in one_line(done)
