@@ -34,7 +34,7 @@ class ScoreChange:
     sequence: str  # name of the sequence, or the label of the mean
     old: Sequence[float]  # mean overlap by run
     new: Sequence[float]
-    same: Sequence[bool]  # number of pairs of runs with equal boxes
+    same: Sequence[bool]  # whether a pair of runs has equal boxes
     failures: Mapping[int, str]  # reasons of failures by seed
     change: Decision = IDENTICAL
     p: float = nan  # smallest level at which the corrected interval of the change excludes 0
@@ -64,7 +64,7 @@ class Check:
     now: BaselineEntries
     made_with: Mapping[str, str]
     sequences: Sequence[ScoreChange]
-    means: Sequence[ScoreChange]  # number of seeds of the changed stochastic trackers
+    means: Sequence[ScoreChange]  # of the changed stochastic trackers
 
     @property
     def changes(self) -> Sequence[ScoreChange]:

@@ -66,9 +66,8 @@ def screen_lines(
     if quiet:
         return [sentence.heading]
     failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
-    details = (
-        sentence.details if verbose or _too_few(comparison) else ()
-    )  # else the table of pairs suffices
+    # If there are enough units, the table of pairs has the details.
+    details = sentence.details if verbose or _too_few(comparison) else ()
     lines = [*failures, *([""] if failures else []), sentence.heading, *details]
     lines = [line for text in lines for line in wrap(text).splitlines()]
     lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose))]
@@ -343,16 +342,12 @@ def _subset_table(comparison: Comparison) -> Table:
     widest = comparison.measure.most - comparison.measure.least
     parts = parts_of(comparison.sequences, comparison.attributes)
     for pair, ((parameter, value), selected) in product(shown_pairs(comparison), parts.items()):
-        n, by_unit = (
-            int(selected.sum()),
-            means_in_part(comparison.units, pair.differences, selected),
-        )
-        mean, interval = float(by_unit.mean()), interval_or_none(by_unit, 1, -widest, widest)
-        texts = [
-            _number(comparison, mean, signed=True),
-            _interval(comparison, interval, signed=True),
-        ]
-        rows.append([pair.label, f"{parameter}={value}", str(n), *texts])
+        by_unit = means_in_part(comparison.units, pair.differences, selected)
+        interval = interval_or_none(by_unit, 1, -widest, widest)
+        n, mean = int(selected.sum()), float(by_unit.mean())
+        text = _number(comparison, mean, signed=True)
+        limits = _interval(comparison, interval, signed=True)
+        rows.append([pair.label, f"{parameter}={value}", str(n), text, limits])
         part = {"first": pair.first, "second": pair.second, "knob": parameter, "value": value}
         data.append(part | {"sequences": n, "difference": mean, **_ends(interval)})
     return Table(

@@ -54,10 +54,8 @@ def _table(stages: Mapping[str, Rows], caption: str) -> Table:
     """Return a table with each tracker before and after, over its replaced runs."""
     runs = to_data_frame({**row, "stage": stage} for stage, rows in stages.items() for row in rows)
     masks = [m for m in MASKS if m.name in runs and runs[m.name].notna().any()]
-    missing = [
-        m.name for m in SUMMARY if m.name not in runs
-    ]  # for example, supervised runs have no one-pass scores
-    runs = runs.assign(**dict.fromkeys(missing, np.nan))
+    # Some runs lack scores: for example, supervised runs have no one-pass scores.
+    runs = runs.assign(**{m.name: np.nan for m in SUMMARY if m.name not in runs})
     measures = TIMES if (runs["protocol"] == "timing").any() else (*SUMMARY, *masks)
     parts: list[Table] = []
     rows: list[list[Cell]] = []

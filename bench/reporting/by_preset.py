@@ -76,9 +76,8 @@ class PresetScores:
     preset: str
     title: str
     table: Table
-    curves: Mapping[
-        str, Mapping[str, NDArray[Any]]
-    ]  # by curve and tracker; of trackers with all runs
+    # by curve and tracker; of trackers with all runs
+    curves: Mapping[str, Mapping[str, NDArray[Any]]]
 
 
 class PresetReport(NamedTuple):
