@@ -15,6 +15,7 @@ MAX_WIDTH = 80
 # cannot be encoded (file names that are not UTF-8 contain them).
 _CONTROLS = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
 _LABEL = re.compile(r" *\S.{,40}?  +")
+_NONCHARACTER = re.compile("[\ufffe\uffff]")
 _CONTROL = re.compile(f"[{_CONTROLS}]")
 _CONTROL_OR_BREAK = re.compile(rf"[{_CONTROLS}\t\n\u2028\u2029]")
 
@@ -40,6 +41,15 @@ def one_line(text: str) -> str:
     'two\\u000alines'
     """
     return _CONTROL_OR_BREAK.sub(_number, text)
+
+
+def to_xml(text: str) -> str:
+    r"""Return the text with the characters that XML 1.0 cannot hold as `\u0000`.
+
+    >>> to_xml("\x00\ufffe")
+    '\\u0000\\ufffe'
+    """
+    return _NONCHARACTER.sub(_number, printable(text))
 
 
 def wrap(text: str) -> str:

@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 EXIT_INCONCLUSIVE = 3
 
 
+_FILE = click.Path(path_type=Path, dir_okay=False)
+
+
 def _seconds(text: str) -> float:
     match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(s|min|h)", text.strip())
     if match is None:
@@ -93,9 +96,9 @@ class CheckOptions(ScreenOptions, EngineOptions):
     )
     whole: bool = output_option("Also list unchanged sequences; --verbose does, too.")
     markdown: Path | None = output_option(
-        "Write the result as Markdown, for a pull request.",
-        type=click.Path(path_type=Path, dir_okay=False),
+        "Write the result as Markdown, for a pull request.", type=_FILE
     )
+    junit: Path | None = output_option("Write the result as JUnit XML.", type=_FILE)
     metrics: list[str] = metrics_option()
 
 
@@ -249,11 +252,9 @@ def _accept(
 
 
 def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) -> None:
-    """Print the changes of scores and speeds, and write them as Markdown if requested."""
-    from trackmark.bench.comparing.regression_check import as_data, table
-    from trackmark.bench.comparing.speed_check import speed_data, speed_table
-    from trackmark.reports.files import write_file
-    from trackmark.reports.printable import printable
+    """Print the changes of scores and speeds, and write them into files."""
+    from trackmark.bench.comparing.regression_check import as_data, as_junit, table
+    from trackmark.bench.comparing.speed_check import speed_cases, speed_data, speed_table
     from trackmark.reports.renderers import to_markdown
 
     whole = options.whole or options.verbose
@@ -271,13 +272,15 @@ def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) 
     elif not options.quiet:
         click.echo("".join(map(_text, tables)), nl=False)
     if options.markdown is not None:
-        text = "\n".join(
-            to_markdown(table) if table.rows else "".join(f"{note}\n" for note in table.notes)
-            for table in tables
+        _write(
+            options.markdown,
+            "\n".join(
+                to_markdown(table) if table.rows else "".join(f"{note}\n" for note in table.notes)
+                for table in tables
+            ),
         )
-        write_file(
-            options.markdown, lambda path: path.write_text(printable(text), encoding="utf-8")
-        )
+    if options.junit is not None:
+        _write(options.junit, as_junit(result, speed_cases(speeds)))
 
 
 def _scores_by(result: "Check", folder: Path, metrics: list[str]) -> str:
@@ -299,3 +302,10 @@ def _text(table: "Table") -> str:
 
     lines = terminal_lines(table) if table.rows else map(wrap, table.notes)
     return "".join(f"{line}\n" for line in lines)
+
+
+def _write(file: Path, text: str) -> None:
+    from trackmark.reports.files import write_file
+    from trackmark.reports.printable import printable
+
+    write_file(file, lambda temporary: temporary.write_text(printable(text), encoding="utf-8"))

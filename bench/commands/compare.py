@@ -17,6 +17,7 @@ from trackmark.bench.commands._imported_results import (
     with_imported,
 )
 from trackmark.bench.commands._options import (
+    EXISTING_FILE,
     Command,
     EngineOptions,
     ScreenOptions,
@@ -54,6 +55,9 @@ class CompareOptions(ScreenOptions, EngineOptions):
     results: Path | None = option("Results folder to compare.")
     results_of: tuple[str, ...] = imported_option()
     protocol: str | None = protocol_option()
+    published: Path | None = option(
+        "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
+    )
     seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     metrics: list[str] = metrics_option("Statistics")
     metric: str | None = option(
@@ -240,16 +244,21 @@ def _compare(
     """Compare the runs by a score of a metrics preset."""
     from trackmark.bench.comparing.comparable_runs import same_boxes, scored_runs
     from trackmark.bench.comparing.comparison import compare
+    from trackmark.bench.comparing.published_scores import with_published
     from trackmark.bench.reporting.tables import not_repeatable
     from trackmark.bench.store.truth import find_attributes
 
+    labels = runs.labels
     with patience("Scoring runs"):
         table, measure = scored_runs(runs.experiment, runs.table, runs.filed, preset, measure)
+    if options.published is not None:
+        table, published = with_published(table, options.published, measure)
+        labels = None if labels is None else [*labels, *published]
     finished = runs.table[runs.table["status"] == "finished"]
     return compare(
         table,
         measure,
-        runs.labels,
+        labels,
         against,
         by_scene=options.unit == "scene",
         attributes=find_attributes(runs.experiment, finished),

@@ -1,11 +1,12 @@
 """Comparison of trackers with a baseline: changes by sequence and in the mean, and regressions."""
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from math import isfinite, nan
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
@@ -18,6 +19,7 @@ from trackmark.bench.statistics.accuracy_drop import (
     decide_deterministic,
 )
 from trackmark.bench.statistics.rules import MARGIN, Decision, p_value
+from trackmark.reports.printable import to_xml
 from trackmark.reports.tables import Cell, Table
 
 UNREPEATABLE = "not repeatable"
@@ -277,6 +279,37 @@ def as_data(result: Check) -> dict[str, Any]:
         "cells": [_data(row) for row in result.sequences],
         "means": [_data(row) for row in result.means],
     }
+
+
+def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
+    """Return JUnit XML with a test case per sequence and mean; inconclusive cases are skipped.
+
+    `times`: test cases of timed trackers: tracker, state and message.
+    """
+    cases: list[tuple[str, str, str, str]] = [
+        (row.tracker, row.sequence, "worse" if row.is_regression else row.change.label, _words(row))
+        for row in result.changes
+    ]
+    cases += [(tracker, "time", state, words) for tracker, state, words in times]
+    kinds = {"worse": "failure", "slower": "failure", "inconclusive": "skipped"}
+    suite = ElementTree.Element("testsuite", name="trackmark check", tests=str(len(cases)))
+    for tracker, name, state, words in cases:
+        names = {"classname": to_xml(tracker), "name": to_xml(name)}
+        case = ElementTree.SubElement(suite, "testcase", names)
+        if kind := kinds.get(state):
+            ElementTree.SubElement(case, kind, message=to_xml(words))
+    suite.set("failures", str(len(suite.findall("*/failure"))))
+    suite.set("skipped", str(len(suite.findall("*/skipped"))))
+    return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _words(row: ScoreChange) -> str:
+    """Return the message of a test case."""
+    change = row.change
+    words = f"mean overlap {np.mean(row.old):.4f} -> {np.mean(row.new):.4f} ({change.label})"
+    words += f"; {change.reason}" if change.reason else ""
+    failures = [f"; seed {seed} failed: {reason}" for seed, reason in row.failures.items()]
+    return words + "".join(failures[:1])
 
 
 def _data(row: ScoreChange) -> dict[str, Any]:

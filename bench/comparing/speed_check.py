@@ -234,6 +234,14 @@ def _figures(pace: Pace) -> tuple[str, str, str]:
     return f"{pace.change:+.1%}", f"{pace.low:+.1%} to {pace.high:+.1%}", str(pace.sessions)
 
 
+def speed_cases(paces: Mapping[str, Pace]) -> list[tuple[str, str, str]]:
+    """Return tracker, state and message of each test case for JUnit's XML."""
+    return [
+        (label, pace.state, pace.reason or "time {} ({})".format(*_figures(pace)))
+        for label, pace in paces.items()
+    ]
+
+
 def speed_data(paces: Mapping[str, Pace]) -> list[dict[str, Any]]:
     """Return the entries of `--json`; only a tracker that was timed has numbers."""
     return [

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackmark.reports.files import write_file
 from trackmark.reports.overlay import (
     TRUTH,
     evenly_spaced,
@@ -193,19 +192,6 @@ def test_video_without_frames_leaves_no_file(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         write_video(tmp_path / "v.mp4", images(), {})
     assert list(tmp_path.iterdir()) == []
-
-
-def test_old_file_survives_failed_replacement(tmp_path):
-    path = tmp_path / "a.txt"
-    path.write_text("old")
-
-    def write(file):
-        file.write_text("ne")
-        raise ValueError("why")
-
-    with pytest.raises(ValueError, match="why"):
-        write_file(path, write)
-    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("a.txt", "old")]
 
 
 def test_film_strip_frames_have_own_boxes_or_contours():

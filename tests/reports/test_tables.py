@@ -7,8 +7,6 @@ import subprocess
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from trackmark.reports.renderers import to_csv, to_latex, to_markdown, to_text
 from trackmark.reports.tables import (
@@ -330,14 +328,3 @@ def test_cells_with_statements_are_texts():
     rows = [[Cell("a"), Cell("0 of 2")], [Cell("b"), Cell("1 of 4; post hoc 2 of 4; fragile")]]
     assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows)) == [True, True]
     assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows[:1])) == [True, False]
-
-
-@settings(max_examples=10)
-@given(
-    st.lists(st.floats(0, 1), min_size=1, max_size=6),
-    st.lists(st.floats(0, 1), min_size=1, max_size=6),
-)
-def test_mean_is_mean_of_sequence_means(first, second):
-    rows = [done("a", "s", i, v) for i, v in enumerate(first)]
-    rows += [done("a", "t", i, v) for i, v in enumerate(second)]
-    assert summary(rows).data["mean"][0] == pytest.approx((np.mean(first) + np.mean(second)) / 2)

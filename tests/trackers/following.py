@@ -1,8 +1,20 @@
-"""Functions that run a tracker on images of a test."""
+"""Images of a two-coloured target, and functions that run a tracker on images."""
 
 import numpy as np
 
 from trackmark import trackers
+
+RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
+
+
+def two_coloured(left, top, size, shape, noise=0.0, seed=0):
+    """Return an image of a target on green; its upper half is red, its lower half is blue."""
+    image = np.full((*shape, 3), GREEN, float)
+    middle, columns = top + size[1] // 2, slice(max(left, 0), max(left + size[0], 0))
+    image[max(top, 0) : max(middle, 0), columns] = RED
+    image[max(middle, 0) : max(top + size[1], 0), columns] = BLUE
+    image += np.random.default_rng(seed).normal(0, noise, image.shape)
+    return np.clip(image, 0, 255).astype(np.uint8)
 
 
 def track(name, images, box, seed=0, **parameters):

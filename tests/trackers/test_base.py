@@ -194,23 +194,6 @@ def test_resampling_equal_weights_keeps_every_particle(name, n):
     assert SCHEMES[name](np.full(n, 1 / n), uniforms).tolist() == list(range(n))
 
 
-WEIGHTS = np.random.default_rng(3).dirichlet(np.ones(12))
-N_TRIALS = 2000
-
-
-@pytest.fixture(scope="module")
-def trials():
-    """Return the copies of each particle in many trials, by scheme."""
-    uniforms = np.random.default_rng(4).random((N_TRIALS, 12))
-    return {name: np.array([copies(name, WEIGHTS, u) for u in uniforms]) for name in SCHEMES}
-
-
-@pytest.mark.parametrize("name", SCHEMES)
-def test_expected_copies_are_proportional_to_weights(trials, name):
-    standard_error = trials[name].std(axis=0) / np.sqrt(N_TRIALS) + 1e-9
-    assert (np.abs(trials[name].mean(axis=0) - 12 * WEIGHTS) < 4 * standard_error).all()
-
-
 F, H = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[1.0, 0.0]])
 Q = np.array([[0.25, 0.5], [0.5, 1.0]])
 

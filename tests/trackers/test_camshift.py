@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tests.trackers.following import track
+from tests.trackers.following import BLUE, GREEN, RED, track, two_coloured
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.maps.back_projection import (
@@ -149,18 +149,10 @@ def test_mean_shift_equals_the_definition_in_fractions(
     assert total == expected[3]
 
 
-RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
-
-
-def scene(centre, size=(24, 36), height=120, width=160):
-    """Return an image of a red and blue target on green, and its box."""
-    image = np.full((height, width, 3), GREEN, np.uint8)
-    left, top = round(centre[0] - size[0] / 2), round(centre[1] - size[1] / 2)
-    rows = slice(max(top, 0), max(top + size[1], 0))
-    columns = slice(max(left, 0), max(left + size[0], 0))
-    image[rows, columns] = RED
-    image[max(top + size[1] // 2, 0) : rows.stop, columns] = BLUE
-    return image, np.array([left, top, *size], float)
+def scene(centre):
+    """Return an image of a target, and its box."""
+    left, top = round(centre[0] - 12), round(centre[1] - 18)
+    return two_coloured(left, top, (24, 36), (120, 160)), np.array([left, top, 24, 36], float)
 
 
 def test_camshift_centre_is_the_back_projection_centroid():

@@ -140,44 +140,6 @@ def test_tracker_of_a_paper_has_both_presets(specification):
         assert specification.plugin.paper
 
 
-MEAN_SHIFT = {"stop_distance": 1.0, "max_iterations": 20, "bins": 8, "scale_smoothing": 0.1}
-SHARP = {"sigma": 0.158}  # exp(-20 D²), Pérez et al. 2002
-PRESETS = {
-    "camshift:as-written": {"window": "fixed"},
-    "mean-shift:as-written": {**MEAN_SHIFT, "scale_step": 0.1},
-    "mean-shift-kalman:as-written": {
-        **MEAN_SHIFT,
-        "acceleration_noise": 5.0,
-        "least_coefficient": 0.0,
-    },
-    "multipart:as-written": {"particles": 200, "position_divisor": 3.0, "size_divisor": 10.0}
-    | {"sigma": 0.1, "threshold": 0.4, "resampling": "multinomial"},
-    "nguyen2002:as-written": {"delta": 0.99, "gamma": 0.25, "minimal_speed": 0.05}
-    | dict.fromkeys(["subpixel", "misregistration", "consistency"], False)
-    | dict.fromkeys(["adaptive_noise", "gate", "rebootstrap"], True)
-    | {"features": "invariants", "outlier_rule": "exceeds", "reinitialise": "bootstrap"}
-    | {"norm": "huber", "covariance": "full", "candidates": "skipped", "end": "minimum"},
-    "nummiaro2003:as-written": {"sigma": 0.1, "update_threshold": 0.9, "kick_off": 0.1}
-    | {"update_reading": "density", "placement": "last", "particles": 100, "bins": 8}
-    | {"colour": "rgb", "kernel": "isotropic", "dynamics": "first-order", "axes": "together"}
-    | {"scale_change": "linear", "models": "one", "appearance": "current"},
-    "particle-filter:as-written": {"sigma": 1.0, "particles": 400, "radius": "rule"},
-    "particle-filter:sharp": SHARP,
-    "wang2010:as-written": {"sigma": 1.0, "alpha": 0.7, "beta": 0.8, "particles": 60},
-    "wang2010:recommended": SHARP,
-    "wang2010:sharp": SHARP,
-    "wang2010:robust": {"sigma": 0.1, "radius": 10.0, "stop_distance": 0.5, "difference_window": 7},
-}
-"""Values in the texts of the papers and in the literature."""
-
-
-@pytest.mark.parametrize("name", PRESETS)
-def test_preset_has_the_values_of_the_paper(name):
-    tracker, _, preset = name.partition(":")
-    parameters = trackers.resolve(tracker, preset=preset).parameters.model_dump()
-    assert parameters | PRESETS[name] == parameters
-
-
 def test_every_estimate_is_well_formed(run, clip):
     for estimate, image in zip(run, clip.images[1:], strict=True):
         assert_well_formed(estimate, image)

@@ -180,46 +180,21 @@ def test_recommended_sample_numbers_equal_plain_numpy():
     check_against_plain("moreno2005", 3, **every)
 
 
-NAMES = ["moreno2005", "contour-smooth-color"]
-FRAMES = 8
-
-
-def make_clip(frames=FRAMES, height=120, width=160):
-    """Return images, masks and boxes of a moving disc whose colour changes from red to blue."""
-    random = np.random.default_rng(0)
-    ground = np.full((height, width, 3), 90.0)
-    for _ in range(25):
-        x, y, radius = (int(random.integers(v)) for v in (width, height, 14))
-        cv2.circle(ground, (x, y), radius + 4, random.integers(40, 160, 3).tolist(), -1)
-    images, masks = [], []
-    columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    for frame in range(frames):
-        mask = (columns - 60 - 2.5 * frame) ** 2 + (rows - 55 - frame) ** 2 <= 18**2
-        share = frame / frames
-        picture = ground.copy()
-        picture[mask] = (60 + 150 * share, 40, 220 - 150 * share)
-        picture += random.normal(0, 5, picture.shape)
-        image = np.clip(picture, 0, 255).astype(np.uint8)
-        image.flags.writeable = False
-        images.append(image)
-        masks.append(mask)
-    return images, masks, [box_of(mask) for mask in masks]
-
-
 def similarity(mask, other):
     return (mask & other).sum() / (mask | other).sum()
 
 
 @pytest.fixture(scope="module")
-def disc():
-    return make_clip()
+def clip():
+    return ellipse_clip(6, 120, 160, axes=(22, 14))
 
 
-def run(name, clip, seed=0, with_mask=True, frames=FRAMES, **parameters):
-    images, masks, boxes = clip
-    tracker = trackers.create(name, seed=seed, **parameters)
-    tracker.init(images[0], boxes[0], masks[0] if with_mask else None)
-    return tracker, [tracker.update(image) for image in images[1:frames]]
+def run(name, clip, **parameters):
+    """Return the tracker and its estimates of a clip."""
+    images, masks = clip
+    tracker = trackers.create(name, seed=0, **parameters)
+    tracker.init(images[0], box_of(masks[0]), masks[0])
+    return tracker, [tracker.update(image) for image in images[1:]]
 
 
 VARIANTS = [
@@ -230,16 +205,16 @@ VARIANTS = [
 
 
 @pytest.mark.parametrize(("name", "parameters"), VARIANTS)
-def test_disc_is_segmented_while_its_colour_changes(disc, name, parameters):
-    _, estimates = run(name, disc, **parameters)
-    actual = [similarity(e.mask, mask) for e, mask in zip(estimates, disc[1][1:], strict=True)]
+def test_ellipse_is_segmented_while_its_colour_changes(clip, name, parameters):
+    _, estimates = run(name, clip, **parameters)
+    actual = [similarity(e.mask, mask) for e, mask in zip(estimates, clip[1][1:], strict=True)]
     assert min(actual) > 0.75
     assert np.mean(actual) > 0.85
 
 
-def test_output_can_be_mean_contour_or_posterior(disc):
+def test_output_can_be_mean_contour_or_posterior(clip):
     answers = {
-        key: run("moreno2005", disc, output=key)[1] for key in ("snake", "mean", "posterior")
+        key: run("moreno2005", clip, output=key)[1] for key in ("snake", "mean", "posterior")
     }
     for snake, mean, posterior in zip(*answers.values(), strict=True):
         for key, array in snake.arrays.items():
@@ -263,15 +238,15 @@ def test_output_can_be_mean_contour_or_posterior(disc):
         (np.zeros((120, 160), bool), r"^mask: the target covers no pixel"),
     ],
 )
-@pytest.mark.parametrize("name", NAMES)
-def test_invalid_init_mask_is_rejected(disc, name, mask, words):
+@pytest.mark.parametrize("name", PLAIN)
+def test_invalid_init_mask_is_rejected(clip, name, mask, words):
     with pytest.raises(TrackerError, match=words):
-        trackers.create(name).init(disc[0][0], disc[2][0], mask)
+        trackers.create(name).init(clip[0][0], box_of(clip[1][0]), mask)
 
 
-def test_vanished_target_lowers_the_confidence(disc):
-    images, _, _ = disc
-    tracker, before = run("moreno2005", disc, contour_samples=60)
+def test_vanished_target_lowers_the_confidence(clip):
+    images, _ = clip
+    tracker, before = run("moreno2005", clip, contour_samples=60)
     empty = np.random.default_rng(0).integers(80, 100, images[0].shape).astype(np.uint8)
     for _ in range(6):
         estimate = tracker.update(empty)
@@ -279,10 +254,10 @@ def test_vanished_target_lowers_the_confidence(disc):
     assert estimate.confidence < 0.5 * before[-1].confidence
 
 
-def test_empty_segmentation_keeps_the_model(disc):
-    images, _, _ = disc
+def test_empty_segmentation_keeps_the_model(clip):
+    images, masks = clip
     nothing = np.zeros((120, 160), bool)
-    tracker, _ = run("contour-smooth-color", disc, frames=1, output="posterior")
+    tracker, _ = run("contour-smooth-color", (images[:1], masks), output="posterior")
     before = tracker.colours.fits
     for inside in (nothing, ~nothing):
         tracker.learn(images[1], inside, [])

@@ -8,15 +8,10 @@ from math import exp, floor, hypot, sqrt
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from tests.trackers.following import boxes_of, track
+from tests.trackers.following import boxes_of, track, two_coloured
 from trackmark import trackers
 from trackmark.trackers.histograms.bins import LuvBins
-
-RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
-
 
 RANGES = {
     "full": None,  # the range of a byte
@@ -144,15 +139,10 @@ def slow_track(images, box, seed, **settings):
     return np.array(boxes), confidences, mean_distances, part_distance
 
 
-def picture(centre, size=(12, 20), height=60, width=80, noise=0):
-    """Return an image of a red and blue target on noisy green."""
-    rng = np.random.default_rng(noise)
-    image = np.full((height, width, 3), GREEN, float)
-    left, top = round(centre[0] - size[0] / 2), round(centre[1] - size[1] / 2)
-    rows, columns = slice(max(top, 0), top + size[1]), slice(max(left, 0), left + size[0])
-    image[rows, columns] = BLUE
-    image[rows.start : top + size[1] // 2, columns] = RED
-    return np.clip(image + rng.normal(0, 12, image.shape), 0, 255).astype(np.uint8)
+def picture(centre, noise=0):
+    """Return an image of a target on noisy green."""
+    left, top = round(centre[0] - 6), round(centre[1] - 10)
+    return two_coloured(left, top, (12, 20), (60, 80), 12, noise)
 
 
 @pytest.fixture(scope="module")
@@ -235,13 +225,3 @@ def test_luv_votes_equal_the_slow_definition(scheme):
     for row, column in np.ndindex(luv.shape[:2]):
         expected = slow_votes(tuple(luv[row, column].tolist()), scheme.binning, scheme.uv_range)
         assert votes[row, column].tolist() == expected, luv[row, column]
-
-
-@given(st.integers(0, 99), st.integers(0, 18), st.integers(0, 22), st.integers(1, 23))
-def test_luv_codes_of_a_window_equal_those_of_the_image(seed, top, left, size):
-    image = colours(seed)
-    window = np.s_[top : top + size, left : left + size]
-    luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
-    np.testing.assert_array_equal(cv2.cvtColor(image[window], cv2.COLOR_BGR2LUV), luv[window])
-    scheme = LuvBins()
-    np.testing.assert_array_equal(scheme.codes(image[window]), scheme.codes(image)[window])

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.trackers.references.ellipses import codes_of, histogram_of
 from trackmark import trackers
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
@@ -112,28 +111,6 @@ def picture(seed=0, height=80, width=100):
     return np.random.default_rng(seed).integers(0, 256, (height, width, 3)).astype(np.uint8)
 
 
-def test_background_has_coefficients_on_a_grid():
-    image = picture()
-    half_axes = np.array([8.0, 11.0])
-    background = Background(SharedFrame(image), half_axes, 8.0, JointBins(), "isotropic")
-    columns, rows = np.arange(8, 92.01, 8), np.arange(11, 69.01, 8)
-    assert len(background.positions) == len(columns) * len(rows)
-    np.testing.assert_allclose(np.unique(background.positions[:, 0]), columns)
-    np.testing.assert_allclose(np.unique(background.positions[:, 1]), rows)
-    model = np.random.default_rng(2).dirichlet(np.ones(512))
-    expected = [
-        np.sqrt(
-            histogram_of(codes_of(image), 512, (*centre, *half_axes), "isotropic") * model
-        ).sum()
-        for centre in background.positions[:6]
-    ]
-    actual = background.coefficients(model)
-    np.testing.assert_allclose(actual[:6], expected, atol=1e-5)
-    mean = sum(actual) / len(actual)
-    deviation = sqrt(sum((rho - mean) ** 2 for rho in actual) / len(actual))  # equations 13 and 14
-    assert background.threshold(model) == pytest.approx(mean + 2 * deviation, rel=1e-12)
-
-
 def test_background_excludes_surroundings_of_the_target():
     half_axes, target = np.array([6.0, 9.0]), np.array([50.0, 40.0])
     arguments = SharedFrame(picture()), half_axes, 3.0, JointBins(), "isotropic"
@@ -142,12 +119,6 @@ def test_background_excludes_surroundings_of_the_target():
     assert (away.max(axis=1) >= 2 - 1e-9).all()
     near = np.abs(whole.positions - target) / half_axes
     assert len(background.positions) == (near.max(axis=1) >= 2).sum() < len(whole.positions)
-
-
-def test_background_threshold_is_0_without_background():
-    large = np.array([60.0, 41.0])
-    background = Background(SharedFrame(picture()), large, 3.0, JointBins(), "isotropic")
-    assert background.threshold(np.full(512, 1 / 512)) == 0.0
 
 
 def location_memory(**changes):
@@ -225,24 +196,6 @@ def counts_of(rows):
     return EllipseCounts(rows, rows.sum(axis=1), np.full(len(rows), 99))
 
 
-def test_target_model_forgets_exponentially():
-    first, later = np.array([1.0, 0.0]), np.array([0.0, 1.0])
-    model = TargetModel(first, 3, apart=False, alpha=0.1)
-    for _ in range(7):
-        model.update(later, 1.0, counts_of([[1, 1]] * 3), np.ones(3) / 3, 0.5)
-    np.testing.assert_allclose(model.current, [0.9**7, 1 - 0.9**7])
-    np.testing.assert_array_equal(model.first, first)
-
-
-@pytest.mark.parametrize(("coefficient", "updated"), [(0.90, 0.0), (0.91, 1.0)])
-def test_target_model_is_updated_above_the_coefficient(coefficient, updated):
-    model = TargetModel(np.array([0.5, 0.5]), 3, apart=False, alpha=0.1)
-    actual = counts_of([[1, 1]] * 3)
-    assert model.update(np.array([0.2, 0.8]), coefficient, actual, np.ones(3) / 3, 0.9) == updated
-    np.testing.assert_allclose(model.current, [0.47, 0.53] if updated else [0.5, 0.5])
-    assert model.update(None, 0.0, actual, np.ones(3) / 3, -np.inf) == 0.0  # outside the image
-
-
 def test_models_per_particle_follow_their_particles():
     model = TargetModel(np.array([0.5, 0.5]), 3, apart=True, alpha=0.5)
     actual = counts_of([[1, 1], [1, 0], [0, 0]])
@@ -314,33 +267,6 @@ def test_moving_target_is_followed(parameters):
         assert estimate.visible
         assert estimate.details["mode"] == 1
         assert estimate.details["coefficient"] > 0.7
-
-
-def test_estimate_is_the_weighted_mean_of_the_particles():
-    tracker = started()
-    for estimate in follow(tracker, [with_target(40 + k) for k in range(5)]):
-        particles, weights = estimate.arrays["particles"], estimate.arrays["weights"]
-        mean = (weights[:, np.newaxis] * particles).sum(axis=0)  # equation 1
-        np.testing.assert_allclose(centre(estimate), mean[:2], rtol=1e-12)
-        np.testing.assert_allclose(estimate.box[2:], 2 * mean[4:6], rtol=1e-12)
-        assert estimate.details["half_width"] == pytest.approx(mean[4])
-        assert estimate.details["half_height"] == pytest.approx(mean[5])
-        assert weights.sum() == pytest.approx(1.0)
-        assert estimate.confidence == estimate.details["likelihood"]
-
-
-def test_nummiaro2003_weights_equal_equation_10():
-    tracker = started(sigma=0.1, model_update=False)
-    model = tracker.histogram_of(with_target(40), box_at(40))
-    image = with_target(42)
-    estimate = tracker.update(image)
-    particles, weights = estimate.arrays["particles"], estimate.arrays["weights"]
-    likelihoods = []
-    for x, y, _, _, half_x, half_y, _ in particles:
-        box = np.array([x - half_x, y - half_y, 2 * half_x, 2 * half_y])
-        rho = np.sqrt(tracker.histogram_of(image, box) * model).sum()
-        likelihoods.append(np.exp(-(1 - rho) / (2 * 0.1**2)) / np.sqrt(2 * np.pi * 0.1))
-    np.testing.assert_allclose(weights, likelihoods / np.sum(likelihoods), rtol=1e-9)
 
 
 def test_hidden_target_is_found_again():

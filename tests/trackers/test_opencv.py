@@ -119,22 +119,6 @@ def test_opencv_result_depends_on_the_seed_alone(name, moving_target):
     assert any((other != actual).any() for other in others)
 
 
-@pytest.mark.parametrize(
-    "name", ["opencv-kcf", "opencv-csrt", "opencv-mosse", "opencv-median-flow"]
-)
-def test_deterministic_trackers_ignore_process_state(name, moving_target):
-    specification = usable(name)
-    assert specification.randomness is trackers.Randomness.NONE
-    clip = moving_target(12, velocity=(3, 1), seed=3)
-    actual = boxes_of(specification.create(1), clip)
-    tracker = specification.create(2)
-    tracker.init(clip.images[0], clip.boxes[0])
-    for image, expected in zip(clip.images[1:], actual, strict=True):
-        ctypes.CDLL(None).srand(5)
-        cv2.setRNGSeed(5)
-        np.testing.assert_array_equal(tracker.update(image).box, expected)
-
-
 def another(value, annotation):
     """Return another valid value of a parameter."""
     if isinstance(value, bool):
@@ -311,16 +295,6 @@ def test_missing_model_error_names_its_source(name, tmp_path):
     assert "(Is a directory)" in message
 
 
-@pytest.mark.parametrize("name", KINDS)
-def test_describe_lists_model_files_without_having_any(name):
-    try:
-        about = trackers.describe(name)["parameters"]
-    except TrackerError as error:
-        pytest.skip(str(error))
-    assert [part["name"] for part in about][: len(KINDS[name])] == KINDS[name]
-    assert {part["default"] for part in about if part["type"] == "ModelFile"} == {""}
-
-
 @pytest.mark.parametrize("content", [b"", b"no model" * 50, None], ids=["empty", "words", "half"])
 @pytest.mark.parametrize("name", ["opencv-nano", "opencv-vit"])
 def test_unloadable_model_error_names_the_files(name, content, models, tmp_path, moving_target):
@@ -335,20 +309,6 @@ def test_unloadable_model_error_names_the_files(name, content, models, tmp_path,
         TrackerError, match=f"cannot use the models of .*{last}={broken}: "
     ) as caught:
         trackers.create(name, **files).init(clip.images[0], clip.boxes[0])
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("name", "parameter", "kind"),
-    [("opencv-nano", "backbone", "net"), ("opencv-vit", "net", "neckhead")],
-)
-def test_model_of_another_tracker_is_rejected_by_name(name, parameter, kind, models, moving_target):
-    all_files = {key: file for files in models.values() for key, file in files.items()}
-    files = models[name] | {parameter: all_files[kind]}
-    clip = moving_target(3)
-    tracker = trackers.create(name, **files)
-    with pytest.raises(TrackerError, match=f"models .*{parameter}={all_files[kind]}") as caught:
-        boxes_of(tracker, clip)
     assert "\n" not in str(caught.value)
 
 

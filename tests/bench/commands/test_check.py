@@ -104,7 +104,8 @@ def test_check_selects_sequences_by_any_of_their_names(trackmark, baseline_file)
 
 def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_file, edit):
     edit(SHRUNK)
-    printed = trackmark("check", "own", "--markdown", "pull.md", status=1)
+    files = ("--markdown", "pull.md", "--junit", "check.xml")
+    printed = trackmark("check", "own", *files, status=1)
     lines = printed.stdout.splitlines()
     headline = "FAIL  2 of 4 scores worse, 2 unchanged; 1 tracker worse in the mean"
     assert lines[0].startswith(headline)
@@ -114,6 +115,7 @@ def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_f
     assert "Accept  trackmark check own --accept mine --because '…'" in printed.stderr
     assert "Scores" not in printed.stderr
     assert "REGRESSION" in (workspace / "pull.md").read_text()
+    assert "failure" in (workspace / "check.xml").read_text()
     trackmark("check", "own", "--accept", "mine", "--because", "smaller boxes\x7f")
     (accepted,) = tomllib.loads(baseline_file.read_text())["accepted"]
     assert accepted["because"] == "smaller boxes\x7f"

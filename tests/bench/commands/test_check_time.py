@@ -3,6 +3,7 @@
 import json
 import subprocess
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -89,13 +90,16 @@ def slow_down(file):
 def test_slower_tracker_is_reported(trackmark, workspace, committed_baseline):
     assert trackmark("check", "own", *AGAINST).stdout.count("as fast") == 2
     slow_down(workspace / "knob.py")
-    done = trackmark("check", "own", *AGAINST, "--markdown", "pull.md", status=1)
+    files = ("--markdown", "pull.md", "--junit", "check.xml")
+    done = trackmark("check", "own", *AGAINST, *files, status=1)
     assert "--accept" not in done.stderr  # it replaces scores, and these are unchanged
     printed = done.stdout
     assert printed.startswith("FAIL  2 of 2 scores unchanged; 1 tracker slower")
     assert "mine" in next(line for line in printed.splitlines() if line.startswith("slower"))
     assert "identical  " in printed  # the boxes are
     assert "slower" in (workspace / "pull.md").read_text()
+    failed = ElementTree.parse(workspace / "check.xml").find("testcase/failure/..")
+    assert failed.attrib == {"classname": "mine", "name": "time"}
     data = json.loads(trackmark("check", "own", *AGAINST, "--json", status=1).stdout)
     assert data["verdict"] == "regression"
     first = data["times"][0]

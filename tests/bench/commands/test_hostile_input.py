@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -130,14 +131,16 @@ def test_files_of_check_hold_any_text_or_refuse_it(trackmark, workspace, break_t
     trackmark(*accept, "delete \x7f and escape \x1b")
     trackmark("check", "own")
     (workspace / "loop").symlink_to("loop")
-    for path in ("knob.py/out", "x" * 300, "loop"):
-        message = trackmark("check", "own", "--markdown", path, status=2).stderr
-        assert f"{path}: cannot write (" in message
+    for option in ("--junit", "--markdown"):
+        for path in ("knob.py/out", "x" * 300, "loop"):
+            message = trackmark("check", "own", option, path, status=2).stderr
+            assert f"{path}: cannot write (" in message
     break_tracker("raise ValueError('red' + chr(27) + chr(0) + chr(0xFFFE) + chr(0xD800))")
-    trackmark("check", "own", "--markdown", "check.md", status=1)
-    text = (workspace / "check.md").read_text()
-    assert "ValueError: red" in text
-    assert "\x1b" not in text
+    files = ("--junit", "check.xml", "--markdown", "check.md")
+    trackmark("check", "own", *files, status=1)
+    failure, _mean = ElementTree.parse(workspace / "check.xml").iter("failure")
+    assert "red\\u001b\\u0000\\ufffe\\ud800" in failure.get("message")
+    assert "ValueError: red" in (workspace / "check.md").read_text()
 
 
 HUGE = """self.count = getattr(self, "count", 0) + 1

@@ -112,33 +112,3 @@ def test_experiment_file_sets_its_protocol(trackmark, workspace):
     assert "protocol" not in trackmark("run", "mine.toml", "--protocol", "one-pass").stdout
     (run,) = bench.load_runs(workspace / "results/mine").query("protocol == 'tre'").itertuples()
     assert run.mean_overlap == 1
-
-
-def test_supervised_runs_are_imported_with_equal_scores(trackmark, workspace, otb):
-    otb(workspace / "data" / "Other", 12)
-    knob = (workspace / "knob.py").read_text()
-    drifting = "self.box = self.box + [4, 0, 0, 0]; return Estimate("
-    (workspace / "knob.py").write_text(knob.replace("return Estimate(", drifting))
-    run = ("run", "--trackers", "knob.py:Knob", "--sequences", "data/Other", "--name", "trial")
-    trackmark(*run, "--protocol", "supervised")
-    export = ("results", "export", "results/trial", "there", "--as", "vot")
-    trackmark(*export, status=2)  # there are no one-pass runs
-    trackmark(*export, "--protocol", "supervised")
-    (folder,) = (workspace / "there").iterdir()
-    trackmark("results", "import", f"THEIRS={folder}", "--sequences", "data/Other")
-    ours, theirs = (
-        {
-            (row["sequence"], row["measure"]): float(row["mean"] or "nan")
-            for row in csv.DictReader(
-                trackmark(
-                    "report", f"results/{name}", "--metrics", "vot", "--format", "csv"
-                ).stdout.splitlines()
-            )
-        }
-        for name in ("trial", "published")
-    )
-    assert ours["Other", "failures"] == 2
-    assert theirs == pytest.approx(ours, abs=1e-3, nan_ok=True)
-    trackmark(*run, "--protocol", "sre")
-    message = trackmark(*export, "--protocol", "sre", status=2).stderr
-    assert "vot: the format cannot represent runs with the protocol 'sre'" in message

@@ -1,6 +1,7 @@
-"""Checks against a baseline: labels of changes, printed lines and JSON."""
+"""Checks against a baseline: labels of changes, printed lines, JSON and JUnit test cases."""
 
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from trackmark.bench.comparing.baseline import Baseline, BaselineEntry
 from trackmark.bench.comparing.regression_check import (
     as_data,
+    as_junit,
     changed_facts,
     check,
     table,
@@ -142,17 +144,23 @@ def test_failed_run_is_a_regression_with_any_score():
         "REGRESSION: mine failed in 1 of 60 runs; the baseline has no failures. s0, seed 17: "
         "IndexError: index 64 is out of bounds"
     ) in table(result).notes
+    suite = ElementTree.fromstring(as_junit(result))
+    failures = [case.get("name") for case in suite if case.find("failure") is not None]
+    assert failures == ["s0"]
+    assert "seed 17 failed: IndexError" in as_junit(result)
     (row,) = (row for row in as_data(result)["cells"] if row["failed"])
     assert row["failure"].startswith("IndexError")
 
 
-def test_inconclusive_change_names_the_needed_seeds():
+def test_inconclusive_change_names_seeds_and_is_skipped_in_junit():
     noisy = {"mine": {"s0": entry(np.linspace(0.4, 0.7, SEEDS))}}
     now = {"mine": {"s0": entry(np.linspace(0.7, 0.4, SEEDS), "1")}}
     result = check(baseline(noisy), now, MADE_WITH)
     assert result.verdict == "inconclusive"
     assert any(note.startswith("inconclusive: mine, s0: about ") for note in table(result).notes)
     assert as_data(result)["cells"][0]["seeds_needed"] > SEEDS
+    suite = ElementTree.fromstring(as_junit(result))
+    assert (suite.get("failures"), suite.get("skipped")) == ("0", "2")
 
 
 def test_rows_start_with_the_worst_in_every_format():
@@ -170,6 +178,8 @@ def test_rows_start_with_the_worst_in_every_format():
     assert len(table(result).rows) == 4
     assert len(table(result, whole=True).rows) == 6
     assert "| worse | mine | s1 |" in to_markdown(table(result))
+    suite = ElementTree.fromstring(as_junit(result))
+    assert (suite.get("tests"), suite.get("failures")) == ("6", "1")
 
 
 def test_first_seeds_of_a_baseline_are_compared():

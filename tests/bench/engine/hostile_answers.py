@@ -10,19 +10,12 @@ BOX = "the box"
 # Estimates with these boxes.
 BOXES = [
     ("None", BOX),
-    ("np.zeros(0)", BOX),
     ("self.box[None]", BOX),
-    ("np.broadcast_to(self.box, (1 << 40, 4))", BOX),
     ("np.array(list('1234'))", BOX),
     ("np.array([10**400] * 4)", "OverflowError"),
     ("np.array([Unfloatable()] * 4)", "no number"),
-    ("self.box.astype(complex)", BOX),
-    ("np.array([(1, 2)] * 4, 'i4,i4')", BOX),
     ("np.array([nan, 0, 5, 5])", "finite"),
-    ("np.array([0, 0, inf, 5])", "finite"),
     ("np.array([0, 0, 5.0, 0])", "positive"),
-    ("np.full(4, np.longdouble('1e4000'))", "finite"),
-    ("self.box.view(Liar)", ""),
     ("np.array([1, 1, 1 << 63, 5], np.uint64)", ""),
     ("np.ma.masked_array(self.box, [True] * 4)", ""),
 ]
@@ -31,20 +24,15 @@ OTHERS = [
     ("confidence=1.5", "confidence"),
     ("confidence=10**400", "OverflowError"),
     ("visible=np.ones(2)", "ValueError"),
-    ("visible=Undecided()", "undecided"),
     ("details=None", "AttributeError"),
     ("details={'a': None}", ""),
     ("details={'a': 'b'}", "ValueError"),
     ("details={'a': Unfloatable()}", "no number"),
     ("details={5: 1.0}", "detail"),
-    ("details={'a\\nb': 1.0}", "detail"),
-    ("details=Unreadable()", "unreadable"),
-    ("mask=5", "mask"),
     ("mask=image", "mask"),
     ("mask=np.ones((2, 2), bool)", "mask"),
     ("revised=5", "AttributeError"),
     ("revised={-1: self.box}", "revised"),
-    ("revised={1.5: self.box}", "revised"),
     ("revised={1: self.box * nan}", "finite"),
 ]
 # Statements in frame 3.
@@ -54,23 +42,19 @@ ACTS = [
     ("return Unspeakable()", "no text"),
     ("raise RuntimeError('no wish to go on')", "RuntimeError: no wish to go on"),
     ("raise Unspeakable", "Unspeakable"),
-    ("raise type('E' * 10**6, (Exception,), {})", "EEE"),
     ("raise RuntimeError('x' * 5_000_000)", "RuntimeError: xxx"),
     ("raise RuntimeError('a\\nb\\r\\x1b[2Jc')", "RuntimeError: a"),
-    ("raise SyntaxError('bad', ('f.py', -5, 10**9, None))", "SyntaxError: bad"),
     ("raise BaseException('base')", "BaseException: base"),
-    ("raise ExceptionGroup('many', [ValueError()] * 10**3)", "many"),
     ("raise SystemExit(Unspeakable())", "SystemExit"),
     ("return self.strike(image)", "RecursionError"),
     ("image[:] = 0", "read-only"),
-    ("image.ravel().setflags(write=True)", "WRITEABLE"),
     ("cv2.rectangle(image, (0, 0), (9, 9), 0, -1)", "cv2|error"),
     ("type(self).__name__ = 'Innocent'", ""),
     ("return Estimate(self.box, arrays=5)", ""),
 ]
 
 KINDS = """
-from math import inf, nan
+from math import nan
 
 import cv2
 
@@ -86,22 +70,6 @@ class Unfloatable:
     def __float__(self):
         raise RuntimeError("this is no number")
 
-
-class Undecided:
-    def __bool__(self):
-        raise RuntimeError("this is undecided")
-
-
-class Unreadable(dict):
-    def items(self):
-        raise RuntimeError("this is unreadable")
-
-    __bool__ = lambda self: True
-
-
-class Liar(np.ndarray):
-    def tolist(self):
-        return [float("nan")] * 4
 """
 
 ROWS = {

@@ -8,9 +8,7 @@ import pytest
 
 from tests.bench.exchange.import_builder import import_runs
 from trackmark.bench import exchange
-from trackmark.bench.exchange.importing import (
-    parse_imported_tracker,
-)
+from trackmark.bench.exchange.importing import parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
 from trackmark.bench.metrics.preset import FrameState
 

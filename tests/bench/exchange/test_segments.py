@@ -15,10 +15,7 @@ from trackmark.bench import metrics
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.exchange.exporting import export_results
-from trackmark.bench.exchange.importing import (
-    ResultSequence,
-    parse_imported_tracker,
-)
+from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.store.manifest import Manifest

@@ -52,13 +52,6 @@ def finished(workspace):
     return workspace
 
 
-def test_deterministic_tracker_runs_once(workspace):
-    assert states(workspace) == {
-        ("static", 0): "left",
-        **{("knob.py:Knob", repetition): "left" for repetition in range(3)},
-    }
-
-
 def test_tracker_can_have_its_own_number_of_repetitions(workspace):
     knob = f"{workspace / 'knob.py'}:Knob"
     assert len(states(workspace, repeated={knob: 1})) == 2
@@ -67,18 +60,6 @@ def test_tracker_can_have_its_own_number_of_repetitions(workspace):
 def test_missing_region_is_rejected_before_first_run(workspace):
     with pytest.raises(SequenceError, match="no region 'full'"):
         states(workspace, trackers=("static:init=full",))
-
-
-def test_more_repetitions_leave_the_old_ones_done(finished):
-    run_states = states(finished, repetitions=5)
-    assert [run_states["knob.py:Knob", i] for i in range(5)] == ["done"] * 3 + ["left"] * 2
-
-
-def test_changed_tracker_makes_only_its_runs_stale(finished):
-    append(finished / "knob.py", "CHANGED = True\n")
-    run_states = states(finished)
-    assert run_states.pop(("static", 0)) == "done"
-    assert set(run_states.values()) == {"stale"}
 
 
 def test_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
@@ -252,17 +233,6 @@ def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
     )
     second = make_plan(experiment(workspace), Results(workspace / "none"), opened_sequences)
     assert first.versions == second.versions
-
-
-def test_manifest_has_versions_of_the_stored_runs(finished):
-    results = Results(finished / "results" / "trial")
-    plan = make_plan(experiment(finished), results)
-    stored = {}
-    for file in results.list_keys():
-        key = results.read(file).identity
-        stored[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
-    assert dict(plan.manifest().versions) == stored
-    assert plan.counts().tolist() == [[0, 0, 0, 1], [0, 0, 0, 3]]
 
 
 def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):

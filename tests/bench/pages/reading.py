@@ -82,6 +82,21 @@ def write_experiment_page(experiment, folder, report_tables=None, **options):
     return paths[0]
 
 
+def failing_tracker(frame, step=0):
+    """Return the source of a tracker that fails in a frame; until then its box moves faster."""
+    return f"""
+class Failing:
+    def init(self, image, box):
+        self.box, self.frame = box, 0
+
+    def update(self, image):
+        self.frame += 1
+        if self.frame == {frame}:
+            raise ValueError("no <b>colour</b> is left")
+        return self.box + [{step} * self.frame, 0, 0, 0]
+"""
+
+
 def canonical_name(text):
     """Return the canonical name of a sequence."""
     return datasets.load(text).name

@@ -13,6 +13,7 @@ from tests.bench.pages.reading import (
     canonical_name,
     check_accessibility,
     check_texts,
+    failing_tracker,
     violations,
     write_experiment_page,
 )
@@ -23,30 +24,15 @@ pytestmark = browser.needs_browser
 
 LONG = "x" * 52
 
-FAILING = '''
-"""Fails in frame 3."""
-from trackmark.trackers.base.interface import Estimate, TrackerPlugin
+STILL = """
 
-
-class Failing(TrackerPlugin):
-    """Fails in frame 3."""
-
-    def init(self, image, box, mask=None):
-        self.box, self.frame = box, 0
+class Still:
+    def init(self, image, box):
+        self.box = box
 
     def update(self, image):
-        self.frame += 1
-        if self.frame == 3:
-            raise ValueError("no <b>colour</b> is left")
-        return Estimate(self.box)
-
-
-class Still(Failing):
-    """Keeps the first box."""
-
-    def update(self, image):
-        return Estimate(self.box)
-'''
+        return self.box
+"""
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +40,7 @@ def write_extreme(tmp_path_factory, without_processes):
     """Provide a function that runs an experiment and writes its page."""
     folder = tmp_path_factory.mktemp("extremes")
     file = folder / "failing.py"
-    file.write_text(FAILING)
+    file.write_text(failing_tracker(3) + STILL)
 
     def write(name, trackers, n_scenes):
         named = tuple(tracker.replace("FILE", str(file)) for tracker in trackers)

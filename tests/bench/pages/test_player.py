@@ -15,6 +15,7 @@ from tests.bench.pages.reading import (
     address_of,
     canonical_name,
     data_of,
+    failing_tracker,
     open_frame,
     state,
     write_experiment_page,
@@ -427,27 +428,8 @@ def test_absent_failures_are_stated(opened_page):
     assert opened_page.run(MESSAGE) == "No shown tracker leaves the true box."
 
 
-FAILING = '''
-"""Fails in frame 12."""
-from trackmark.trackers.base.interface import Estimate, TrackerPlugin
-
-
-class Failing(TrackerPlugin):
-    """Fails in frame 12."""
-
-    def init(self, image, box, mask=None):
-        self.box, self.frame = box, 0
-
-    def update(self, image):
-        self.frame += 1
-        if self.frame == 12:
-            raise ValueError("no <b>colour</b> is left")
-        return Estimate(self.box + [12 * self.frame, 0, 0, 0])
-'''
-
-
 def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path, without_processes):
-    (tmp_path / "failing.py").write_text(FAILING)
+    (tmp_path / "failing.py").write_text(failing_tracker(12, step=12))
     trackers = ("static", f"{tmp_path / 'failing.py'}:Failing")
     experiment = Experiment("mine", trackers, (SequenceSource("plain/target:length=20"),))
     with without_processes():

@@ -7,15 +7,11 @@ import pytest
 
 from tests.bench.claims.entries import claim
 from trackmark.bench.claims.claims_file import read_claims
-from trackmark.bench.claims.row_verdicts import judge_row
-from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.papers import Effort, plan
 from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.evidence import evidence
 from trackmark.bench.papers.measures import check_measure
 from trackmark.bench.papers.plan import experiments, requests, scene_names, tracker_text
-from trackmark.bench.papers.runs import Context, StoredRuns
 
 PAPER = """
 version = 1
@@ -148,23 +144,3 @@ def test_claim_of_contributing_is_planned(claims, plain_description):
     check_measure(claim.measure, "wang2010")
     (experiment,) = experiments(plain_description, requests(plain_description, claims, Effort()))
     assert (experiment.name, len(experiment.sequences)) == ("wang2010-hand", 12)
-
-
-@pytest.mark.slow
-def test_claim_is_judged_from_its_toml_alone(claims, plain_description, tmp_path):
-    requested = {}
-    for experiment in experiments(
-        plain_description, requests(plain_description, claims, Effort(seeds=1))
-    ):
-        execution = Execution(experiment, tmp_path, jobs=1)
-        assert list(execution.rows()) is not None
-        requested[experiment.name] = execution.plan.manifest().versions
-    runs = StoredRuns(tmp_path, requested, plain_description)
-    context = Context(plain_description, claims, runs, tmp_path, Effort())
-    (claim,) = claims.values()
-    settings = ("as-written", "recommended")
-    row = judge_row(claim, {name: evidence(claim, name, context) for name in settings})
-    verdicts = [row.verdicts[name] for name in settings]
-    assert [verdict.cells for verdict in verdicts] == [12, 12]
-    assert all(verdict.effect.endswith("px, 12 scenes") for verdict in verdicts)
-    assert verdicts[0].verdict == "holds"

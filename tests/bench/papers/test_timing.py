@@ -16,12 +16,7 @@ from trackmark.bench.papers.measures import paper_module
 from trackmark.bench.papers.multipart import timing as multipart
 from trackmark.bench.papers.nummiaro2003 import timing as nummiaro2003
 from trackmark.bench.papers.plan import tracker_text
-from trackmark.bench.papers.timing import (
-    ROUNDS,
-    open_clips,
-    tracker_methods,
-    turn_times,
-)
+from trackmark.bench.papers.timing import ROUNDS, open_clips, tracker_methods, turn_times
 from trackmark.bench.papers.wang2010 import timing as wang2010
 
 IMAGES = [np.full((2, 2, 3), shade, np.uint8) for shade in range(9)]

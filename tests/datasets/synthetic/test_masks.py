@@ -147,8 +147,26 @@ def test_boxes_are_tight_around_masks(name, pixels):
 
 
 @pytest.mark.parametrize(
+    "name", [pytest.param("wang2010/cup", marks=slow_if_unchanged("wang2010/cup"))]
+)
+def test_box_of_partly_hidden_cup_is_tight(name):
+    """The hand covers a part of the cup in all frames."""
+    sequence, cup = opened(name)
+    for frame in range(0, 80, 9):
+        x, y, width, height = sequence.boxes[frame]
+        whole = cup.seen(frame)[0] >= 0.5
+        edges = mask_edges(whole[:, ::-1] if cup.plan.mirrored else whole)
+        assert edges == pytest.approx([x, y, x + width, y + height], abs=1)
+
+
+@pytest.mark.parametrize(
     ("name", "options", "affected"),
-    [("multipart/8", "light=dappled", "shade"), ("stress/twin", "light=dappled", "")],
+    [("stress/twin", "light=dappled", "")]
+    + [
+        pytest.param(
+            "multipart/8", "light=dappled", "shade", marks=slow_if_unchanged("multipart/8")
+        )
+    ],
 )
 def test_light_parameter_changes_only_the_shade_attribute(name, options, affected):
     plain, variant = (opened(text)[0] for text in (name, f"{name}:{options}"))

@@ -4,20 +4,16 @@
 """
 
 import colorsys
-from math import floor, sqrt
 
 import numpy as np
 import pytest
 
-from trackmark.bench.papers.wang2010.plain import PlainCamShift, PlainImprovedCamShift
+from trackmark.bench.papers.wang2010.plain import PlainImprovedCamShift
 from trackmark.bench.papers.wang2010.plain_maps import (
     colour_bins,
     colour_map,
     local_difference,
     make_template,
-    mean_shift,
-    moving,
-    threshold,
 )
 
 RED, DULL = (0, 0, 250), (90, 100, 95)  # BGR
@@ -53,39 +49,6 @@ def test_box_without_pixels_that_count_is_refused():
     image, box = disc()
     with pytest.raises(ValueError, match="no pixel is in the image and within the limits"):
         make_template(image, box, limits=(0.0, 251 / 255, 1.0))
-
-
-def test_moving_pixels_exceed_mean_and_deviations():
-    difference = np.array([[0, 0, 0, 8]])
-    assert threshold(difference, 1.5) == pytest.approx(2 + 1.5 * sqrt((3 * 4 + 36) / 4))
-    assert moving(difference, 1.5).tolist() == [[False, False, False, True]]
-    assert not moving(difference, 2).any()
-    assert not moving(np.full((3, 4), 7)).any()  # 7 is not above 7
-
-
-def test_centre_rounded_off_an_edge_has_the_window_of_the_edge():
-    values = np.random.default_rng(0).random((19, 25))
-    exact = mean_shift(values, 12.5, 9.0, 6, 5, max_iterations=1)
-    for error in (1e-12, -1e-12):
-        moved = mean_shift(values, 12.5 + error, 9.0 + error, 6, 5, max_iterations=1)
-        assert moved == exact
-    assert mean_shift(values, 12.5 - 1e-6, 9.0, 6, 5, max_iterations=1) != exact
-
-
-def test_adaptive_window_follows_bradskis_rule_within_limits():
-    image, _ = disc()
-    tracker = PlainCamShift(window="adaptive")
-    tracker.init(image, np.array([26.0, 15, 8, 10]))
-    mass = 80  # the window of the first frame is all red
-    sides = [floor(2 * sqrt(mass * 0.8) + 0.5), floor(2 * sqrt(mass / 0.8) + 0.5)]
-    assert tracker.update(image)[2:].tolist() == sides
-    red = np.full((60, 80, 3), RED, np.uint8)
-    for _ in range(8):
-        box = tracker.update(red)
-    assert box.tolist() == [0, 0, 80, 60]
-    dot = np.full((60, 80, 3), DULL, np.uint8)
-    dot[30, 40] = RED
-    assert tracker.update(dot).tolist() == [39, 29, 3, 3]
 
 
 def test_maps_forget_the_earlier_clip_at_initialisation():

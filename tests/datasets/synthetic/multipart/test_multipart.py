@@ -1,4 +1,4 @@
-"""Walking scenes: ground truth, `stress/twin`, paths and walkers."""
+"""Walking scenes: ground truth, `stress/twin` and outlines of walkers."""
 
 import numpy as np
 import pytest
@@ -7,18 +7,9 @@ from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, slow_if_unchanged
 from trackmark import datasets
-from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.multipart.look import WalkerLook
-from trackmark.datasets.synthetic.multipart.street_walk import multipart_plan
 from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
-from trackmark.datasets.synthetic.render import views
-from trackmark.datasets.synthetic.render.prop import visible_part
-from trackmark.datasets.synthetic.render.views import (
-    FRAMES_PER_SECOND,
-    straight_path,
-    walk_through_points,
-)
 
 pytestmark = slow_if_unchanged("multipart/1", "stress/twin")
 
@@ -83,57 +74,6 @@ def test_post_hides_a_part_and_pillar_most_of_the_target(name, least, most):
     assert sequence.visibility[behind].size < 30
 
 
-coverages = st.builds(
-    lambda left, top, height, width, seed: (
-        left,
-        top,
-        np.random.default_rng(seed).integers(0, 256, (height, width), dtype=np.uint8),
-    ),
-    st.integers(-20, 650),
-    st.integers(-20, 490),
-    st.integers(1, 30),
-    st.integers(1, 30),
-    st.integers(0, 99),
-)
-
-
-@settings(max_examples=80, deadline=None)
-@given(target=coverages, others=st.lists(coverages, max_size=3))
-def test_visible_part_agrees_with_slow_reference(target, others):
-    def whole(coverage):
-        picture = np.zeros((600, 800))
-        left, top, alpha = coverage
-        picture[50 + top : 50 + top + len(alpha), 50 + left : 50 + left + alpha.shape[1]] = alpha
-        return picture[50:530, 50:690]
-
-    expected = whole(target)
-    for other in others:
-        expected = expected * (1 - whole(other) / 255)
-    left, top, seen = visible_part(target, others)
-    result = np.zeros((480, 640))
-    result[top : top + len(seen), left : left + seen.shape[1]] = seen
-    assert np.abs(result - expected).max() <= 0.5 * len(others) + 1e-9
-
-
-@settings(max_examples=4, deadline=None)
-@given(seed=SEEDS, number=st.sampled_from("5678"))
-def test_fixed_scenes_have_short_occlusions_and_clear_start(seed, number):
-    plan = multipart_plan(number, seed)
-    boxes, seen = plan.measured
-    assert boxes.shape == (len(plan), 4)
-    assert (seen[:10] > 0.85).all()
-    assert seen.min() < 0.7
-    hidden = np.diff(np.flatnonzero(np.diff(seen < 0.3, prepend=False, append=False)))[::2]
-    assert (hidden < 8).all()  # duration of a passing person
-    assert (seen < 0.9).mean() < 0.4
-
-
-def test_background_of_followed_target_changes_rapidly(sequence):
-    if DESIGNS[sequence.name[-1]].follows:
-        first, second = (sequence[frame][100:220].astype(int) for frame in (300, 340))
-        assert np.abs(first - second).mean() > 12
-
-
 def twin(**parameters):
     return datasets.load(":".join(["stress/twin", *(f"{k}={v}" for k, v in parameters.items())]))
 
@@ -195,176 +135,8 @@ def test_twin_distance_changes_only_the_second_person():
     assert near.frames.plan.seed == far.frames.plan.seed
 
 
-FOLLOWED = [design for design in DESIGNS.values() if design.follows]
-FIXED = [design for design in DESIGNS.values() if not design.follows]
-
-
-def columns(seen, path):
-    """Return the image column of a walker's axis in every frame."""
-    return np.array([seen[t].column(path.x[t], path.z[t]) for t in range(len(path.x))])
-
-
-def test_straight_path_has_matching_speed_gait_and_heading():
-    path = straight_path(100, 40, (2.0, 8.0), (-1.3, 0.0), 0.25)
-    assert (path.x[40], path.z[40]) == (2.0, 8.0)
-    assert np.diff(path.x) * FRAMES_PER_SECOND == pytest.approx(-1.3)
-    assert np.abs(path.heading) == pytest.approx(np.pi, abs=0.02)
-    assert path.stride == pytest.approx(1)
-    assert path.phase[0] == pytest.approx(0.25, abs=0.01)
-    assert np.diff(path.phase).mean() * FRAMES_PER_SECOND == pytest.approx(1.3 / 1.42, rel=0.01)
-
-
-@pytest.mark.parametrize(
-    ("goal", "heading"), [((9, 5), 0), ((0, -9), np.pi / 2), ((0, 19), -np.pi / 2)]
-)
-def test_heading_points_to_the_camera_for_falling_depth(goal, heading):
-    path = walk_through_points(40, (0.0, 5.0), iter([goal]), 1.2, 0.0)
-    assert path.heading == pytest.approx(heading, abs=0.02)
-
-
-@settings(max_examples=12, deadline=None)
-@given(seed=SEEDS, design=st.sampled_from(FOLLOWED))
-def test_followed_target_stays_in_view_and_depth_range(seed, design):
-    random = np.random.default_rng(seed)
-    path = routes.sample_followed_path(random, design)
-    seen = views.sample_following_views(random, path)
-    assert len(path.x) == design.length
-    assert (path.z > design.depths[0] - 0.6).all()
-    assert (path.z < design.depths[1] + 0.6).all()
-    place = columns(seen, path)
-    assert (place > 110).all()
-    assert (place < 530).all()
-    assert place.std() > 25  # not always in the middle
-    assert np.abs(np.diff(seen.x)).max() < 0.16
-    assert np.abs(np.diff(seen.shift_x)).max() > 3  # quick turns
-    assert np.ptp(path.heading) > np.pi / 2
-
-
-@settings(max_examples=15, deadline=None)
-@given(seed=SEEDS, number=st.sampled_from(["1", "4"]))
-def test_followed_target_changes_size_by_a_third(seed, number):
-    z = routes.sample_followed_path(np.random.default_rng(seed), DESIGNS[number]).z
-    assert 1.3 < z.max() / z.min() < 2.3
-
-
-@settings(max_examples=12, deadline=None)
-@given(seed=SEEDS, design=st.sampled_from(FIXED))
-def test_target_of_fixed_camera_stays_completely_in_view(seed, design):
-    random = np.random.default_rng(seed)
-    seen = views.sample_fixed_views(random, design.length)
-    path = routes.sample_path_in_view(random, design, seen)
-    place = columns(seen, path)
-    assert (place > 20).all()
-    assert (place < 620).all()
-    assert np.ptp(place) > 150
-    assert seen.still.row(0.0, path.z).max() < 480
-    assert seen[0] == seen[design.length - 1] == seen.still
-
-
-@settings(max_examples=10, deadline=None)
-@given(seed=SEEDS, design=st.sampled_from(FIXED))
-def test_path_before_target_occludes_at_the_requested_time(seed, design):
-    random = np.random.default_rng(seed)
-    seen = views.sample_fixed_views(random, design.length)
-    target = routes.sample_path_in_view(random, design, seen)
-    when = design.length * 0.5
-    path = routes.sample_path_before_target(random, seen, target, [], when)
-    crossing = np.abs(columns(seen, path) - columns(seen, target))
-    first = int(when - 0.05 * design.length) - 1
-    last = int(when + 0.05 * design.length) + 2
-    near = np.arange(first, last)[crossing[first:last].argmin()]
-    assert crossing[near] < 5
-    assert path.z[near] < target.z[near] - 0.6
-
-
-@settings(max_examples=10, deadline=None)
-@given(seed=SEEDS, distance=st.floats(0, 3))
-def test_path_beside_target_reaches_the_requested_distance(seed, distance):
-    random = np.random.default_rng(seed)
-    seen = views.sample_fixed_views(random, 150)
-    target = straight_path(150, 75, (0.0, 8.0), (0.55, 0.0), 0.0)
-    width = 0.24 * 1.75 * seen.still.scale(target.z)
-    twin = routes.sample_path_beside_target(random, seen, target, width, distance)
-    apart = np.abs(columns(seen, twin) - columns(seen, target)) / width
-    assert apart.min() == pytest.approx(distance, abs=1e-6)
-    assert apart.argmin() == 75
-    assert apart[0] > distance + 4
-    assert (twin.z < target.z - 0.5).all()
-
-
-@settings(max_examples=12, deadline=None)
-@given(seed=SEEDS)
-def test_overtaking_path_keeps_distance_and_passes_once(seed):
-    random = np.random.default_rng(seed)
-    seen = views.sample_fixed_views(random, 300)
-    target = routes.sample_path_in_view(random, DESIGNS["5"], seen)
-    path = routes.sample_overtaking_path(random, seen, target, [], 150, 0.9)
-    apart = np.hypot(path.x - target.x, path.z - target.z)
-    assert apart.min() > routes.ELBOW_ROOM
-    near = np.flatnonzero(np.abs(path.x - target.x) < 1.5)
-    assert 50 < len(near) < 120
-
-
-@settings(max_examples=8, deadline=None)
-@given(seed=SEEDS)
-def test_crossing_path_passes_before_the_target_in_time(seed):
-    random = np.random.default_rng(seed)
-    seen = views.sample_fixed_views(random, 377)
-    target = routes.sample_path_in_view(random, DESIGNS["7"], seen)
-    path = routes.sample_crossing_path(random, seen, target, [], (0.87, 0.9))
-    apart = np.abs(columns(seen, path) - columns(seen, target))[300:]
-    nearest = 300 + int(apart.argmin())
-    assert 0.86 * 377 < nearest < 0.91 * 377
-    assert path.z[nearest] < target.z[nearest] - 0.4
-
-
-@given(seed=SEEDS)
-def test_clothes_differ_as_requested(seed):
-    random = np.random.default_rng(seed)
-    shirt, trousers = casting.sample_two_coloured_clothes(random)
-    assert casting.chroma_distance(shirt, trousers) > 60
-    first, second = casting.sample_plain_clothes(random)
-    assert casting.chroma_distance(first, second) < 12
-    passer = casting.sample_passer_clothes(random, (shirt, trousers))
-    target_colours = (shirt, trousers)
-    assert min(casting.chroma_distance(a, b) for a in passer for b in target_colours) > 30
-    street = casting.sample_street_clothes(random)
-    other = casting.sample_other_clothes(random, street)
-    assert min(np.abs(np.subtract(a, b)).max() for a in street for b in other) > 25
-
-
 LOOK = WalkerLook(shirt=(40, 50, 170), trousers=(120, 70, 40), bag=(60, 160, 60))
 WALKER = Walker(LOOK, 1)
-ONES = np.ones(5)
-
-RIGHT, FRONT, LEFT, BACK = 0.0, np.pi / 2, np.pi, -np.pi / 2
-
-
-def drawn(walker=WALKER, ground=128, x=160.0, y=280.0, height=240.0, gains=ONES, **pose):
-    canvas = np.full((320, 320, 3), ground, np.uint8)
-    chosen = GaitPose(**{"phase": 0.2, "stride": 1.0, "heading": RIGHT} | pose)
-    walker.draw(canvas, x, y, height, chosen, gains)
-    return canvas
-
-
-def changed(**options):
-    """Return the pixels that occlude the ground."""
-    dark, light = drawn(ground=0, **options), drawn(ground=255, **options)
-    return (light.astype(int) - dark).min(axis=2) < 250
-
-
-@pytest.mark.parametrize("heading", [RIGHT, FRONT, BACK, 0.8])
-@pytest.mark.parametrize("phase", [0.2, 0.7])
-def test_silhouette_equals_the_drawing_without_motion(heading, phase):
-    pose = {"phase": phase, "stride": 0.0, "heading": heading}
-    dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
-    painted = 255 - (light.astype(int) - dark).mean(axis=2)
-    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, GaitPose(**pose))
-    whole = np.zeros((320, 320))
-    whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage
-    body = np.arange(320)[:, None] < 262  # above the shadow
-    assert np.abs(painted - whole)[np.broadcast_to(body, whole.shape)].max() <= 12
-    assert (painted >= whole - 12).all()
 
 
 @pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 5))

@@ -1,19 +1,12 @@
 """Rendering: sprites, camera, paths, triangle meshes and streets."""
 
-from dataclasses import replace
-
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackmark.datasets.synthetic.render.camera import Camera
-from trackmark.datasets.synthetic.render.path import random_loop
 from trackmark.datasets.synthetic.render.sprite import Sprite
-from trackmark.datasets.synthetic.render.street.street import HOUSES, Reach, Street
 from trackmark.datasets.synthetic.render.triangles import FINE, Mesh, render_mesh
-from trackmark.datasets.synthetic.render.views import Viewpoint
 
 
 def bilinear(image, x, y):
@@ -73,49 +66,6 @@ def test_sprite_covers_its_scaled_area(scale):
     assert canvas[:, :, 0].sum() / 255 == pytest.approx(64 * 48 * scale * scale, rel=0.02)
 
 
-SIZE = 160, 120
-
-
-def grey(level=128):
-    return np.full((*SIZE[::-1], 3), level, np.uint8)
-
-
-def test_camera_vignette_reaches_the_requested_fall():
-    image = Camera(SIZE, noise=0.0, fall=(0.2, 0.4)).exposed(grey(), 1, 2)[..., 0] / 128
-    middle = image[60, 80], image[0, 80], image[-1, 80], image[60, 0], image[60, -1]
-    assert middle == pytest.approx([1, 0.8, 0.8, 0.6, 0.6], abs=0.015)
-
-
-@pytest.mark.parametrize("noise", [1.0, 4.0])
-def test_camera_noise_differs_by_frame_and_seed(noise):
-    camera = Camera(SIZE, noise, fall=(0.0, 0.0))
-    images = [camera.exposed(grey(), *key).astype(float) for key in ((1, 2), (1, 3), (2, 2))]
-    for image in images:
-        assert image.std() == pytest.approx(np.hypot(noise, 1 / np.sqrt(12)), rel=0.05)
-    correlations = np.corrcoef([image.ravel() for image in images])
-    assert np.abs(correlations - np.eye(3)).max() < 0.02
-
-
-def test_camera_gain_is_scalar_or_per_column():
-    camera = Camera(SIZE, noise=0.0, fall=(0.0, 0.0))
-    assert (camera.exposed(grey(), 1, 2) == 128).all()
-    assert (camera.exposed(grey(), 1, 2, 0.5) == 64).all()
-    each = camera.exposed(grey(), 1, 2, np.repeat([0.5, 1.5], 80))
-    assert (each[:, :80] == 64).all()
-    assert (each[:, 80:] == 192).all()
-
-
-@given(seed=st.integers(0, 1000), speed=st.floats(0.05, 8))
-def test_random_loop_stays_in_its_rectangle_at_its_speed(seed, speed):
-    loop = random_loop(np.random.default_rng(seed), [20, 30], [300, 200], speed)
-    places = loop.positions(np.arange(2000))
-    assert (places >= [20, 30]).all()
-    assert (places <= [300, 200]).all()
-    way = np.hypot(*np.diff(places, axis=0).T)
-    assert (way <= speed * (1 + 1e-9)).all()
-    assert way.mean() > 0.9 * speed
-
-
 MESH_SIZE = 16, 12
 
 
@@ -167,67 +117,3 @@ def test_render_mesh_shows_the_nearest_triangle(closed):
     assert alone.sum() > 40
     assert picture[alone, :3] == pytest.approx(means[alone], abs=0.06)
     assert picture[..., :3].mean() == pytest.approx(means.mean(), rel=0.03)
-
-
-STILL = Viewpoint(focal=700.0, eye=1.6, horizon=190.0, centre=320.0)
-REACH = Reach((0.0, 3.0), (-40.0, 40.0), (-12.0, 12.0))
-
-
-@pytest.fixture(scope="module")
-def street():
-    return Street(5, (640, 480), STILL, REACH)
-
-
-def seen(street, camera=STILL, **motion):
-    canvas = np.full((480, 640, 3), 255, np.uint8)
-    canvas[..., 0] = 0  # yellow: not a colour of streets
-    street.draw(canvas, camera, **motion)
-    return canvas
-
-
-def shift_between(first, second, rows, limit=120):
-    """Return the shift of a strip of rows [columns], with subpixel accuracy."""
-    strip = first[rows, limit:-limit].astype(np.float32)
-    score = cv2.matchTemplate(second[rows].astype(np.float32), strip, cv2.TM_SQDIFF)[0]
-    best = int(score.argmin())
-    low, middle, high = score[best - 1 : best + 2]
-    return best + 0.5 * (low - high) / (low - 2 * middle + high) - limit
-
-
-def test_houses_move_by_their_distance(street):
-    first, second = (seen(street, replace(STILL, x=x)) for x in (1.0, 2.0))
-    moved = shift_between(first, second, slice(60, 200))
-    assert moved == pytest.approx(-700.0 / HOUSES, abs=0.3)
-
-
-@pytest.mark.parametrize("row", [290, 350, 430])
-def test_ground_moves_by_its_distance(street, row):
-    first, second = (seen(street, replace(STILL, x=x)) for x in (1.0, 1.25))
-    z = 700.0 * 1.6 / (row + 0.5 - 190.0)
-    moved = shift_between(first, second, slice(row, row + 1))
-    assert moved == pytest.approx(-0.25 * 700.0 / z, abs=0.35)
-
-
-def test_camera_rotation_shifts_the_whole_image(street):
-    first = seen(street, replace(STILL, x=1.0))
-    turned = seen(street, replace(STILL, x=1.0, shift_x=24.0))
-    for rows in (slice(60, 200), slice(300, 301), slice(440, 441)):
-        assert shift_between(first, turned, rows) == pytest.approx(24.0, abs=0.05)
-    nodded = seen(street, replace(STILL, x=1.0, shift_y=8.0))
-    np.testing.assert_array_equal(nodded[8:200], first[:192])
-    np.testing.assert_array_equal(nodded[300:], first[292:-8])
-
-
-@settings(max_examples=10, deadline=None)
-@given(
-    x=st.floats(0, 3),
-    right=st.floats(-40, 40),
-    down=st.floats(-12, 12),
-    motion=st.floats(-6, 6),
-    travel=st.floats(-0.05, 0.05),
-)
-def test_street_fills_every_pixel_within_its_reach(street, x, right, down, motion, travel):
-    camera = replace(STILL, x=x, shift_x=right, shift_y=down)
-    picture = seen(street, camera, motion=(motion, 0.0), travel=travel)
-    yellow = (picture[..., 0] == 0) & (picture[..., 1] == 255) & (picture[..., 2] == 255)
-    assert not yellow.any()
