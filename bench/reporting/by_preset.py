@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import Column, Preset, PresetResult, heading, mean_of_sequences
+from trackmark.bench.metrics.preset import Column, PresetResult, heading, mean_of_sequences
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, ProtocolError, parse_protocol
 from trackmark.bench.protocols import title as title_of_protocol
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed
@@ -108,7 +108,8 @@ def preset_report(
         presets = presets_for(names, stored)
         if stored == STORED_ONE_PASS:
             presets = [name for name in presets if name != PRESET]
-        scored += score_runs(folder, presets, runs, _with_protocol(title, stored, named), stored)
+        caption = _with_protocol(title, stored, named)
+        scored += [ScoredRuns(folder, name, runs, stored, caption).report() for name in presets]
     all_tables = [scores.table for scores in scored]
     if PRESET in names:
         index = names.index(PRESET) if STORED_ONE_PASS in stored_names else 0
@@ -141,28 +142,6 @@ def presets_for(names: Sequence[str], stored: str) -> list[str]:
 def table_prefix(stored: str) -> str:
     """Return the start of the names of tables by a protocol; empty for one-pass."""
     return "" if stored == STORED_ONE_PASS else re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
-
-
-def score_runs(
-    folder: Path,
-    names: Sequence[str],
-    runs: pd.DataFrame,
-    title: str,
-    stored: str = STORED_ONE_PASS,
-) -> list[PresetScores]:
-    """Score the runs by the protocol `stored` with presets.
-
-    `runs`: as `load_runs` returns them. `title`: start of captions.
-    """
-    runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
-    runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
-    if runs.empty or not names:
-        return []
-    prefix = table_prefix(stored)
-    return [
-        _PresetTable(name, runs, _judge_runs(folder, name, runs), title).scored(prefix)
-        for name in names
-    ]
 
 
 def runs_by(
@@ -199,14 +178,12 @@ def scores_by_group(
     `runs`: as `load_runs` returns them. `groups`: names of sequences by group. `stored`: stored
     name of the protocol. A tracker is omitted if one of its runs has no score.
     """
-    runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
-    runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
-    table = _PresetTable(name, runs, _judge_runs(folder, name, runs), "")
+    scored = ScoredRuns(folder, name, runs, stored)
     return {
         group: {
-            str(tracker): _overall(table.preset, rows[rows["sequence"].isin(members)], table.judged)
-            for tracker, rows in table.runs.groupby("tracker", sort=False)
-            if tracker in table.together
+            str(tracker): scored.overall(rows[rows["sequence"].isin(members)])
+            for tracker, rows in scored.runs.groupby("tracker", sort=False)
+            if tracker in scored.together
         }
         for group, members in groups.items()
     }
@@ -290,12 +267,20 @@ def _scores(scored: Mapping[int, ScoredRun], columns: list[str]) -> pd.DataFrame
     return pd.DataFrame.from_dict(scores, "index", columns=columns)
 
 
-class _PresetTable:
-    """Scores of runs by one protocol and one preset, and their table."""
+class ScoredRuns:
+    """Runs by one protocol with their scores by one preset.
+
+    `runs`: as `load_runs` returns them. `stored`: stored name of the protocol. `title`: start of
+    the caption.
+    """
 
     def __init__(
-        self, name: str, runs: pd.DataFrame, scored: Mapping[int, ScoredRun], title: str
+        self, folder: Path, name: str, runs: pd.DataFrame, stored: str, title: str = ""
     ) -> None:
+        runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
+        runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+        scored = _judge_runs(folder, name, runs)
+        self.stored = stored
         self.name, self.title, self.preset = name, title, metrics_preset(name)
         self.judged = {row: run for row, run in scored.items() if isinstance(run, PresetResult)}
         self.refused = {row: run for row, run in scored.items() if isinstance(run, str)}
@@ -307,19 +292,28 @@ class _PresetTable:
         names = [*self.preset.columns, *(measure.name for measure in late)]
         self.runs = labels.join(_scores(scored, names))
         self.together = {
-            str(tracker): _overall(self.preset, rows, self.judged)
+            str(tracker): self.overall(rows)
             for tracker, rows in self.runs.groupby("tracker", sort=False)
             if counted(rows, self.measures[0].name).all()
         }
 
-    def scored(self, prefix: str) -> PresetScores:
-        """Return the table and the curves; the name of the table starts with `prefix`."""
+    def overall(self, rows: pd.DataFrame) -> PresetResult:
+        """Combine the runs of a tracker."""
+        by_sequence = [
+            [self.judged[row] for row in sequence_rows.index if row in self.judged]
+            for _, sequence_rows in rows.groupby("sequence", sort=False)
+        ]
+        return self.preset.overall(by_sequence)
+
+    def report(self) -> PresetScores:
+        """Return the table and the curves."""
         table = sequence_table(self.runs, self.measures, self.title, self.name)
         if len(self.runs["sequence"].unique()) > 1:
             table = self._with_means(table)
         reasons = dict.fromkeys(f"{NOT_SCORED}: {why}" for why in self.refused.values())
         notes = list(reasons)[:_MAX_NOTES]
-        table = replace(table, name=f"{prefix}metrics-{self.name}", notes=[*table.notes, *notes])
+        name = f"{table_prefix(self.stored)}metrics-{self.name}"
+        table = replace(table, name=name, notes=[*table.notes, *notes])
         if notes and not self.judged:  # the table would have no scores
             caption = f"{self.title}; metrics preset {self.name}: nothing scored."
             table = replace(table, rows=[], caption=caption, notes=notes)
@@ -375,17 +369,6 @@ class _PresetTable:
             for tracker, run in self.together.items()
         ).assign(status="finished", failure="")
         return sequence_table(frame, self.measures, "", self.name)
-
-
-def _overall(
-    preset: Preset, rows: pd.DataFrame, judged: Mapping[int, PresetResult]
-) -> PresetResult:
-    """Combine the runs of a tracker."""
-    by_sequence = [
-        [judged[row] for row in sequence_rows.index if row in judged]
-        for _, sequence_rows in rows.groupby("sequence", sort=False)
-    ]
-    return preset.overall(by_sequence)
 
 
 def measures_of(preset: str) -> list[ScoreMeasure]:
