@@ -31,7 +31,6 @@ class BaselineRunner:
     digests: Mapping[str, str] = field(
         default_factory=dict
     )  # expected digests of the sequences, by name
-    show_replaced: bool = True  # whether to print the scores of stored runs that are replaced
     opened_sequences: "KnownSequences" = field(default_factory=dict)
 
     @property
@@ -86,12 +85,7 @@ class BaselineRunner:
         with RunProgress(title, None if temporary else self.folder) as progress:
             progress.expect(*executions)
             for execution in executions:
-                execute_runs(
-                    execution,
-                    progress=progress,
-                    show_replaced=self.show_replaced,
-                    temporary=temporary,
-                )
+                execute_runs(execution, progress=progress, temporary=temporary)
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         return stored_entries(self.folder, {pair: counts[pair] for pair in pairs}, self.sources)
 

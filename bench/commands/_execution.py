@@ -1,7 +1,7 @@
 """Execution of the missing runs of an experiment, with progress and messages."""
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, nullcontext
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,7 +11,7 @@ from trackmark.bench.commands._progress import (
     RunProgress,
     patience,
     print_message,
-    refresh_index,
+    score_stored_runs,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
@@ -33,7 +33,7 @@ def plan_experiment(
     """
     from trackmark.bench.execution.executor import Execution
 
-    refresh_index(options.output / experiment.name)
+    score_stored_runs(options.output / experiment.name)
     with patience("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
@@ -50,48 +50,48 @@ def execute_runs(
     on_row: Callable[[Mapping[str, Any]], None] = lambda _: None,
     *,
     progress: RunProgress | None = None,
-    remark: str = "",
-    show_replaced: bool = True,
     temporary: bool = False,
     keep_errors: bool = False,
 ) -> None:
     """Execute the missing runs of a plan; Ctrl-C prints how many runs are stored and where.
 
     `on_row`: called with the index row of each run. `progress`: progress of several executions,
-    which expects the runs of this execution. `remark`: end of the message on runs that will
-    be replaced. `show_replaced`: whether to print the scores of these runs. `temporary`: the caller
-    removes the results folder, so Ctrl-C prints nothing. Raises `SequenceError` if a sequence
-    cannot be read. With `keep_errors`, the message is only added to `execution.errors`.
+    which expects the runs of this execution. `temporary`: the caller removes the results folder, so
+    Ctrl-C prints nothing. Raises `SequenceError` if a sequence cannot be read. With `keep_errors`,
+    the message is only added to `execution.errors`.
     """
     from trackmark.datasets import SequenceError
 
-    with _replacement_messages(execution, remark) if show_replaced else nullcontext():
-        try:
-            with ExitStack() as stack:
-                if progress is None:
-                    run_progress = RunProgress(run_title(execution), execution.folder)
-                    progress = stack.enter_context(run_progress)
-                    progress.expect(execution)
-                progress.begin()
-                for row in execution.rows(progress.update):
-                    progress.add(row)
-                    on_row(row)
-        except KeyboardInterrupt:
-            if not temporary:
-                _, _, state = stored_runs(execution)
-                print_message(f"Stopped: {state} The same command continues from there.")
-            raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
+    try:
+        with ExitStack() as stack:
+            if progress is None:
+                run_progress = RunProgress(run_title(execution), execution.folder)
+                progress = stack.enter_context(run_progress)
+                progress.expect(execution)
+            progress.begin()
+            for row in execution.rows(progress.update):
+                progress.add(row)
+                on_row(row)
+    except KeyboardInterrupt:
+        if not temporary:
+            _, _, state = stored_runs(execution)
+            print_message(f"Stopped: {state} The same command continues from there.")
+        raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
     if execution.errors and not keep_errors:
         raise SequenceError("\n".join(execution.errors))
 
 
 def run_title(execution: "Execution") -> str:
     """Return the numbers of trackers, sequences and runs of an execution."""
+    from trackmark.bench.execution.plan import State
+
     plan, missing = execution.plan, execution.units.runs
     stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
+    stale = plan.count(State.STALE)
+    replaced = f" (replacing stale runs: {stale})" if stale else ""
     numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
     trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
-    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{stored}"
+    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored}"
 
 
 def run_experiment(
@@ -124,29 +124,3 @@ def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, st
         plan,
         f"{plan.count(State.DONE)} of {len(plan)} runs are in {execution.folder}{end}",
     )
-
-
-@contextmanager
-def _replacement_messages(execution: "Execution", remark: str) -> Iterator[None]:
-    """Print which stored runs will be replaced and, afterwards, how their scores changed."""
-    from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.results import Results
-    from trackmark.bench.store.run_rows import list_scored_runs
-
-    if not (stale := execution.plan.count(State.STALE)):
-        yield
-        return
-    from trackmark.bench.reporting.before_after import ReplacedRuns  # imports the table renderers
-
-    results = Results(execution.folder)
-    replaced = ReplacedRuns(execution.plan, list_scored_runs(results))
-    runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
-    caption = (
-        f"{runs} made with another version of tracker or sequence and will be repeated{remark}. "
-        "Scores so far:"
-    )
-    print_message(replaced.before(caption))
-    yield
-    rows = list_scored_runs(results)
-    if change := replaced.compared(execution.plan.seen_in(rows), rows):
-        print_message(change)

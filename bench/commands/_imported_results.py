@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands._options import matching_sequences, option
-from trackmark.bench.commands._progress import print_message, refresh_index
+from trackmark.bench.commands._progress import print_message, score_stored_runs
 
 if TYPE_CHECKING:
     from trackmark.bench.exchange.importing import ImportedTracker
@@ -53,7 +53,7 @@ def store_imported(
 
     by_sequence = open_sequences(matching_sequences(sequences), folder)
     number = import_results(imported, by_sequence, folder, report)
-    refresh_index(folder)
+    score_stored_runs(folder)
     return number
 
 
@@ -80,7 +80,7 @@ def with_imported(
             yield [folder]
             return
         for experiment in experiments:
-            refresh_index(experiment)
+            score_stored_runs(experiment)
         if not imported:
             yield list(experiments)
             return

@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import inspect
-import re
 import types
 import typing
 from collections.abc import Callable
@@ -191,12 +190,14 @@ def truth_option() -> Any:
 
 def memory_size(text: str) -> int:
     """Return the number of bytes of a text such as `500MB`, `4GiB` or `1000`."""
-    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(?:([kmgt])(i?)b?)?b?", text.strip().lower())
-    if match is None:
-        raise click.BadParameter(f"{text!r} is not a valid size. Use, for example, 500MB or 4GiB.")
-    number, prefix, binary = match.groups(default="")
-    power = "kmgt".index(prefix) + 1 if prefix else 0
-    return int(float(number) * (1024 if binary else 1000) ** power)
+    from pydantic import ByteSize, TypeAdapter, ValidationError
+
+    try:
+        return int(TypeAdapter(ByteSize).validate_python(text))
+    except ValidationError:
+        raise click.BadParameter(
+            f"{text!r} is not a valid size. Use, for example, 500MB or 4GiB."
+        ) from None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -234,12 +235,8 @@ class EngineOptions:
         "Execute runs on this machine or on a Dask cluster.", default="local", metavar="local|dask"
     )
     address: str | None = execution_option("Address of the scheduler of a running Dask cluster.")
-    frame_limit: float | None = execution_option(
-        "Time limit per frame.  [default: 60]", metavar="SECONDS"
-    )
-    run_limit: float | None = execution_option(
-        "Time limit per run.  [default: 21600]", metavar="SECONDS"
-    )
+    frame_limit: float = execution_option("Time limit per frame.", metavar="SECONDS", default=60)
+    run_limit: float = execution_option("Time limit per run.", metavar="SECONDS", default=21600)
     memory_limit: int | None = execution_option(
         "Memory limit per worker, such as 4GB.  [default: total memory / number of cores]",
         metavar="SIZE",
@@ -251,17 +248,11 @@ class EngineOptions:
         """Arguments of `Execution` that select and limit the engine."""
         from trackmark.bench.engine.work_unit import Limits
 
-        limits = {
-            "frame_seconds": self.frame_limit,
-            "run_seconds": self.run_limit,
-            "memory_bytes": self.memory_limit,
-        }
-        values: dict[str, Any] = {key: value for key, value in limits.items() if value is not None}
         return {
             "jobs": self.jobs,
             "engine": self.engine,
             "address": self.address,
-            "limits": Limits(**values),
+            "limits": Limits(self.frame_limit, self.run_limit, self.memory_limit),
         }
 
 

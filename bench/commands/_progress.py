@@ -98,6 +98,11 @@ def duration(seconds: float) -> str:
     return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
+def rough_duration(seconds: float) -> str:
+    """Return an estimated duration as text, without a precision that the estimate does not have."""
+    return f"{round(seconds / 60)} min" if 90 < seconds < 3600 else duration(seconds)
+
+
 @contextmanager
 def patience(work: str) -> Iterator[Callable[[int, int], None]]:
     """Print a line with the work and its progress if it takes longer than `PATIENCE`.
@@ -267,16 +272,13 @@ class RunProgress:
         share = self._share()
         if share < _MIN_SHARE:
             return ""
-        seconds = self._seconds() * (1 - share) / share
-        # Whole minutes: seconds would suggest a precision that the estimate does not have.
-        text = f"{round(seconds / 60)} min" if 90 < seconds < 3600 else duration(seconds)
-        return f", about {text} left"
+        return f", about {rough_duration(self._seconds() * (1 - share) / share)} left"
 
 
-def refresh_index(folder: Path) -> None:
-    """Score the stored runs of an experiment that have no scores yet."""
+def score_stored_runs(folder: Path) -> list[dict[str, Any]]:
+    """Return the rows of an experiment's stored runs; score those that have no scores yet."""
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import list_scored_runs
 
     with progress_bar("Scoring stored runs", None, "run") as progress:
-        list_scored_runs(Results(folder), progress)
+        return list_scored_runs(Results(folder), progress)

@@ -24,7 +24,6 @@ from trackmark.bench.commands._options import (
     EngineOptions,
     ScreenOptions,
     argument,
-    metrics_option,
     option,
     output_option,
     selection_option,
@@ -94,12 +93,10 @@ class CheckOptions(ScreenOptions, EngineOptions):
     because: str | None = option(
         "Reason for --accept; stored in the baseline.", group="Baseline", callback=utf8_text
     )
-    whole: bool = output_option("Also list unchanged sequences; --verbose does, too.")
     markdown: Path | None = output_option(
         "Write the result as Markdown, for a pull request.", type=_FILE
     )
     junit: Path | None = output_option("Write the result as JUnit XML.", type=_FILE)
-    metrics: list[str] = metrics_option()
 
 
 @click.command("check", cls=Command)
@@ -108,8 +105,8 @@ def command(options: CheckOptions) -> int:
     """Compare current tracker scores with a baseline.
 
     NAME is a baseline that `trackmark baseline` created: baselines/NAME.toml, or a path that ends
-    in .toml. Missing runs are executed. Decisions use the metrics preset `native`; --metrics also
-    prints current scores by other presets.
+    in .toml. Missing runs are executed. Decisions use the metrics preset `native`. With --verbose,
+    unchanged sequences are listed, too.
 
     For example:
       trackmark check mine
@@ -139,7 +136,6 @@ def command(options: CheckOptions) -> int:
         {name: entry.source for name, entry in entries.items()},
         options,
         {name: entry.sequence for name, entry in entries.items()},
-        show_replaced=options.verbose,
     )
     now = runner.run({tracker: list(row) for tracker, row in before.entries.items()}, before.seeds)
     repeated = runner.repeat(changed_facts(before.entries, now))
@@ -149,8 +145,6 @@ def command(options: CheckOptions) -> int:
     if not options.as_json:
         click.echo(wrap(headline(result, str(path), slower, strict=options.strict)))
     _show(result, speeds, options)
-    if others := [preset for preset in options.metrics if preset != "native"]:
-        click.echo(_scores_by(result, runner.folder, others), err=options.as_json)
     if options.accept is not None:
         return _accept(stored, path, options, result, runner)
     status = _status(result, speeds, strict=options.strict)
@@ -257,8 +251,7 @@ def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) 
     from trackmark.bench.comparing.speed_check import speed_cases, speed_data, speed_table
     from trackmark.reports.renderers import to_markdown
 
-    whole = options.whole or options.verbose
-    tables = [table(result, whole=whole), *([speed_table(speeds)] if speeds else [])]
+    tables = [table(result, whole=options.verbose), *([speed_table(speeds)] if speeds else [])]
     if options.as_json:
         data = as_data(result)
         if speeds:
@@ -281,19 +274,6 @@ def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) 
         )
     if options.junit is not None:
         _write(options.junit, as_junit(result, speed_cases(speeds)))
-
-
-def _scores_by(result: "Check", folder: Path, metrics: list[str]) -> str:
-    """Return tables of the current scores by other presets."""
-    from trackmark.bench.reporting.by_preset import summary_text
-
-    run_keys = [
-        (tracker, sequence, repetition, "accuracy")
-        for tracker, row in result.now.items()
-        for sequence, entry in row.items()
-        for repetition in range(len(entry.overlap))
-    ]
-    return summary_text(folder, run_keys, metrics)
 
 
 def _text(table: "Table") -> str:

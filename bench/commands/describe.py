@@ -1,6 +1,5 @@
 """Describe a tracker, sequence, metrics preset, attribute or protocol."""
 
-import ast
 import json
 import re
 from dataclasses import asdict, dataclass
@@ -73,7 +72,7 @@ def _tracker(name: str) -> Description | None:
     from trackmark.bench.experiments.tracker_files import describe_tracker
     from trackmark.bench.experiments.tracker_spec import split_text
     from trackmark.bench.external.definition import is_external, split_table
-    from trackmark.trackers.base.catalogue import in_file
+    from trackmark.trackers.base.catalogue import in_file, is_outside, summary
 
     outside = split_table(name) or in_file(name) or name.startswith("trax:")
     if not (outside or name.partition(":")[0] in trackers.names()):
@@ -82,8 +81,12 @@ def _tracker(name: str) -> Description | None:
     try:
         data = describe_tracker(name if is_external(plain, options) else plain)
     except trackers.TrackerError as error:
-        data = _unusable(plain, error)
-        return data, [data["name"], "", data["summary"], "", data["unusable"]]
+        if outside or is_outside(plain):
+            raise
+        # A library of the tracker is not installed.
+        unusable = f"{error} `describe` then shows its parameters, too."
+        data = {"name": plain, "summary": summary(plain), "unusable": unusable}
+        return data, [plain, "", data["summary"], "", unusable]
     data["name"] = options.get("as", data["name"])
     lines = [data["name"], "", data["summary"], ""]
     if data["paper"]:
@@ -94,25 +97,6 @@ def _tracker(name: str) -> Description | None:
         default = " (the default)" if preset == data["default_preset"] else ""
         lines.append(f"  {preset:14} {changed or 'the defaults'}{default}")
     return data, lines + _setting_lines("parameters", data["parameters"])
-
-
-def _unusable(name: str, error: Exception) -> dict[str, Any]:
-    """Return name and summary from the source file of a tracker whose library is not installed.
-
-    Raises `error` for a tracker outside the package.
-    """
-    from trackmark import trackers
-
-    file = Path(trackers.__file__).parent / f"{name.replace('-', '_')}.py"
-    if not file.is_file():
-        raise error
-    classes = [node for node in ast.parse(file.read_bytes()).body if isinstance(node, ast.ClassDef)]
-    summary = ast.get_docstring(classes[-1]) or ""
-    return {
-        "name": name,
-        "summary": summary,
-        "unusable": f"{error} `describe` then shows its parameters, too.",
-    }
 
 
 def _named(name: str) -> Description | None:

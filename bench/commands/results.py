@@ -2,12 +2,10 @@
 
 import json
 from collections import Counter, defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from textwrap import indent
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -26,7 +24,7 @@ from trackmark.bench.commands._options import (
     trace_option,
     with_options,
 )
-from trackmark.bench.commands._progress import print_message, progress_bar
+from trackmark.bench.commands._progress import print_hint, print_message, score_stored_runs
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
@@ -61,12 +59,10 @@ def list_results(options: FolderOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.results import Results
-    from trackmark.bench.store.run_rows import list_scored_runs, to_json_row
+    from trackmark.bench.store.run_rows import to_json_row
 
     for experiment in experiment_folders(options.folder):
-        with progress_bar("Scoring stored runs", None, "run") as progress:
-            rows = list_scored_runs(Results(experiment), progress)
+        rows = score_stored_runs(experiment)
         if options.as_json:
             for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **to_json_row(row)}))
@@ -84,10 +80,10 @@ def list_results(options: FolderOptions) -> None:
 @command.command("failures")
 @with_options(FolderOptions)
 def failures(options: FolderOptions) -> None:
-    """Print reason, frame and last output of failed runs.
+    """Print reason and frame of failed runs.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
-    one line per failed run.
+    one line per failed run with the whole text of the failure and the tracker's last output.
 
     For example:
       trackmark results failures results/windows
@@ -100,82 +96,27 @@ def failures(options: FolderOptions) -> None:
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import list_runs
 
-    for experiment in experiment_folders(options.folder):
-        results = Results(experiment)
-        for row in list_runs(results):
-            if row["status"] != "failed":
-                continue
-            run = results.read(run_key(row))
-            reached = int(np.isfinite(run.boxes[:, 0]).sum())
-            if options.as_json:
-                data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
-                data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
-                click.echo(json.dumps({"experiment": experiment.name, **data}))
-                continue
+    failed = [
+        (experiment, row)
+        for experiment in experiment_folders(options.folder)
+        for row in list_runs(Results(experiment))
+        if row["status"] == "failed"
+    ]
+    for experiment, row in failed:
+        run = Results(experiment).read(run_key(row))
+        reached = int(np.isfinite(run.boxes[:, 0]).sum())
+        if options.as_json:
+            data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
+            data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
+            click.echo(json.dumps({"experiment": experiment.name, **data}))
+        else:
             click.echo(
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
                 f"{reached} of {len(run.boxes)} frames ({experiment})"
             )
-            click.echo(indent(run.failure.strip(), "  "))
-            if run.output:
-                click.echo("  Last output:")
-                click.echo(indent(run.output.rstrip(), "  | "))
-
-
-@command.command("log")
-@with_options(FolderOptions)
-def log(options: FolderOptions) -> None:
-    """Print date, machine and cost of executions.
-
-    FOLDER is a results folder, or a folder that contains several. With --json, the command prints
-    one line per event.
-
-    For example:
-      trackmark results log results/windows
-
-    Exit codes: 0 success; 2 invalid usage or input.
-    """
-    from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.log import read_logs
-
-    for experiment in experiment_folders(options.folder):
-        for name, events in read_logs(experiment).items():
-            if not options.as_json:
-                click.echo(name)
-            for event in events:
-                if options.as_json:
-                    click.echo(json.dumps({"log": name, **event}))
-                else:
-                    for line in _event_lines(event):
-                        click.echo(line)
-
-
-def _event_lines(event: Mapping[str, Any]) -> list[str]:
-    """Return the lines of text on an event."""
-    moment = f"  {event['date'][:19].replace('T', ' ')}"
-    if event["event"] == "start":
-        states = ", ".join(
-            f"{event[state]} {state}" for state in ("done", "failed", "stale", "left")
-        )
-        return [
-            f"{moment}  start of {event['experiment']}: {event['runs']} runs ({states}), "
-            f"{event['units']} units on {event['workers']} workers ({event['engine']})"
-        ]
-    if event["event"] == "unit":
-        runs = sum(len(repetitions) for repetitions in event["runs"].values())
-        return [
-            f"{moment}  {event['sequence']}: {runs} runs of {len(event['runs'])} trackers on "
-            f"{event['host']} ({event['process']}): {event['seconds']:.1f} s, CPU "
-            f"{event['cpu_seconds']:.1f} s, at most {event['peak_memory'] / 1e6:.0f} MB",
-            *(
-                f"{moment}    failed: {run['tracker']}, repetition {run['repetition']}: "
-                + str(run["failure"]).partition("\n")[0]
-                for run in event["failed"]
-            ),
-        ]
-    if event["event"] == "error":
-        return [f"{moment}  {event['sequence']}: {event['error']}"]
-    return [f"{moment}  {event['outcome']} after {event['seconds']:.1f} s"]
+            click.echo(f"  {run.failure.splitlines()[0]}")
+    if failed and not options.as_json:
+        print_hint("Tracebacks and last outputs of the trackers: add --json")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -262,29 +203,6 @@ def check_results(options: FolderOptions) -> int:
             f"{experiment}: damaged" if messages else f"{experiment}: {runs} runs, undamaged"
         )
     return EXIT_NEGATIVE if total else 0
-
-
-@command.command("convert")
-@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
-def convert(folders: tuple[Path, ...]) -> None:
-    """Convert Parquet files of an older trackmark to runs.db.
-
-    FOLDERS are results folders. The old files are kept. The command needs the extra `parquet`.
-
-    For example:
-      trackmark results convert results/*
-
-    Exit codes: 0 success; 2 invalid usage or input.
-    """
-    from trackmark.bench.store.parquet_layout import convert_results
-
-    for folder in folders:
-        with progress_bar("Converting runs", None, "run") as progress:
-            number = convert_results(folder, progress)
-        click.echo(
-            f"{folder}: converted {number} runs. The old files are no longer needed: plan.json, "
-            "index.arrow, _truth, _log, and the folders of trackers."
-        )
 
 
 @command.command("merge")

@@ -1,11 +1,9 @@
 """Run trackers on sequences and store the results."""
 
 import json
-import math
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +26,13 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_event, print_hint, print_message
+from trackmark.bench.commands._progress import (
+    patience,
+    print_event,
+    print_hint,
+    print_message,
+    rough_duration,
+)
 from trackmark.bench.commands._terminal import complain
 from trackmark.bench.experiments.experiment import (
     Experiment,
@@ -41,7 +45,6 @@ from trackmark.bench.experiments.experiment import (
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.execution.plan import KnownSequences
     from trackmark.bench.store.layout import RunKey
 
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
@@ -73,12 +76,9 @@ class RunOptions(ScreenOptions, EngineOptions):
         "Name of the results folder.  [default: derived from --trackers and --sequences]",
         metavar="NAME",
     )
-    keep: bool = output_option(
-        "Keep stored runs of other versions: store new runs in NAME-2, NAME-3, …"
-    )
     retry_failed: bool = execution_option("Repeat runs that failed.")
     dry_run: bool = execution_option(
-        "Execute nothing; print the missing runs and the estimated time."
+        "Execute nothing; print the missing runs and the time estimated from stored runs."
     )
     metrics: list[str] = metrics_option()
 
@@ -99,12 +99,7 @@ def command(options: RunOptions) -> int:
     Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
     experiment = _experiment(options)
-    opened_sequences: KnownSequences = {}
-    if options.keep:
-        experiment = _without_stale_runs(experiment, options.output, opened_sequences)
-    execution = plan_experiment(
-        experiment, options, retry_failed=options.retry_failed, opened_sequences=opened_sequences
-    )
+    execution = plan_experiment(experiment, options, retry_failed=options.retry_failed)
     if options.dry_run:
         _print_plan(execution, as_json=options.as_json)
         return 0
@@ -154,21 +149,6 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
     return read_experiment(names[0]) if names else None
 
 
-def _without_stale_runs(
-    experiment: Experiment, output: Path, opened_sequences: "KnownSequences"
-) -> Experiment:
-    """Return the experiment under the first name NAME, NAME-2, … that replaces no stored run."""
-    from trackmark.bench.execution.plan import State, make_plan
-    from trackmark.bench.store.results import Results
-
-    names = chain([experiment.name], (f"{experiment.name}-{number}" for number in count(2)))
-    plans = (
-        make_plan(replace(experiment, name=name), Results(output / name), opened_sequences)
-        for name in names
-    )
-    return next(plan.experiment for plan in plans if not plan.count(State.STALE))
-
-
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
     """Execute a plan, print its scores by metrics presets and return the exit status."""
     from trackmark.bench.execution.plan import State
@@ -183,8 +163,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             _print_row(row, execution.folder, metrics)
             printed.add(run_key(row))
 
-    remark = " (--keep stores new runs in another folder)"
-    execute_runs(execution, print_row, remark=remark, keep_errors=True)
+    execute_runs(execution, print_row, keep_errors=True)
     rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
     for error in execution.errors:
@@ -286,13 +265,9 @@ def _truth_file(source: SequenceSource, layout: str) -> str:
 
 
 def _print_details(execution: "Execution") -> None:
-    """Print the time of the harness, and the end of what each tracker printed in its first run."""
+    """Print the end of what each tracker printed in its first run."""
     from trackmark.bench.store.results import Results
 
-    if math.isfinite(execution.overhead):
-        click.echo(
-            f"The harness itself took {1e6 * execution.overhead:.1f} µs per frame and tracker."
-        )
     results, cells = Results(execution.folder), execution.plan.manifest().versions
     stored, trackers = set(results.list_keys()), set[str]()
     for cell in cells:
@@ -303,29 +278,19 @@ def _print_details(execution: "Execution") -> None:
                 click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
 
 
-_BASES = {
-    "sequence": "runs of the same tracker on the same sequence",
-    "tracker": "runs of the same tracker on other sequences",
-    "name": "runs of the same tracker with other parameters",
-    "probe": "a tracker's first frames on the shortest sequence, just now",
-    "nothing": "nothing (the tracker failed on these frames; not counted)",
-}
-
-
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     """Print the numbers of stored and missing runs, and the estimated time of the missing runs."""
-    from trackmark.bench.execution.estimate import estimate, read_measured_times, words
+    from trackmark.bench.execution.estimate import estimate
     from trackmark.bench.execution.plan import State
     from trackmark.trackers.base.interface import Randomness
 
     plan, units = execution.plan, execution.units
-    result = estimate(units, read_measured_times(execution.output), execution.limits)
+    result = estimate(units, execution.output)
     states = [state.name.lower() for state in (State.DONE, State.FAILED, State.STALE, State.LEFT)]
     by_tracker = {
         spec.label: dict(zip(states, reversed(counts), strict=True))
         for spec, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
     }
-    bases = {basis.name.lower(): number for basis, number in result.bases.items()}
     if as_json:
         data = {
             "experiment": execution.experiment.name,
@@ -335,8 +300,8 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
             "to_run": units.runs,
             "units": len(units),
             "workers": units.workers,
-            "seconds": [result.low, result.high],
-            "estimated_from": bases,
+            "seconds": result.seconds,
+            "unmeasured": result.unmeasured,
         }
         click.echo(json.dumps(data))
         return
@@ -351,9 +316,10 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     numbers = (units.runs, "missing run"), (len(plan.sequences), "sequence")
     runs, sequences = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
     workers = "1 worker" if units.workers == 1 else f"{units.workers} workers"
-    time = f", about {words(result)} on {workers}" if units.runs else ""
+    time = f", about {rough_duration(result.seconds)} on {workers}" if result.seconds else ""
     click.echo(f"\n{runs} on {sequences}{time}.\nRuns go to {execution.folder}.")
-    if units.runs:
-        click.echo("The time is estimated from:")
-        for basis, number in bases.items():
-            click.echo(f"  {_BASES[basis]}: {number} run{'s' * (number != 1)}")
+    if result.unmeasured:
+        click.echo(
+            f"Not estimated, because they have no stored runs: {', '.join(result.unmeasured)}. "
+            "`run` prints the time left while it works; Ctrl-C keeps finished runs."
+        )

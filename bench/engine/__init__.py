@@ -7,16 +7,14 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.datasets.spec_string import name_hint
 
-if TYPE_CHECKING:
-    from trackmark.bench.engine.work_unit import Probed
-
-__all__ = ["ENGINES", "Engine", "engine", "probe"]
+__all__ = ["ENGINES", "Engine", "engine"]
 
 ENGINES = ("local", "dask")
 """Names of the engines."""
@@ -32,11 +30,11 @@ class Engine(Protocol):
 
     def perform(
         self, units: Iterable[Unit], limits: Limits, progress: Callable[[int], None]
-    ) -> Iterator[tuple[Unit, Outcome | Exception]]:
-        """Yield units with their outcomes as they end, in any order.
+    ) -> Iterator[tuple[Unit, dict[Entry, Run] | Exception]]:
+        """Yield units with their runs as they end, in any order.
 
         `units` is consumed while the work proceeds. `progress` is called repeatedly with the work
-        (`Unit.work`) that is done. If the outcome is an exception, it is an error of the sequence;
+        (`Unit.work`) that is done. An exception instead of runs is an error of the sequence;
         errors of trackers are stored in their runs.
         """
         ...
@@ -50,20 +48,12 @@ class _Local:
 
     def perform(
         self, units: Iterable[Unit], limits: Limits, progress: Callable[[int], None]
-    ) -> Iterator[tuple[Unit, Outcome | Exception]]:
+    ) -> Iterator[tuple[Unit, dict[Entry, Run] | Exception]]:
         """See `Engine`."""
         from trackmark.bench.engine.pool import Pool
 
         with closing(Pool(limits, self.workers)) as pool:
             yield from pool.perform(units, progress)
-
-
-def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
-    """Time a unit's trackers in a new worker process; see `Pool.probe`."""
-    from trackmark.bench.engine.pool import Pool
-
-    with closing(Pool(limits)) as pool:
-        return pool.probe(unit, frames)
 
 
 def engine(name: str = "local", *, jobs: int | None = None, address: str | None = None) -> Engine:

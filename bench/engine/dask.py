@@ -22,7 +22,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from trackmark.bench.engine import Engine
 from trackmark.bench.engine.pool import Pool
-from trackmark.bench.engine.work_unit import Limits, Outcome, Unit
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import split_text
 from trackmark.bench.external.definition import is_external, with_absolute_path
 from trackmark.bench.store.files import ResultsError
@@ -40,7 +41,7 @@ _HOME = Path(__file__).parents[2]  # folder of all packages of trackmark
 # Dask keeps a log of whole units in the command's memory; keep it short.
 _CONFIG = {"distributed.admin.low-level-log-length": 50}
 
-_Result: TypeAlias = Outcome | SequenceError | ResultsError
+_Result: TypeAlias = dict[Entry, Run] | SequenceError | ResultsError
 
 
 class ClusterError(ResultsError):
@@ -90,7 +91,7 @@ class _Dask:
 
     def perform(
         self, units: Iterable[Unit], limits: Limits, progress: Callable[[int], None]
-    ) -> Iterator[tuple[Unit, Outcome | Exception]]:
+    ) -> Iterator[tuple[Unit, dict[Entry, Run] | Exception]]:
         """See `bench.engine.Engine.perform`.
 
         Raises `ClusterError` if workers have other source code, or if the cluster has no worker for
@@ -120,10 +121,9 @@ class _Dask:
                         )
                     for future in ended:
                         unit = running.pop(future)
-                        outcome = _read_result(future, unit)
                         done += unit.work
                         progress(done)
-                        yield unit, outcome
+                        yield unit, _read_result(future, unit)
             finally:
                 executor.shutdown(wait=False)  # cancels units that have not started
 
@@ -187,8 +187,8 @@ def with_absolute_paths(unit: Unit) -> Unit:
     return replace(unit, source=unit.source.absolute(), entries=tuple(entries))
 
 
-def _read_result(future: Future[_Result], unit: Unit) -> Outcome | Exception:
-    """Return the outcome of a unit, or an error that affects only this unit.
+def _read_result(future: Future[_Result], unit: Unit) -> dict[Entry, Run] | Exception:
+    """Return the runs of a unit, or an error that affects only this unit.
 
     Raises `ClusterError` if no further unit can run. Any other exception of the task is a defect of
     trackmark.
@@ -196,7 +196,7 @@ def _read_result(future: Future[_Result], unit: Unit) -> Outcome | Exception:
     from distributed import KilledWorker
 
     try:
-        outcome = future.result()
+        result = future.result()
     except KilledWorker as error:
         return SequenceError(
             f"{unit.source.text}: {error.allowed_failures + 1} Dask workers were lost while they "
@@ -205,9 +205,9 @@ def _read_result(future: Future[_Result], unit: Unit) -> Outcome | Exception:
         )
     except (CancelledError, OSError) as error:
         raise _lost_scheduler(str(error) or "it ended, or cannot be reached") from error
-    if isinstance(outcome, ClusterError):
-        raise outcome
-    return outcome
+    if isinstance(result, ClusterError):
+        raise result
+    return result
 
 
 def _count_threads(client: "Client") -> int:

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.lib.format import descr_to_dtype, dtype_to_descr
 from numpy.typing import NDArray
 
-from trackmark.bench.engine.work_unit import Outcome, Probed
 from trackmark.bench.evaluation.loop import Observer
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
@@ -218,9 +217,7 @@ def read_message(descriptor: int, state: HeartbeatState) -> Any:
     return json.loads(bytes(text), object_hook=restore)
 
 
-_CLASSES: dict[str, Any] = {
-    kind.__name__: kind for kind in (Identity, Outcome, Probed, Run, Segmentation, Times)
-}
+_CLASSES: dict[str, Any] = {kind.__name__: kind for kind in (Identity, Run, Segmentation, Times)}
 _ARRAY, _CLASS = "trackmark.array", "trackmark.class"  # keys in JSON
 _DIGEST, _START = 32, 40  # bytes of the digest, and before the JSON
 

@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
-from math import nan
 from typing import IO, Any, TypeAlias
 
 from trackmark.bench.engine import heartbeat
@@ -27,8 +26,6 @@ from trackmark.bench.engine.work_unit import (
     Entry,
     Failure,
     Limits,
-    Outcome,
-    Probed,
     Request,
     Unit,
 )
@@ -50,8 +47,8 @@ _CHANNEL_CLOSED = "its process closed or overwrote file descriptors of the harne
 _LONG_SECONDS = {READING: 300.0, STARTING: 300.0, heartbeat.ELSEWHERE: 3600.0}
 
 
-_Answer: TypeAlias = Outcome | Probed | Failure
-_Steps: TypeAlias = Generator[Request, _Answer, Any]
+_Answer: TypeAlias = list[Run] | Failure
+_Steps: TypeAlias = Generator[Request, _Answer, dict[Entry, Run]]
 
 
 class Worker:
@@ -148,18 +145,16 @@ class Worker:
     def _read_answer(self) -> _Answer:
         try:
             answer = heartbeat.read_message(self._shared.fileno(), self.read_state())
-            self._has_stray_threads, result = answer["worn"], answer.get("result")
+            self._has_stray_threads = answer["worn"]
         except (ValueError, KeyError, TypeError):
             return self._failure(_CHANNEL_CLOSED)
         if "error" in answer:
             raise SequenceError(answer["error"])
         if "defect" in answer:
             raise RuntimeError(f"a defect of trackmark: {answer['defect']}")
-        if isinstance(result, Outcome):
-            runs = [_restore_types(run, self._read_output()) for run in result.runs]
-            entries = [Entry(*entry) for entry in result.entries]
-            return replace(result, runs=runs, entries=entries)
-        return result if isinstance(result, Probed) else self._failure(str(answer["harm"]))
+        if "harm" in answer:
+            return self._failure(answer["harm"])
+        return [_restore_types(run, self._read_output()) for run in answer["result"]]
 
     def _failure_after_end(self) -> Failure:
         """Return the failure of a worker whose process or channel has ended."""
@@ -202,7 +197,7 @@ class _Slot:
         self._owner = ""  # owner of the units that the worker has run
         self.worker: Worker | None = None
         self.steps: _Steps | None = None
-        self.result: Any = None
+        self.result: dict[Entry, Run] | SequenceError
 
     def begin(self, steps: _Steps) -> None:
         """Send the first request of a unit to the worker."""
@@ -280,39 +275,18 @@ class Pool:
 
     def perform(
         self, units: Iterable[Unit], progress: Callable[[int], None] = lambda _: None
-    ) -> Iterator[tuple[Unit, Outcome | SequenceError]]:
-        """Yield units with their outcomes in any order; see `bench.engine.Engine`."""
-        return self._work(((unit, self._apply_rule(unit)) for unit in units), progress)
-
-    def probe(self, unit: Unit, frames: int) -> Probed | None:
-        """Time a unit's trackers; return None if one of them crashed or hung the process.
-
-        Raises `SequenceError` if the sequence cannot be read.
-        """
-        ((_, result),) = self._work([(unit, self._probe(unit, frames))], lambda _: None)
-        if isinstance(result, SequenceError):
-            raise result
-        return None if isinstance(result, Failure) else result
-
-    def close(self) -> None:
-        """End all workers."""
-        for slot in self._slots:
-            slot.end_worker()
-
-    def _work(
-        self, jobs: Iterable[tuple[Unit, _Steps]], progress: Callable[[int], None]
-    ) -> Iterator[tuple[Unit, Any]]:
-        """Yield units with the results of their steps; give work to idle workers first."""
-        remaining = iter(jobs)
+    ) -> Iterator[tuple[Unit, dict[Entry, Run] | SequenceError]]:
+        """Yield units with their runs in any order; see `bench.engine.Engine`."""
+        remaining = iter(units)
         running: dict[_Slot, Unit] = {}
-        finished: list[tuple[Unit, Any]] = []
+        finished: list[tuple[Unit, dict[Entry, Run] | SequenceError]] = []
         done = 0
         while True:
             for slot in self._slots:
-                if not slot.steps and (job := next(remaining, None)):
-                    running[slot], steps = job
-                    slot.begin(steps)
-            yield from finished
+                if not slot.steps and (unit := next(remaining, None)):
+                    running[slot] = unit
+                    slot.begin(self._apply_rule(unit))
+            yield from finished  # after idle workers have got units, which run meanwhile
             if not running:
                 return
             channels = {slot: slot.worker.channel for slot in running if slot.worker}
@@ -323,44 +297,36 @@ class Pool:
             done += sum(unit.work for unit, _ in finished)
             progress(done + sum(map(_work_done, running)))
 
-    def _apply_rule(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
+    def close(self) -> None:
+        """End all workers."""
+        for slot in self._slots:
+            slot.end_worker()
+
+    def _apply_rule(self, unit: Unit) -> _Steps:
         """Run a unit by the rule in the docstring of the class."""
         suspects = [entry for entry in unit.entries if entry.tracker in self._harmful_trackers]
         others = tuple(entry for entry in unit.entries if entry not in suspects)
-        outcomes: list[Outcome] = []
         runs: dict[Entry, Run] = {}
         if others:
             answer = yield Request(replace(unit, entries=others), self._limits.run_seconds)
-            if isinstance(answer, Outcome):
-                outcomes.append(answer)
-                runs |= zip(answer.entries, answer.runs, strict=True)
-                if len(others) > 1:
-                    suspects += [entry for entry, run in runs.items() if run.failure]
-            else:
+            if isinstance(answer, Failure):
                 _check_reading(unit, answer)
                 suspects = list(unit.entries)
+            else:
+                runs |= zip(others, answer, strict=True)
+                if len(others) > 1:
+                    suspects += [entry for entry, run in runs.items() if run.failure]
         # If several runs of a tracker failed for the same reason, only the first is repeated.
         confirmed: set[tuple[str, str]] = set()
         for entry in suspects:
             reason = _reason(runs[entry]) if entry in runs else ""
             if (entry.tracker, reason) not in confirmed:
-                outcomes.append((yield from self._perform_alone(replace(unit, entries=(entry,)))))
-                (runs[entry],) = outcomes[-1].runs
+                runs[entry] = yield from self._perform_alone(replace(unit, entries=(entry,)))
                 if reason and reason == _reason(runs[entry]):
                     confirmed.add((entry.tracker, reason))
-        if len(outcomes) == 1:
-            return outcomes[0]
-        return replace(
-            outcomes[-1],
-            runs=list(runs.values()),
-            entries=list(runs),
-            overhead=nan,  # not meaningful if parts were repeated
-            seconds=sum(outcome.seconds for outcome in outcomes),
-            cpu_seconds=sum(outcome.cpu_seconds for outcome in outcomes),
-            peak_memory=max(outcome.peak_memory for outcome in outcomes),
-        )
+        return runs
 
-    def _perform_alone(self, unit: Unit) -> Generator[Request, _Answer, Outcome]:
+    def _perform_alone(self, unit: Unit) -> Generator[Request, _Answer, Run]:
         """Run the only entry of a unit in a fresh process; store a crash or hang as its failure."""
         request = Request(unit, self._limits.run_seconds, fresh=True)
         answer = yield request
@@ -368,17 +334,13 @@ class Pool:
             _check_reading(unit, answer)
             self._harmful_trackers.add(unit.entries[0].tracker)
             answer = yield replace(request, failure=answer)
-        if isinstance(answer, Outcome):
-            return answer
-        assert isinstance(answer, Failure)
-        raise SequenceError(
-            f"{unit.source.text}: the worker process fails while it opens the sequence or the "
-            f"tracker {unit.entries[0].tracker}: {answer.reason}."
-        )
-
-    def _probe(self, unit: Unit, frames: int) -> _Steps:
-        answer = yield Request(unit, self._limits.run_seconds, probed_frames=frames)
-        return answer
+        if isinstance(answer, Failure):
+            raise SequenceError(
+                f"{unit.source.text}: the worker process fails while it opens the sequence or the "
+                f"tracker {unit.entries[0].tracker}: {answer.reason}."
+            )
+        (run,) = answer
+        return run
 
 
 def _work_done(slot: _Slot) -> int:
@@ -387,11 +349,11 @@ def _work_done(slot: _Slot) -> int:
     return min(frames * len(slot.request.unit.entries), slot.request.unit.work)
 
 
-def _check_reading(unit: Unit, answer: _Answer) -> None:
+def _check_reading(unit: Unit, failure: Failure) -> None:
     """Raise `SequenceError` if a worker hung while it read a frame."""
-    if isinstance(answer, Failure) and answer.stalled and answer.entry == READING:
+    if failure.stalled and failure.entry == READING:
         raise SequenceError(
-            f"{unit.source.text}: frame {answer.frame} could not be read: {answer.reason}."
+            f"{unit.source.text}: frame {failure.frame} could not be read: {failure.reason}."
         )
 
 
@@ -400,10 +362,14 @@ def _reason(run: Run) -> str:
 
 
 def _restore_types(run: Run, output: str) -> Run:
-    """Restore those types of a received run that JSON cannot represent, and add the output."""
-    arrays = {int(frame): named for frame, named in run.arrays.items()}
-    segments = tuple(run.segments)
-    return replace(run, arrays=arrays, segments=segments, output=run.output or output)
+    """Restore types of a received run that JSON cannot represent; add the output and the host."""
+    return replace(
+        run,
+        arrays={int(frame): named for frame, named in run.arrays.items()},
+        segments=tuple(run.segments),
+        output=run.output or output,
+        circumstances={**run.circumstances, "host": socket.gethostname()},
+    )
 
 
 def _signal_name(number: int) -> str:

@@ -3,17 +3,13 @@
 import os
 import random
 import resource
-import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 _CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
-_STATUS = Path("/proc/self/status")
-_FORGET = Path("/proc/self/clear_refs")
 
 
 class ProcessState(NamedTuple):
@@ -75,19 +71,3 @@ def limit_memory(number: int) -> None:
     _, most = resource.getrlimit(resource.RLIMIT_DATA)
     allowed = number if most == resource.RLIM_INFINITY else min(number, most)
     resource.setrlimit(resource.RLIMIT_DATA, (allowed, most))
-
-
-def reset_peak() -> None:
-    """Reset the peak of the memory, if the system supports it."""
-    with suppress(OSError):  # without support, the peak covers the whole life of the process
-        _FORGET.write_text("5", "ascii")
-
-
-def peak_memory() -> int:
-    """Return the maximum memory of this process since `reset_peak` [bytes]."""
-    if _STATUS.is_file():
-        for line in _STATUS.read_text("ascii", "replace").splitlines():
-            if line.startswith("VmHWM:"):
-                return int(line.split()[1]) * 1024
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return most if sys.platform == "darwin" else most * 1024

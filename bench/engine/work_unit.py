@@ -1,11 +1,10 @@
-"""Work units (runs on one sequence in lock step), their limits, requests and outcomes."""
+"""Work units (runs on one sequence in lock step), their limits, requests and failures."""
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
 
 from trackmark.bench.engine.stack_trace import CodeLine
-from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
 
 
@@ -73,20 +72,6 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """Runs of a unit, and the time and memory that they took."""
-
-    runs: list[Run]
-    entries: list[Entry]  # entries of the unit, in the order of the runs
-    overhead: float  # harness time per frame and tracker [s]; NaN in timing runs
-    seconds: float  # from opening the sequence to the end
-    cpu_seconds: float
-    peak_memory: int  # of the process [bytes]
-    host: str
-    process: int
-
-
-@dataclass(frozen=True)
 class Failure:
     """Crash of a worker process, or the reason why its parent ended it."""
 
@@ -100,19 +85,10 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Probed:
-    """Measured times per frame."""
-
-    seconds: list[float]  # mean time of a tracker per frame, by entry; NaN if the tracker failed
-    frame_seconds: float  # to decode or render a frame
-
-
-@dataclass(frozen=True)
 class Request:
-    """Request to run a unit, to record its only run as failed, or to probe its trackers."""
+    """Request to run a unit, or to record its only run as failed."""
 
     unit: Unit
     run_seconds: float
     failure: Failure | None = None
-    probed_frames: int = 0
     fresh: bool = False  # whether the process must not have run anything before

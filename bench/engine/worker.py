@@ -11,10 +11,8 @@ import pickle
 import resource
 import select
 import signal
-import socket
 import sys
 import threading
-import time
 import traceback
 from dataclasses import replace
 from math import nan
@@ -29,11 +27,9 @@ from trackmark.bench.engine.process_state import (
     ProcessState,
     can_open_files,
     limit_memory,
-    peak_memory,
-    reset_peak,
 )
 from trackmark.bench.engine.stack_trace import select_line
-from trackmark.bench.engine.work_unit import Failure, Outcome, Probed, Request, Unit
+from trackmark.bench.engine.work_unit import Failure, Request, Unit
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
@@ -58,7 +54,6 @@ from trackmark.trackers import Randomness, TrackerError
 _IDLE_SECONDS = 60.0  # a Dask worker can outlive its command
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
-_SHORTEST = 2  # number of frames of a short pass
 _NO_MEMORY = "the memory is exhausted"
 _GLOBAL_NUMBERS = (
     "it used the global random generators (numpy.random or random), so its boxes are not "
@@ -107,7 +102,10 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
     trackers were called in this process before.
     """
     try:
-        result = _perform_request(request, heartbeat)
+        if request.failure:
+            result = [record_failure(request.unit, request.failure)]
+        else:
+            result = perform(request.unit, request.run_seconds, heartbeat)
         sys.stdout.flush()
     except (SequenceError, MemoryError) as error:
         # If decoding lacks memory or files, a tracker that was called may have used them up.
@@ -132,22 +130,13 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
     return {"result": result}
 
 
-def _perform_request(request: Request, observer: Observer) -> Outcome | Probed:
-    if request.failure:
-        return record_failure(request.unit, request.failure)
-    if request.probed_frames:
-        return probe(request.unit, request.probed_frames, observer)
-    return perform(request.unit, request.run_seconds, observer)
-
-
-def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) -> Outcome:
-    """Run a unit.
+def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) -> list[Run]:
+    """Return the runs of a unit, in the order of its entries.
 
     Raises `SequenceError` if the sequence cannot be read to its end, or if the sequence or a
     tracker differs from the plan. Raises `NotAttributableError` if one of several trackers harms
     the process.
     """
-    clock = _Clock()
     sequence, trackers, _ = _open(unit)
     before = ProcessState.current()
     walk = run_protocol(
@@ -161,15 +150,14 @@ def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) 
     observer.on_loop_end()
     runs = _check_state(walk.runs, before, trackers)
     if unit.protocol != TIMING:
-        measured = {"overhead": walk.overhead, "frame_seconds": walk.frame_seconds}
+        measured = {"frame_seconds": walk.frame_seconds}
         runs = [replace(run, circumstances={**run.circumstances, **measured}) for run in runs]
     _open(unit)  # checks again: boxes must not be stored under another version
-    return clock.outcome(unit, runs, walk.overhead)
+    return runs
 
 
-def record_failure(unit: Unit, failure: Failure) -> Outcome:
-    """Record the only run of a unit as failed, with its rows up to the failure."""
-    clock = _Clock()
+def record_failure(unit: Unit, failure: Failure) -> Run:
+    """Return the only run of a unit as failed, with its rows up to the failure."""
     sequence, (tracker,), (key,) = _open(unit)
     segments = segment_frames(unit.protocol, sequence, tracker.init)
     n = sum(map(len, segments)) or len(sequence)
@@ -182,7 +170,7 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
     is_known = 0 <= failure.frame < len(sequence)
     where = f"{sequence.frame_name(failure.frame)}: " if is_known else ""
     line = f" at {select_line(failure.stack, tracker.file)}" if failure.stack else ""
-    run = Run(
+    return Run(
         identity=key,
         boxes=rows[:, :4],
         visible=rows[:, 4] == 1,
@@ -191,47 +179,6 @@ def record_failure(unit: Unit, failure: Failure) -> Outcome:
         output=failure.output,
         segments=segments,
     )
-    return clock.outcome(unit, [run])
-
-
-def probe(unit: Unit, frames: int, observer: Observer = NULL_OBSERVER) -> Probed:
-    """Time a unit's trackers on the first `frames` frames of its sequence, at least 3."""
-    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = parse_trackers(entry.tracker for entry in unit.entries)
-    entries = [(chosen[entry.tracker], entry.repetition) for entry in unit.entries]
-    first = sequence.first_frame
-    # The first pass compiles kernels and fills caches; the second measures the initialisation.
-    _, beginning, whole = (
-        run_protocol(entries, sequence[first : first + n], observer=observer)
-        for n in (_SHORTEST, _SHORTEST, frames)
-    )
-    counted = max(1, min(frames, len(sequence) - first) - _SHORTEST)
-    seconds = [
-        nan if b.failure else float(b.circumstances["seconds"] - a.circumstances["seconds"])
-        for a, b in zip(beginning.runs, whole.runs, strict=True)
-    ]
-    return Probed([max(0.0, value) / counted for value in seconds], whole.frame_seconds)
-
-
-class _Clock:
-    """Measurement of a unit's time and memory, from the creation of this object."""
-
-    def __init__(self) -> None:
-        reset_peak()
-        self._wall, self._cpu = time.perf_counter(), time.process_time()
-
-    def outcome(self, unit: Unit, runs: list[Run], overhead: float = nan) -> Outcome:
-        """Return the outcome of a unit with the measurements up to now."""
-        return Outcome(
-            runs=runs,
-            entries=list(unit.entries),
-            overhead=overhead,
-            seconds=time.perf_counter() - self._wall,
-            cpu_seconds=time.process_time() - self._cpu,
-            peak_memory=peak_memory(),
-            host=socket.gethostname(),
-            process=os.getpid(),
-        )
 
 
 def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec], list[Identity]]:

@@ -17,7 +17,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from math import inf
-from statistics import median
 from time import monotonic, thread_time
 from typing import Any, NamedTuple, Protocol
 
@@ -33,7 +32,6 @@ _TURN_SECONDS = 0.002
 _PASSES_SECONDS = 2.0  # time of all passes of the slowest side
 _MIN_PASSES, _MAX_PASSES = 3, 100  # passes
 _LONGEST = 1 << 20  # bytes of an answer
-_REFERENCE_CALLS = 15
 
 
 class TurnError(Exception):
@@ -83,17 +81,6 @@ class Reference:
         for count in counts.tolist() * 10:
             total += count * 0.5
         return total
-
-
-def reference_seconds() -> float:
-    """Return the median CPU time of `Reference.update` [s]."""
-    reference, seconds = Reference(), []
-    reference.init()
-    for _ in range(_REFERENCE_CALLS):
-        began = thread_time()
-        reference.update()
-        seconds.append(thread_time() - began)
-    return median(seconds)
 
 
 class _ClipRunner:

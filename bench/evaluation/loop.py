@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.interleaved_timing import one_thread, reference_seconds
+from trackmark.bench.evaluation.interleaved_timing import one_thread
 from trackmark.bench.evaluation.recorder import Recorder, blank_rows
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import TrackerFactory, TrackerSpec, parse_tracker
@@ -144,9 +144,7 @@ def run_protocol(
     raises exceptions of trackers instead of storing them in runs. `observer` gets callbacks.
 
     Timing runs have `times` of two passes: right after decoding, and warm (images in memory).
-    OpenCV's threads and Python's garbage collector are disabled. `reference_seconds` are CPU times
-    of fixed computations before, between and after the passes. They show changes of the machine's
-    speed.
+    OpenCV's threads and Python's garbage collector are disabled.
 
     Raises `SequenceError` if the sequence has no usable ground truth, or if an image is unreadable.
     Raises `NotAttributableError` if one of several trackers exhausts the memory.
@@ -201,17 +199,12 @@ def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Obse
     gc.collect()
     first, n = sequence.first_frame, len(sequence)
     sequence.frames = cached = _FrameCache(sequence.frames, MAX_WARM_BYTES)
-    machine = [reference_seconds()]
     _SequencePass([recorder], sequence, observer).run(to_the_end=False)
-    machine.append(reference_seconds())
     if not recorder.failure:
         stop = next((frame for frame in range(first, n) if frame not in cached), n)
         _SequencePass([warm], sequence, observer).run(max(stop - first, 1), to_the_end=False)
-        machine.append(reference_seconds())
     recorder.failure = recorder.failure or warm.failure
-    run = recorder.result()
-    circumstances = {**run.circumstances, "reference_seconds": machine}
-    return replace(run, times=recorder.times(warm), circumstances=circumstances)
+    return replace(recorder.result(), times=recorder.times(warm))
 
 
 class _SequencePass:

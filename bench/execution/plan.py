@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -56,7 +55,6 @@ class PlannedSequence:
     frames: int  # number of frames of a run, in all segments
     images_beyond_truth: int  # number of images that no run reads
     starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
-    opening_seconds: float
 
 
 KnownSequences = dict[tuple[SequenceSource, str], PlannedSequence]
@@ -271,17 +269,14 @@ def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
 
 
 def _open_planned(source: SequenceSource, protocol: str) -> PlannedSequence:
-    started_at = perf_counter()
     sequence = _open(source)
-    fingerprint = sequence.fingerprint
     return PlannedSequence(
         source=source,
         name=sequence.name,
-        fingerprint=fingerprint,
+        fingerprint=sequence.fingerprint,
         frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
         images_beyond_truth=sequence.images_beyond_truth,
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
-        opening_seconds=perf_counter() - started_at,
     )
 
 

@@ -12,8 +12,8 @@ from loky import get_reusable_executor
 from numpy.typing import NDArray
 
 from trackmark import datasets, trackers
-from trackmark.bench.store.files import write_atomically
 from trackmark.datasets.source_digest import source_digest
+from trackmark.reports.files import write_file
 
 PACKAGE = Path(str(trackers.__file__)).parent
 
@@ -43,6 +43,6 @@ def scene_values(
     # Its processes also compute the next function: starting them takes seconds.
     pool = get_reusable_executor(max_workers=jobs)
     values = [*pool.map(function, scenes, *([name] * len(scenes) for name in settings))]
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(file, json.dumps(values).encode())
+    text = json.dumps(values)
+    write_file(file, lambda path: path.write_text(text, "utf-8"))
     return np.array(values)

@@ -30,8 +30,8 @@ from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
 from trackmark.bench.metrics.times import DISTURBED_RATIO
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.store.files import write_atomically
 from trackmark.datasets.source_digest import source_digest
+from trackmark.reports.files import write_file
 from trackmark.trackers.base.interface import Box, Image
 
 PACKAGE = Path(str(trackers.__file__)).parent
@@ -167,9 +167,8 @@ def kept_times(
             [sequence_times["reference"] for sequence_times in times.values()], axis=0
         )
         if np.median(machine) <= DISTURBED_RATIO * machine.min():
-            file.parent.mkdir(parents=True, exist_ok=True)
             text = json.dumps(times, default=lambda values: values.tolist())
-            write_atomically(file, text.encode())
+            write_file(file, lambda path: path.write_text(text, "utf-8"))
     return _measured[file]
 
 

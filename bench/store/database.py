@@ -16,13 +16,13 @@ from typing import Any
 from urllib.parse import quote
 
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, refuse_parquet_layout
+from trackmark.bench.store.layout import DATABASE
 
 APPLICATION_ID = 0x74726D6B
 """SQLite application id of trackmark's files: "trmk" in ASCII."""
 
 SCHEMA_VERSION = 3
-"""Version of the schema. Versions 1 and 2 were folders of Parquet files."""
+"""Version of the schema; files with another version are rejected."""
 
 _BUSY_SECONDS = 60.0
 
@@ -53,11 +53,6 @@ _TABLES = {
     ),
     "score": (
         "run INTEGER PRIMARY KEY REFERENCES run, scorer TEXT NOT NULL, scores TEXT NOT NULL",
-        "",
-    ),
-    "log": (
-        "id INTEGER PRIMARY KEY, log TEXT NOT NULL, date TEXT NOT NULL, event TEXT NOT NULL, "
-        "content TEXT NOT NULL",
         "",
     ),
 }
@@ -260,7 +255,6 @@ def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
 def _open(path: Path, *, write: bool) -> sqlite3.Connection:
     """Open the file and begin a transaction."""
     if not path.exists():
-        refuse_parquet_layout(path.parent)
         if not write:
             return _in_memory()
         try:
@@ -318,7 +312,7 @@ def _validated_database(path: Path, connection: sqlite3.Connection) -> Database 
         )
     database = Database(path, connection)
     stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
-    if {row[0] for row in stored} != set(_STATEMENTS):
+    if not {row[0] for row in stored} >= set(_STATEMENTS):  # earlier versions had further tables
         raise database.damaged("its tables do not have the expected columns")
     return database
 
@@ -340,11 +334,6 @@ def _to_results_error(path: Path, error: Exception) -> ResultsError:
         return ResultsError(
             f"{path}: another process has locked this file for {_BUSY_SECONDS:.0f} s. End that "
             "process, and run the same command again."
-        )
-    if name == "SQLITE_READONLY_ROLLBACK":
-        return ResultsError(
-            f"{path} has an unfinished transaction, and its folder is read-only. Copy {path.name} "
-            f"and {path.name}-journal to a writable folder, and read them there."
         )
     if name.startswith(("SQLITE_FULL", "SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_IOERR")):
         return ResultsError(

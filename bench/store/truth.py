@@ -54,24 +54,20 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
 
 
 def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
-    """Store a ground truth, also if a stored one is damaged or lacks its image size or shapes.
+    """Store a ground truth, unless it is stored already and undamaged.
 
     Raises `ResultsError` if it cannot be written.
     """
     key = truth.name, fingerprint
     with open_database(folder) as database:
         rows = database.select(f"SELECT * FROM truth WHERE {_KEY}", *key)
-    is_damaged = not all(map(is_intact, rows))
-    if rows and not is_damaged:
-        stored = _truth_of(truth.name, unpack(rows[0]["data"]))
-        if (stored.image_size or not truth.image_size) and (stored.shapes or not truth.shapes):
-            return
+    if rows and is_intact(rows[0]):
+        return
     data = pack(_arrays_of(truth))
     with open_database(folder, write=True) as database:
-        if is_damaged:
+        if rows:
             database.repair("truth", (*key, data))
         else:
-            database.delete("truth", _KEY, *key)
             database.insert("truth", [(*key, data)])
 
 

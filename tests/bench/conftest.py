@@ -131,16 +131,13 @@ class InProcessPool:
         for unit in units:
             try:
                 with self.lock:
-                    outcome = worker.perform(unit, self.limits.run_seconds)
+                    runs = worker.perform(unit, self.limits.run_seconds)
+                result = dict(zip(unit.entries, runs, strict=True))
             except datasets.SequenceError as error:
-                outcome = error
+                result = error
             done += unit.work
             progress(done)
-            yield unit, outcome
-
-    def probe(self, unit, frames):
-        with self.lock:
-            return worker.probe(unit, frames)
+            yield unit, result
 
     def close(self):
         """Do nothing: there is no process to end."""

@@ -75,13 +75,11 @@ def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
         tm.evaluate([Plain, Plain()], line)
 
 
-def test_score_takes_metrics_and_warns_of_preset(face):
+def test_score_takes_metrics_of_runs_and_boxes(face):
     run = tm.evaluate("static", face)["static", "face"]
     expected = tm.score(run, metrics="otb")
     assert expected == tm.score(run, "samples/face", metrics="otb")
     assert expected == tm.score(run.boxes, face, metrics="otb")
-    with pytest.warns(FutureWarning, match="now called metrics"):
-        assert tm.score(run, face, preset="otb") == expected
     assert set(tm.metrics.names()) >= {"native", "otb"}
     assert "Wu" in tm.metrics.describe("otb")
 

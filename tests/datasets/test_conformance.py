@@ -1,10 +1,6 @@
 """Rules for all built-in sequences, their versions and golden digests."""
 
-import hashlib
 import itertools
-import json
-import subprocess
-import sys
 from functools import cache
 
 import numpy as np
@@ -45,25 +41,6 @@ def parametrized(names):
         pytest.param(name, marks=slow_if_unchanged(name) if name in is_slow else ())
         for name in names
     ]
-
-
-OPEN_ALL = """
-import hashlib, json, sys
-from trackmark import datasets
-results = {}
-for name in json.loads(sys.argv[1]):
-    sequence = datasets.load(name)
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in (-1, 1)]
-    results[name] = [sequence.fingerprint, *digests]
-print(json.dumps(results))
-"""
-
-
-@pytest.fixture(scope="module")
-def other_process():
-    """Fingerprint and digests of two images of each sequence, computed by another process."""
-    command = [sys.executable, "-c", OPEN_ALL, json.dumps(NAMES)]
-    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
 
 
 class CachedFrames:
@@ -188,21 +165,6 @@ def test_slice_has_the_frames_and_boxes_of_the_sequence(sequence):
     assert (part[1] == sequence[4]).all()
     assert np.array_equal(part.boxes, sequence.boxes[1:9:3], equal_nan=True)
     assert part.fingerprint != sequence.fingerprint
-
-
-@pytest.mark.slow
-def test_other_process_computes_equal_images(sequence, other_process):
-    fingerprint, *digests = other_process[sequence.name]
-    assert sequence.fingerprint == fingerprint
-    assert [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in (-1, 1)] == digests
-
-
-@pytest.mark.slow  # golden digests are compared every day
-def test_scenes_differ_in_images_and_boxes(synthetic):
-    other = datasets.load(f"{synthetic.name}:scene=1")
-    assert np.abs(synthetic[0].astype(int) - other[0]).mean() > 4
-    frames = range(min(len(synthetic), len(other)))
-    assert not np.array_equal(synthetic.boxes[frames], other.boxes[frames], equal_nan=True)
 
 
 def test_noise_differs_between_frames(synthetic):

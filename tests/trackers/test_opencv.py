@@ -295,6 +295,16 @@ def test_missing_model_error_names_its_source(name, tmp_path):
     assert "(Is a directory)" in message
 
 
+@pytest.mark.parametrize("name", KINDS)
+def test_describe_lists_model_files_without_having_any(name):
+    try:
+        about = trackers.describe(name)["parameters"]
+    except TrackerError as error:
+        pytest.skip(str(error))
+    assert [part["name"] for part in about][: len(KINDS[name])] == KINDS[name]
+    assert {part["default"] for part in about if part["type"] == "ModelFile"} == {""}
+
+
 @pytest.mark.parametrize("content", [b"", b"no model" * 50, None], ids=["empty", "words", "half"])
 @pytest.mark.parametrize("name", ["opencv-nano", "opencv-vit"])
 def test_unloadable_model_error_names_the_files(name, content, models, tmp_path, moving_target):
@@ -309,6 +319,20 @@ def test_unloadable_model_error_names_the_files(name, content, models, tmp_path,
         TrackerError, match=f"cannot use the models of .*{last}={broken}: "
     ) as caught:
         trackers.create(name, **files).init(clip.images[0], clip.boxes[0])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "kind"),
+    [("opencv-nano", "backbone", "net"), ("opencv-vit", "net", "neckhead")],
+)
+def test_model_of_another_tracker_is_rejected_by_name(name, parameter, kind, models, moving_target):
+    all_files = {key: file for files in models.values() for key, file in files.items()}
+    files = models[name] | {parameter: all_files[kind]}
+    clip = moving_target(3)
+    tracker = trackers.create(name, **files)
+    with pytest.raises(TrackerError, match=f"models .*{parameter}={all_files[kind]}") as caught:
+        boxes_of(tracker, clip)
     assert "\n" not in str(caught.value)
 
 

@@ -89,7 +89,7 @@ def test_unchanged_tracker_is_identical(trackmark, baseline_file):
     data = json.loads(trackmark("check", baseline_file, "--json", "--trackers", "static").stdout)
     assert data["verdict"] == "pass"
     assert {entry["state"] for entry in data["cells"]} == {"identical"}
-    whole = trackmark("check", "own", "--whole", "--seeds", 6).stdout
+    whole = trackmark("check", "own", "--verbose", "--seeds", 6).stdout
     assert whole.count("identical") == 4
 
 

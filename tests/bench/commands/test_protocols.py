@@ -99,8 +99,7 @@ def test_changed_tracker_is_run_again_by_its_protocol(both, trackmark, workspace
     with (workspace / "knob.py").open("a") as file:
         file.write("CHANGED = True\n")
     message = trackmark(*SUPERVISED).stderr
-    assert "1 stored run was made with another version" in message
-    assert "Scores before and after the replacement of 1 run" in message
+    assert "1 run (replacing stale runs: 1)" in message
 
 
 def test_experiment_file_sets_its_protocol(trackmark, workspace):

@@ -52,22 +52,15 @@ def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspac
     assert not (workspace / "both").exists()
 
 
-def test_log_has_start_units_failures_and_end(trackmark, one_line, workspace, break_tracker):
+def test_failures_are_listed_by_their_first_line(trackmark, break_tracker):
     break_tracker()
     trackmark(*KNOB, status=1)
     assert "knob.py:Knob on Small: 1, 1 failed" in trackmark("results", "list").stdout
-    text = trackmark("results", "log").stdout
-    assert "start of mine: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in text
-    assert "failed: knob.py:Knob, repetition 0: 0002.png: ValueError: no idea" in text
-    assert "finished after" in text
-    events = json_lines(trackmark("results", "log", "--json"))
-    units = [event for event in events if event["event"] == "unit"]
-    assert [event["event"] for event in events] == ["start", *["unit"] * len(units), "end"]
-    assert sum(len(runs) for unit in units for runs in unit["runs"].values()) == 2
-    assert all(unit["peak_memory"] > 1e6 and unit["seconds"] > 0 for unit in units)
-    file = workspace / "results" / "mine" / "runs.db"
-    file.write_bytes(file.read_bytes().replace(b'"peak_memory"', b'"leak_memory"'))
-    assert "is damaged" in one_line(trackmark("results", "log", status=2))
+    done = trackmark("results", "failures", "results/mine")
+    assert done.stdout.splitlines()[1:] == ["  0002.png: ValueError: no idea"]
+    assert "add --json" in done.stderr
+    (failure,) = json_lines(trackmark("results", "failures", "results/mine", "--json"))
+    assert "Traceback" in failure["failure"]
 
 
 def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):

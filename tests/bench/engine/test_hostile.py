@@ -71,11 +71,10 @@ def lock_step(data_folder):
 def run_units(units, limits=LIMITS):
     """Return the runs of each unit by class."""
     with closing(Pool(limits)) as pool:
-        outcomes = [outcome for _, outcome in pool.perform(units)]
-    assert [str(outcome) for outcome in outcomes if isinstance(outcome, Exception)] == []
+        results = [result for _, result in pool.perform(units)]
+    assert [str(result) for result in results if isinstance(result, Exception)] == []
     return [
-        {run.identity.tracker.rpartition(":")[2]: run for run in outcome.runs}
-        for outcome in outcomes
+        {run.identity.tracker.rpartition(":")[2]: run for run in runs.values()} for runs in results
     ]
 
 

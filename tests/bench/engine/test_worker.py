@@ -25,8 +25,6 @@ from trackmark.bench.engine.heartbeat import (
 from trackmark.bench.engine.process_state import (
     ProcessState,
     machine_memory,
-    peak_memory,
-    reset_peak,
 )
 from trackmark.bench.engine.work_unit import Request, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
@@ -149,14 +147,14 @@ def test_worker_without_disk_space_is_reported(shared):
 def test_decoding_without_memory_is_harm_after_a_tracker_call(
     shared, monkeypatch, called, used, kind
 ):
-    def perform(request, observer):
+    def perform(unit, run_seconds, observer):
         if called:
             observer.on_tracker_call(0, 0)
             observer.on_tracker_return()
         with decoding("clip/1.png: frame 0 can't be read"):
             raise MemoryError
 
-    monkeypatch.setattr(worker, "_perform_request", perform)
+    monkeypatch.setattr(worker, "perform", perform)
     answer = worker._answer(Request(UNIT, 1.0), Heartbeat(shared), used)
     assert list(answer) == [kind]
     assert ("clip/1.png" in answer[kind]) == (kind == "error")
@@ -164,7 +162,7 @@ def test_decoding_without_memory_is_harm_after_a_tracker_call(
 
 @pytest.mark.parametrize(("owner", "kind"), [("", "defect"), ("mine.py:Mine", "harm")])
 def test_defect_of_trackmark_is_not_harm_by_a_tracker(shared, monkeypatch, owner, kind):
-    monkeypatch.setattr(worker, "_perform_request", lambda *_: 1 / 0)
+    monkeypatch.setattr(worker, "perform", lambda *_: 1 / 0)
     request = Request(Unit(UNIT.source, (), "accuracy", 120, owner), 1.0)
     answer = worker._answer(request, Heartbeat(shared), used=False)
     assert list(answer) == [kind]
@@ -197,16 +195,6 @@ def test_memory_of_a_container_counts(tmp_path, monkeypatch):
     assert machine_memory() == whole
     group.write_text("1048576\n")
     assert machine_memory() == 1 << 20
-
-
-def test_peak_memory_is_measured_since_the_reset():
-    def peak_with(megabytes):
-        reset_peak()
-        data = np.ones(megabytes << 17)
-        return peak_memory() + 0 * len(data)
-
-    many, few = peak_with(100), peak_with(10)
-    assert many - few > 60 << 20
 
 
 def test_memory_beyond_the_limit_is_an_error():

@@ -125,7 +125,8 @@ def test_worker_process_contains_failures(environment, monkeypatch):
     outcomes = perform(texts) | perform([hang], ":frame_timeout=3")
     texts[hang] = "plain.py 4 hang: the process did not answer in 3 s"
     for text, failure in texts.items():
-        reason = outcomes[text].runs[0].failure
+        (run,) = outcomes[text].values()
+        reason = run.failure
         assert bool(reason) == bool(failure)
         assert failure in reason
     assert len(ended) > 1

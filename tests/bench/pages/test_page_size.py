@@ -43,21 +43,17 @@ def stored(folder, sequences, repetitions):
     return results.folder
 
 
+@browser.needs_browser
 @pytest.mark.weekly
 @pytest.mark.parametrize(("count", "length", "repetitions"), [(8, 400, 20), (100, 120, 2)])
-def test_page_of_many_runs_opens(tmp_path, evidence, count, length, repetitions):
+def test_page_of_many_runs_opens(tmp_path, chromium, evidence, count, length, repetitions):
     names = [f"plain/target:length={length}:width=640:height=480:scene={n}" for n in range(count)]
     folder = stored(tmp_path, names, repetitions)
     page = write_experiment_page(folder, tmp_path)
     size = page.stat().st_size
     evidence(f"page of {count} sequences, {length} frames each: {size / MEGABYTE:.1f} MB")
     assert size < 25 * MEGABYTE
-    if browser.CHROMIUM is None:
-        pytest.skip("no Chromium on PATH: the page is written, and not opened")
-    opened = browser.Browser(tmp_path / "profile")
-    try:
-        opened.open(page.as_uri())
-        open_frame(opened, sequence=load(names[-1]).name, frame=50)
-        assert opened.console == []
-    finally:
-        opened.close()
+    chromium.console.clear()
+    chromium.open(page.as_uri())
+    open_frame(chromium, sequence=load(names[-1]).name, frame=50)
+    assert chromium.console == []

@@ -314,55 +314,51 @@ def test_quick_page_has_numbers_and_strips_without_verdicts(tiny):
     assert opened(sections(text)["The paper&#39;s numbers and ours"], data_of(text.read_text()))
 
 
-def test_front_page_counts_verdicts_and_links_papers(tiny, report, page):
+@pytest.fixture
+def front(tiny, report):
+    """Write the front page of the results."""
     text = json.dumps(report_data(report, 75.0))
     (tiny.results / "tiny" / "report.json").write_text(text)
-    front = write_front_page(tiny.results).read_text()
-    assert '<a href="tiny/report.html">A tiny paper</a>' in front
-    assert "CamShift keeps the target." in front
-    assert "1 of 1 papers reproduced" in front
-    assert re.findall(r"[✓✕?] (\w[^<]*: \d)<", front)[:2] == ["holds: 2", "does not hold: 1"]
-    assert "Made by <code>trackmark reproduce tiny --all</code> (1 min)" in front
+    return write_front_page(tiny.results)
+
+
+@pytest.mark.usefixtures("page")
+def test_front_page_counts_verdicts_and_links_papers(tiny, front):
+    text = front.read_text()
+    assert '<a href="tiny/report.html">A tiny paper</a>' in text
+    assert "CamShift keeps the target." in text
+    assert "1 of 1 papers reproduced" in text
+    assert re.findall(r"[✓✕?] (\w[^<]*: \d)<", text)[:2] == ["holds: 2", "does not hold: 1"]
+    assert "Made by <code>trackmark reproduce tiny --all</code> (1 min)" in text
     (tiny.results / "tiny" / "report.json").write_text('{"claims": [{}]}')
     with pytest.raises(ResultsError, match=r"report.json: the report cannot be read"):
         write_front_page(tiny.results)
 
 
+SLOW = pytest.mark.slow
+
+
 @browser.needs_browser
 @pytest.mark.parametrize(
     ("width", "dark"),
-    [
-        (390, True),
-        pytest.param(1280, False, marks=pytest.mark.slow),
-        pytest.param(320, False, marks=pytest.mark.slow),
-    ],
+    [(390, True), pytest.param(1280, False, marks=SLOW), pytest.param(320, False, marks=SLOW)],
 )
-def test_paper_pages_are_accessible(page, tiny, report, axe, tmp_path, width, dark):
-    text = json.dumps(report_data(report, 75.0))
-    (tiny.results / "tiny" / "report.json").write_text(text)
-    front = write_front_page(tiny.results)
-    opened = browser.Browser(tmp_path)
-    try:
-        check_accessibility(opened, axe, (page, front), width, dark)
-    finally:
-        opened.close()
+def test_paper_pages_are_accessible(page, front, chromium, axe, width, dark):
+    check_accessibility(chromium, axe, [page, front], width, dark)
 
 
 @browser.needs_browser
-def test_click_on_verdict_opens_its_runs_in_the_player(page, tmp_path):
-    player = browser.Browser(tmp_path)
-    try:
-        player.size(400, 800, mobile=True)
-        player.open(page.as_uri())
-        player.run("document.documentElement.style.scrollBehavior = 'auto'")  # a click hits
-        player.click("#claim-TI-1 > summary > b")
-        player.wait("byId('claim-TI-1').open")
-        assert not player.run("byId('claim-TI-2').open")
-        assert player.run("document.documentElement.scrollWidth") <= 400
-        player.click("#claim-TI-1 p a:last-of-type")
-        player.wait("byId('player').open && !!painted")
-        assert player.run("state.get('tracker')") == "camshift, recommended"
-        assert player.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
-        assert player.console == []
-    finally:
-        player.close()
+def test_click_on_verdict_opens_its_runs_in_the_player(page, chromium):
+    chromium.console.clear()
+    chromium.size(400, 800, mobile=True)
+    chromium.open(page.as_uri())
+    chromium.run("document.documentElement.style.scrollBehavior = 'auto'")  # a click hits
+    chromium.click("#claim-TI-1 > summary > b")
+    chromium.wait("byId('claim-TI-1').open")
+    assert not chromium.run("byId('claim-TI-2').open")
+    assert chromium.run("document.documentElement.scrollWidth") <= 400
+    chromium.click("#claim-TI-1 p a:last-of-type")
+    chromium.wait("byId('player').open && !!painted")
+    assert chromium.run("state.get('tracker')") == "camshift, recommended"
+    assert chromium.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
+    assert chromium.console == []

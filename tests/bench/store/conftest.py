@@ -10,7 +10,6 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.log import RunLog
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth
@@ -85,6 +84,5 @@ def several(results, sequence, store):
     runs.append(full_run(sequence))
     assert results.write(runs[-1])
     request(results, *runs)
-    RunLog(results.folder).write("start", runs=4)
     bench.load_runs(results.folder)  # stores the scores
     return results

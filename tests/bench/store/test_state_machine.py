@@ -95,7 +95,8 @@ class InProcessEngine:
 
     def perform(self, units, limits, progress):
         for unit in units:
-            yield unit, perform(unit, limits.run_seconds)
+            runs = perform(unit, limits.run_seconds)
+            yield unit, dict(zip(unit.entries, runs, strict=True))
 
 
 def content_digest(run):

@@ -16,7 +16,7 @@ from trackmark.bench.papers.scene_check import (
 )
 
 EVERYDAY = (
-    *("moreno2005/ellipse", "moreno2005/leaf", "multipart/8", "wang2010/hand"),
+    *("moreno2005/leaf", "multipart/8", "wang2010/hand"),
     *("nummiaro2003/person", "nummiaro2003/students", "wang2010/table-tennis"),
 )
 """Cheap scenes whose criteria are measured every day, even if their source is unchanged."""

@@ -9,7 +9,7 @@ from tests.bench.papers import judged_runs
 from tests.bench.papers.judged_runs import value
 from trackmark import datasets
 from trackmark.bench.papers.moreno2005.measures import JUMP, PATCH
-from trackmark.bench.papers.moreno2005.scenes import contrast, posterior_map, started
+from trackmark.bench.papers.moreno2005.scenes import contrast, edge_gain, posterior_map, started
 
 N = 40
 SCENE = "plain/target:length=11"
@@ -73,3 +73,7 @@ def test_starts_lie_near_the_contour():
     starts = np.array([started(contour, generator) for _ in range(400)])
     np.testing.assert_allclose(starts.mean(axis=0), contour, atol=0.4)
     assert 1.5 < (starts - contour).std() < 2.5
+
+
+def test_edge_gain_is_a_difference_of_accuracies():
+    assert -1 < edge_gain(SCENE) < 1
