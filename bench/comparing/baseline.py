@@ -278,11 +278,6 @@ def read_baseline(path: Path) -> Baseline:
         table = read_toml(path, BaselineError)
     except BaselineError as error:
         raise BaselineError(f"{error} {_REMEDY}") from None
-    if table.get("format") == 1:
-        raise BaselineError(
-            f"{path}: format 1 of an older trackmark. This version reads format {FORMAT}. Make "
-            "the baseline again from the old version of the trackers: `trackmark baseline --force`."
-        )
     if table.get("format") != FORMAT:
         _refuse(path, "format", table.get("format"), f"This version reads format {FORMAT}.")
     try:

@@ -177,9 +177,8 @@ def headline(result: Check, where: str, slower: int = 0, *, strict: bool = False
     in_mean = sum(row.change.label == "worse" for row in result.means)
     failed = sum(bool(row.failures) for row in result.sequences)
     kinds = ("worse", "unchanged", "better", "not worse", "inconclusive")
-    first, *others = [f"{labels[kind]} {kind}" for kind in kinds if labels[kind]]
-    number, _, kind = first.partition(" ")
-    scores = ", ".join([f"{number} of {n} scores {kind}", *others])
+    scores = ", ".join(f"{labels[kind]} {kind}" for kind in kinds if labels[kind])
+    scores = scores.replace(" ", f" of {n} scores ", 1)
     bad = [f"{_counted(in_mean, 'tracker')} worse in the mean"] if in_mean else []
     bad += [f"{_counted(failed, 'score')} with failed runs"] if failed else []
     bad += [f"{_counted(slower, 'tracker')} slower"] if slower else []

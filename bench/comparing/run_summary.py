@@ -106,9 +106,7 @@ def answer_on(
     further arguments of `compare`.
     """
     ranked = [name for name, entry in means.items() if isfinite(entry["mean_overlap"]["mean"])]
-    scored = runs[runs["protocol"] == STORED_ONE_PASS]
-    failed = scored.groupby("tracker", observed=True)["status"]
-    left_out = [str(name) for name, states in failed if (states == "failed").all()]
+    left_out = failed_runs(runs[runs["protocol"] == STORED_ONE_PASS]).left_out
     if ranked:
         comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
         return answer_of(comparison), comparison

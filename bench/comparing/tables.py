@@ -100,7 +100,7 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
         del heads[2], ranks[1]
         for row in rows:
             del row[2]
-    notes = [few or "*: no other tracker is better", *_clock_notes(comparison)]
+    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
     return Table("comparison", _caption(comparison), heads, 1, rows, notes, ranks=ranks)
@@ -188,8 +188,7 @@ def _standings(comparison: Comparison) -> Table:
         rows.append(_standing_cells(comparison, standing, time))
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
-    few = _too_few(comparison)
-    notes = [few or "*: no other tracker is better, over all pairs.", *_clock_notes(comparison)]
+    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
         notes.append(
@@ -205,6 +204,14 @@ def _standings(comparison: Comparison) -> Table:
         notes=notes,
         data=pd.DataFrame(data).drop(columns="interval"),
     )
+
+
+def _star_notes(comparison: Comparison) -> list[str]:
+    """Return the meaning of the star, or why there is none; no note for a single tracker."""
+    few = _too_few(comparison)
+    if few:
+        return [few]
+    return ["*: no other tracker is better"] if len(comparison.standings) > 1 else []
 
 
 def _clock_notes(comparison: Comparison) -> list[str]:
