@@ -20,6 +20,11 @@ _CODE = (
 )
 
 
+def in_child() -> bool:
+    """Return whether trackmark has started this process, directly or indirectly."""
+    return any(name.startswith(f"{_MARK}_") for name in os.environ)
+
+
 class ProcessTree:
     """Process of a command, in its own session; `process` is an object of `subprocess.Popen`.
 

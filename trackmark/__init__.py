@@ -72,8 +72,6 @@ _HOMES = {
     "player": "trackmark.bench.pages.notebook",
     "run": "trackmark.bench.api.evaluation",
     "score": "trackmark.bench.evaluation.scoring",
-}
-_MODULES = {
     "datasets": "trackmark.datasets",
     "metrics": "trackmark.bench.metrics",
     "trackers": "trackmark.trackers",
@@ -82,16 +80,13 @@ _MODULES = {
 
 def __getattr__(name: str) -> Any:
     """Import a public name on its first use."""
-    if name in _MODULES:
-        value: Any = importlib.import_module(_MODULES[name])
-    elif name in _HOMES:
-        value = getattr(importlib.import_module(_HOMES[name]), name)
-    else:
+    if name not in _HOMES:
         raise AttributeError(f"module 'trackmark' has no attribute {name!r}")
-    globals()[name] = value
+    module = importlib.import_module(_HOMES[name])
+    globals()[name] = value = getattr(module, name, module)
     return value
 
 
 def __dir__() -> list[str]:
-    """Return the names of the module, including those that are not imported yet."""
-    return sorted({*globals(), *__all__})
+    """Return the public names, including those that are not imported yet."""
+    return __all__

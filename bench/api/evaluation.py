@@ -5,10 +5,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from numbers import Integral
 from pathlib import Path
+from threading import RLock
 from typing import Any
 
 from trackmark import datasets
-from trackmark.bench.api.results import Results, load_results, preset_for
+from trackmark.bench.api.results import Results, load_experiment, preset_for
 from trackmark.bench.api.tracker_arguments import resolve_trackers, tracker_texts, unsaved_reason
 from trackmark.bench.comparing.run_summary import tracker_line
 from trackmark.bench.evaluation.loop import run_protocol
@@ -19,9 +20,12 @@ from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.plugin import close_idle_processes
+from trackmark.bench.process_tree import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
 from trackmark.datasets import Sequence, SequenceError
-from trackmark.trackers import Randomness
+from trackmark.trackers import Randomness, TrackerError
+
+_one_thread = RLock()  # threads share sequences and processes of trackers
 
 
 def evaluate(
@@ -69,7 +73,8 @@ def evaluate(
     TypeError
         For an object that is not a tracker, a sequence or the name of metrics.
     TrackerError, SequenceError, ProtocolError, ValueError
-        For invalid or unknown names or values, and for a sequence without ground truth.
+        For invalid or unknown names or values, and for a sequence without ground truth. If an image
+        of one of several sequences cannot be read, a warning is issued and its runs are missing.
     """
     base_seed = 0 if seed is None else seed
     stored = _check(protocol, metrics, repetitions=repetitions, seed=base_seed)
@@ -81,14 +86,22 @@ def evaluate(
     runs: dict[tuple[str, str, int], Run] = {}
     try:
         for sequence, source in opened:
+            try:
+                sequence_runs = _run_trackers(specs, repetitions, sequence, stored, raise_errors)
+            except SequenceError as error:  # the runs on other sequences are not lost
+                if raise_errors or len(opened) == 1:
+                    raise
+                warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
+                continue
             origin = {"source": source} if source else {}
-            for entries in _passes(specs, repetitions, stored):
-                passed = run_protocol(entries, sequence, stored, raise_errors=raise_errors)
-                for run_of_pass in passed.runs:
-                    identity = run_of_pass.identity
-                    circumstances = {**run_of_pass.circumstances, **origin}
-                    key = identity.tracker, sequence.name, identity.repetition
-                    runs[key] = replace(run_of_pass, circumstances=circumstances)
+            for run_of_tracker in sequence_runs:
+                key = (
+                    run_of_tracker.identity.tracker,
+                    sequence.name,
+                    run_of_tracker.identity.repetition,
+                )
+                circumstances = {**run_of_tracker.circumstances, **origin}
+                runs[key] = replace(run_of_tracker, circumstances=circumstances)
             evaluated_sequences[sequence.fingerprint] = sequence
     finally:
         close_idle_processes()
@@ -139,7 +152,7 @@ def run(
     _check(protocol, metrics, repetitions=repetitions, jobs=1 if jobs is None else jobs)
     texts, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
     default = Path("results") / default_name(texts, [text for text, _ in selected])
-    folder = (default if output is None else Path(output)).expanduser()
+    folder = (default if output is None else Path(output)).expanduser().absolute()
     experiment = Experiment(
         name=folder.name,
         trackers=texts,
@@ -148,13 +161,18 @@ def run(
         protocol=protocol,
     )
     stored = run_experiment(experiment, folder.parent, jobs)
-    results = load_results(stored, metrics=metrics, protocol=protocol)
+    results = load_experiment(stored, metrics, protocol)
     _warn_of_failures(results)
     return results
 
 
 def _check(protocol: str, metrics: str, **numbers: int) -> str:
     """Return the stored name of a protocol; raise an error for invalid arguments."""
+    if in_child():
+        raise TrackerError(
+            "a file that trackmark imports as a tracker starts runs itself. Put them below "
+            "if __name__ == '__main__':"
+        )
     for name, value in numbers.items():
         least = 0 if name == "seed" else 1
         if not isinstance(value, Integral) or value < least:
@@ -208,6 +226,26 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
     return list(opened.values())
 
 
+def _run_trackers(
+    specs: list[TrackerSpec],
+    repetitions: int,
+    sequence: Sequence,
+    stored: str,
+    raise_errors: bool,
+) -> list[Run]:
+    """Return the runs on a sequence, in the order of the trackers and repetitions."""
+    with _one_thread:
+        passes = [
+            run_protocol(entries, sequence, stored, raise_errors=raise_errors)
+            for entries in _passes(specs, repetitions, stored)
+        ]
+    runs = [run for each in passes for run in each.runs]
+    labels = [spec.label for spec in specs]
+    return sorted(
+        runs, key=lambda run: (labels.index(run.identity.tracker), run.identity.repetition)
+    )
+
+
 def _passes(
     specs: list[TrackerSpec], repetitions: int, stored: str
 ) -> Iterator[list[tuple[TrackerSpec, int]]]:
@@ -235,10 +273,10 @@ def _warn_of_failures(results: Results) -> None:
     if not failed:
         return
     key, text = failed[0].identity, failed[0].failure
-    place = tracker_line(text)
+    place, reason = tracker_line(text), text.splitlines()[0].rstrip(".")
     warnings.warn(
         f"{len(failed)} of {len(results.runs)} runs failed. First: {key.tracker} on "
-        f"{key.sequence}, {text.splitlines()[0]}{f' ({place})' if place else ''}. "
+        f"{key.sequence}, {reason}{f' ({place})' if place else ''}. "
         "results.failures lists all; evaluate(..., raise_errors=True) raises the exception.",
         RuntimeWarning,
         stacklevel=3,

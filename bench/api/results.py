@@ -230,9 +230,9 @@ class Results:
     def _repr_html_(self) -> str:
         """Return the means, and the numbers of runs."""
         preset, runs = self._with_worst_scores()
-        failed = int((runs["status"] == "failed").sum())
+        failed, missing = (int((runs["status"] == word).sum()) for word in ("failed", "missing"))
         table = to_html(self._mean_table(preset, runs))
-        return f"{table}<p>{len(runs)} runs, {failed} failed.</p>"
+        return f"{table}<p>{len(runs)} runs, {failed} failed, {missing} missing.</p>"
 
 
 class _StoredRuns(UserDict[RunName, Any]):
@@ -274,7 +274,12 @@ def load_results(
     if len(experiments) > 1:
         names = ", ".join(map(str, experiments))
         raise ResultsError(f"{folder} contains several experiments. Choose one of {names}.")
-    store = Store(experiments[0])
+    return load_experiment(experiments[0], metrics, protocol)
+
+
+def load_experiment(folder: Path, metrics: str, protocol: str | None) -> Results:
+    """Return the results of the experiment in an absolute path; see `load_results`."""
+    store = Store(folder)
     stored = list(dict.fromkeys(key[3] for key in store.list_keys()))
     untimed = [name for name in stored if name != TIMING]
     selected = STORED_ONE_PASS if protocol is None else parse_protocol(protocol).text
@@ -283,10 +288,9 @@ def load_results(
     if selected not in stored:
         others = ", ".join(map(title, untimed)) or "none"
         raise ResultsError(
-            f"{experiments[0]}: no run used the protocol {title(selected)}. "
-            f"Stored protocols: {others}."
+            f"{folder}: no run used the protocol {title(selected)}. Stored protocols: {others}."
         )
-    return Results(_StoredRuns(store, selected), selected, metrics, folder=experiments[0])
+    return Results(_StoredRuns(store, selected), selected, metrics, folder=folder)
 
 
 def preset_for(metrics: str, protocol: str) -> str:

@@ -1,5 +1,6 @@
 """Trackers as arguments of functions: texts, classes, functions, objects, dicts and lists."""
 
+import ast
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -9,7 +10,12 @@ from typing import Any
 from trackmark import IMPORT_TIME
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker, source_file
 from trackmark.trackers import Randomness, TrackerError
-from trackmark.trackers.base.catalogue import PLUGIN_MODULE, resolve_plugin, validate_plugin
+from trackmark.trackers.base.catalogue import (
+    PLUGIN_MODULE,
+    check_name,
+    resolve_plugin,
+    validate_plugin,
+)
 from trackmark.trackers.base.plain import to_plugin
 from trackmark.trackers.base.plain_class import missing_methods
 
@@ -23,9 +29,8 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     by_label: dict[str, tuple[Any, TrackerSpec]] = {}
     for name, tracker in _named(trackers):
         spec = _resolve(tracker, name, repetitions)
-        other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
-        equal = isinstance(tracker, str) and spec.version == other_spec.version
-        if other is not tracker and not equal:
+        other, _ = by_label.setdefault(spec.label, (tracker, spec))
+        if other != tracker:
             raise TrackerError(
                 f"two different trackers are called {spec.label!r}. Give them names by a dict: "
                 f"{{'first': ..., 'second': ...}}."
@@ -57,7 +62,12 @@ def tracker_texts(trackers: Any) -> tuple[str, ...]:
 def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
     """Yield the name, empty for the default, and the object of each tracker in an argument."""
     if isinstance(trackers, Mapping):
-        yield from trackers.items()
+        for name, tracker in trackers.items():
+            if not isinstance(name, str):
+                raise TypeError(f"the name {name!r} of a tracker is not a text.")
+            if name != tracker:
+                check_name(name, "dict of trackers")
+            yield name, tracker
     elif isinstance(trackers, list | tuple):
         for tracker in trackers:
             yield from _named(tracker)
@@ -91,8 +101,11 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     declared = getattr(kind, "name", "")
     declared = declared if isinstance(declared, str) else ""
     label = name or declared or own_name
+    check_name(label, f"tracker {own_name!r}")
     # Other objects can depend on values that no file contains.
     file = source_file(tracker) if is_class and "<locals>" not in tracker.__qualname__ else None
+    if file is not None and not _defines(file, own_name):
+        file = None
     specification = resolve_plugin(plugin, file or Path(), label, {})
     return TrackerSpec(
         label=label,
@@ -105,6 +118,14 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
         file=file,
         class_name=own_name,
     )
+
+
+def _defines(file: Path, name: str) -> bool:
+    """Return whether a Python file has exactly one statement `class NAME` at its top level."""
+    statements = ast.parse(file.read_bytes()).body
+    return [
+        getattr(entry, "name", "") for entry in statements if isinstance(entry, ast.ClassDef)
+    ].count(name) == 1
 
 
 def unsaved_reason(spec: TrackerSpec) -> str:

@@ -217,10 +217,11 @@ def tracker_line(failure: str) -> str:
     This is the innermost line outside of the harness and of installed packages.
     """
     harness, library = Path(__file__).resolve().parents[1], Path(re.__file__).parents[1]
+    adapters = harness.with_name("trackers") / "base"
     for file, line, function in reversed(_CODE_LINE.findall(failure)):
         path = Path(file)
         outside = "site-packages" in path.parts or file.startswith("<")
-        if not outside and not {harness, library} & set(path.resolve().parents):
+        if not outside and not {harness, adapters, library} & set(path.resolve().parents):
             folder = Path.cwd()
             path = path.relative_to(folder) if path.is_relative_to(folder) else path
             return f"{path}, line {line}, in {function}"

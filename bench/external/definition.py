@@ -20,6 +20,7 @@ from trackmark.bench.external.trax import TraxDefinition
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.catalogue import (
     Specification,
+    check_name,
     in_file,
     resolve_plugin,
     tracker_name,
@@ -68,6 +69,8 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
         table = {"trax": re.sub('^"([^"]*)"$', r"\1", options.pop("command"))}
     else:
         table = {"file": name}
+    if requested_name:
+        check_name(requested_name, name)
     keys = _TRAX_OPTIONS if "trax" in table else ("python", *_LIMITS)
     table |= {key: options.pop(key) for key in keys if key in options}
     if "trax" in table:
@@ -92,13 +95,13 @@ def with_absolute_path(name: str, options: Mapping[str, str]) -> tuple[str, dict
 
 def _read_table(file: Path, name: str) -> dict[str, Any]:
     """Return a table of a TOML file, or a section of `trackers.ini` as such a table."""
-    is_vot, tables = file.suffix == ".ini", dict[str, Any]()
+    is_vot, parser, tables = file.suffix == ".ini", configparser.ConfigParser(), dict[str, Any]()
     try:
         text = file.read_text("utf-8-sig")
         if is_vot:
-            parser = configparser.ConfigParser()
             parser.read_string(text, str(file))
-            tables = {section: dict(parser[section]) for section in parser.sections()}
+            # A value with an invalid `%` is an error of its own section only.
+            tables = {key: dict(parser[key]) if key == name else {} for key in parser.sections()}
         else:
             tables = tomllib.loads(text)
     except OSError as error:

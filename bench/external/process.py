@@ -24,8 +24,8 @@ TAIL_CHARACTERS = 2_000
 FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()  # noqa: S108  # names in it are random
 """Folder of the files with frames: in memory if possible."""
 
-FRAME_PREFIX = "trackmark-frames-{pid}-"
-"""Start of the names of these files; `pid` is the process that deletes them."""
+FRAME_PREFIX = "trackmark-frames-"
+"""Start of the names of these files; the id of the process that deletes them follows."""
 
 _MAX_OUTPUT = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
@@ -34,10 +34,12 @@ _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
 
 
-def delete_frame_files(pid: int) -> None:
-    """Delete the files with frames of a process that was killed."""
-    for file in Path(FRAME_FOLDER).glob(FRAME_PREFIX.format(pid=pid) + "*"):
-        file.unlink(missing_ok=True)
+def delete_frame_files() -> None:
+    """Delete the files with frames of processes that were killed."""
+    for file in Path(FRAME_FOLDER).glob(f"{FRAME_PREFIX}*"):
+        pid = file.name.removeprefix(FRAME_PREFIX).partition("-")[0]
+        if not Path("/proc", pid).exists():
+            file.unlink(missing_ok=True)
 
 
 class ExternalTrackerError(TrackerError):
@@ -51,7 +53,8 @@ class LineProcess:
     whose end is part of every failure. `close`, failures, the garbage collector and the end of this
     process end the process and all that it started.
 
-    `command` is the program with its arguments; no shell is used. `environment` has variables in
+    `command` is the program with its arguments; no shell is used. `name` replaces the command in
+    errors. `environment` has variables in
     addition to those of this process; `folder` is the working directory. The process inherits the
     descriptors of `files`, which are closed when it has ended.
 
@@ -68,11 +71,12 @@ class LineProcess:
         self,
         command: Sequence[str],
         *,
+        name: str = "",
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
         files: Sequence[IO[bytes]] = (),
     ) -> None:
-        self.command = shlex.join(command)
+        self.command = name or shlex.join(command)
         output = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # closed by `_end`
         self._output = output.fileno()
         fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # it is cut while both sides write
@@ -152,13 +156,13 @@ class LineProcess:
         self._end()
         self.is_usable = False
         text = f"{self.command}: the process {problem.removesuffix('.')}."
-        *earlier, last = output.splitlines() or [""]
-        # Lists of failures show the start of the error. A stack starts with the innermost call.
+        last = output.rpartition("\n")[2].strip()
+        # Lists of failures show the first line. A stack starts with the innermost call.
         if stack := re.search(rf'File "{re.escape(self.source)}", line \d+ in .*', output):
             text += f" Its last call: {stack[0]}."
-        elif earlier and last not in problem:
+        elif last not in problem:
             text += f" Its last line: {last[:200]}"
-        return ExternalTrackerError(f"{text} The end of its output:\n{output}" if output else text)
+        return ExternalTrackerError(f"{text}\nThe end of its output:\n{output}" if output else text)
 
     def close(self, seconds: float = 0.0) -> None:
         """End the process and all that it started, after up to `seconds` to end by itself."""

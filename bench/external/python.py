@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 import signal
 import sys
 import tempfile
@@ -23,6 +24,8 @@ from trackmark.trackers.base.catalogue import in_file
 from trackmark.trackers.base.plain import create_plugin, seed_number
 
 WORKER = Path(__file__).with_name("worker.py")
+MARK = b"@@TRACKMARK:"
+"""Start of each answer of `worker.py`."""
 
 
 class PythonDefinition(Definition):
@@ -44,9 +47,10 @@ class WorkerProcess(LineProcess):
         options = [definition.python, "-X", "faulthandler", "-u"]
         file, name = in_file(definition.file) or (Path(), "")
         self.source = str(file)
-        arguments = [WORKER, self.frames.fileno(), file, *filter(None, [name])]
+        tracker = [str(file), *filter(None, [name])]
         super().__init__(
-            [*options, *map(str, arguments)],
+            [*options, str(WORKER), str(self.frames.fileno()), *tracker],
+            name=shlex.join([definition.python, *tracker]),
             environment=definition.environment,
             files=[self.frames],
         )
@@ -56,7 +60,9 @@ class WorkerProcess(LineProcess):
         """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
         self.is_usable = False
         self.send(json.dumps([operation, arguments]).encode() + b"\n", seconds)
-        answer: dict[str, Any] = json.loads(self.read_line(seconds))
+        # A command that starts the interpreter can print lines of its own.
+        line = self.read_line(seconds, MARK)
+        answer: dict[str, Any] = json.loads(line.partition(MARK)[2])
         if "error" in answer:
             raise self.fail(f"raised {answer['error']}")
         if "unusable" in answer:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import BinaryIO
 from urllib.parse import unquote
 
+from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.external.trax import (
     MARK,
     format_message,
@@ -67,6 +68,8 @@ def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[
         image = _read_image(request.values[0])
         confidence = nan
         if region:
+            if isinstance(tracker, ExternalPlugin):
+                tracker.close()  # its process serves the next one
             tracker = make()
             box, mask = parse_region(region, image.shape)
             if box is None:

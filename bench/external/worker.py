@@ -1,9 +1,9 @@
 """Run one tracker class of a file in this interpreter, for a harness in another interpreter.
 
 Usage: python worker.py FRAMES FILE [CLASS]. Needs Python 3.6 or newer and NumPy, but not trackmark.
-Each request on stdin, `[operation, arguments]`, and each answer on stdout is one line of JSON;
-output of the tracker goes to stderr. After an exception, the answer is `error`, the traceback is on
-stderr, and the process ends.
+Each request on stdin, `[operation, arguments]`, is one line of JSON; so is each answer on stdout,
+after `MARK`. Output of the tracker goes to stderr. After an exception, the answer is `error`, the
+traceback is on stderr, and the process ends.
 
 | operation and arguments | answer |
 |---|---|
@@ -36,6 +36,9 @@ try:
     import numpy as np
 except ImportError as error:
     sys.exit("%s cannot import NumPy (%s). Install NumPy there." % (sys.executable, error))
+
+
+MARK = "@@TRACKMARK:"
 
 
 def import_file(path: str, name: str) -> Any:
@@ -151,7 +154,7 @@ def main() -> None:
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
 
     def write(answer: Any) -> None:
-        answers.write(json.dumps(answer, default=to_json) + "\n")
+        answers.write(MARK + json.dumps(answer, default=to_json) + "\n")
         answers.flush()
 
     try:

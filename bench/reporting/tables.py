@@ -167,14 +167,17 @@ def clocks(runs: pd.DataFrame) -> dict[str, str]:
 
     Times are comparable only if their clocks are equal.
     """
-    pairs = runs.reindex(columns=["tracker", "clock"]).astype(str).drop_duplicates()
-    pairs = pairs[~pairs["clock"].isin(("", "nan"))]
+    pairs = runs.reindex(columns=["tracker", "clock"]).dropna().astype(str).drop_duplicates()
+    pairs = pairs[pairs["clock"] != ""]
     return dict(pairs.itertuples(index=False))
 
 
 def clock_notes(clock_of: Mapping[str, str]) -> list[str]:
-    """Return a note per tracker in the result of `clocks`, for tables and charts with times."""
-    return [f"times of {tracker}: {clock}" for tracker, clock in clock_of.items()]
+    """Return a note per clock in the result of `clocks`, for tables and charts with times."""
+    trackers: dict[str, list[str]] = {}
+    for tracker, clock in clock_of.items():
+        trackers.setdefault(clock, []).append(tracker)
+    return [f"times of {', '.join(names)}: {clock}" for clock, names in trackers.items()]
 
 
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:

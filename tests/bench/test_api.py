@@ -5,7 +5,9 @@ import importlib
 import inspect
 import os
 import re
+import subprocess
 import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -73,13 +75,28 @@ def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     assert {name for _, name in names} == {"line", "samples/face"}
     with pytest.raises(TrackerError, match="two different trackers are called 'Plain'"):
         tm.evaluate([Plain, Plain()], line)
+    for name, error in (("static", "belongs to another"), ("a:b", "not a valid name"), (1, "1 of")):
+        with pytest.raises((TrackerError, TypeError), match=error):
+            tm.evaluate({name: Plain}, line)
 
 
-def test_score_takes_metrics_of_runs_and_boxes(face):
+def test_unreadable_sequence_costs_only_its_own_runs(line, otb, tmp_path):
+    folder = otb(tmp_path / "Cut", 5)
+    (folder / "img" / "0004.png").write_bytes(b"no image")
+    with pytest.warns(RuntimeWarning, match=r"0004\.png.* Its runs are missing"):
+        results = tm.evaluate(["static", Plain], [str(folder), line])
+    assert [key[:2] for key in results.runs] == [("static", "line"), ("Plain", "line")]
+    with pytest.raises(tm.datasets.SequenceError):
+        tm.evaluate("static", str(folder))
+
+
+def test_score_takes_metrics_and_warns_of_preset(face):
     run = tm.evaluate("static", face)["static", "face"]
     expected = tm.score(run, metrics="otb")
     assert expected == tm.score(run, "samples/face", metrics="otb")
     assert expected == tm.score(run.boxes, face, metrics="otb")
+    with pytest.warns(FutureWarning, match="now called metrics"):
+        assert tm.score(run, face, preset="otb") == expected
     assert set(tm.metrics.names()) >= {"native", "otb"}
     assert "Wu" in tm.metrics.describe("otb")
 
@@ -117,7 +134,7 @@ def test_forms_are_one_line_of_text_and_html(face):
     html = [value._repr_html_() for value in (results, run, face, compared)]
     assert "<td>0.671</td>" in html[0]
     assert "<b>" not in html[0]  # too few sequences
-    assert "4 runs, 0 failed" in html[0]
+    assert "4 runs, 0 failed, 0 missing" in html[0]
     assert f"mean overlap {score}" in html[1]
     for text in html[1:3]:
         jpeg = base64.b64decode(re.search(r'base64,(.*?)"', text)[1])
@@ -285,12 +302,26 @@ def test_saved_results_equal_results_in_memory(tmp_path, capsys):
         results.save(folder)
 
 
+def test_file_that_starts_runs_itself_is_an_error(tmp_path, otb):
+    otb(tmp_path / "Small", 4)
+    code = f"{PLAIN}import trackmark as tm\ntm.run(['self.py:Plain'], 'Small', jobs=1)\n"
+    (tmp_path / "self.py").write_text(code)
+    home = str(Path(tm.__file__).parents[1])
+    command, variables = [sys.executable, "self.py"], {**os.environ, "PYTHONPATH": home}
+    done = subprocess.run(command, cwd=tmp_path, env=variables, capture_output=True, text=True)
+    assert "self.py: the file cannot be imported: " in done.stderr
+    assert "Put them below if __name__ == '__main__'" in done.stderr
+
+
 def test_runs_of_unknown_identity_are_not_saved(line, tmp_path):
     class Local(Plain):
         pass
 
+    namespace = {"__name__": __name__, "Plain": Plain}
+    exec("class Written(Plain):\n    pass", namespace)
     for results in (
         tm.evaluate(Local, line),
+        tm.evaluate(namespace["Written"], line),
         tm.evaluate(Plain(), line),
         tm.evaluate("static", line, seed=3),
     ):
@@ -310,6 +341,8 @@ def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
     )
     again = tm.run(*arguments, output="results/mine", repetitions=3, jobs=1)
     assert len(again.runs) == 4
+    around = tm.run("static", "data/Small", output="results", jobs=1)  # has other results in it
+    assert len(around.runs) == 1
     run = results["knob.py:Knob", "Small"]
     assert again["knob.py:Knob", "Small"].circumstances == run.circumstances
     with pytest.raises(TrackerError, match=r"test_api\.py:Plain"):

@@ -121,6 +121,12 @@ def test_background_excludes_surroundings_of_the_target():
     assert len(background.positions) == (near.max(axis=1) >= 2).sum() < len(whole.positions)
 
 
+def test_background_threshold_is_0_without_background():
+    large = np.array([60.0, 41.0])
+    background = Background(SharedFrame(picture()), large, 3.0, JointBins(), "isotropic")
+    assert background.threshold(np.full(512, 1 / 512)) == 0.0
+
+
 def location_memory(**changes):
     return LocationMemory(np.array([10.0, 20.0]), (640, 480), **changes)
 
@@ -194,6 +200,15 @@ def test_predicted_speed_is_limited():
 def counts_of(rows):
     rows = np.array(rows, np.int64)
     return EllipseCounts(rows, rows.sum(axis=1), np.full(len(rows), 99))
+
+
+@pytest.mark.parametrize(("coefficient", "updated"), [(0.90, 0.0), (0.91, 1.0)])
+def test_target_model_is_updated_above_the_coefficient(coefficient, updated):
+    model = TargetModel(np.array([0.5, 0.5]), 3, apart=False, alpha=0.1)
+    actual = counts_of([[1, 1]] * 3)
+    assert model.update(np.array([0.2, 0.8]), coefficient, actual, np.ones(3) / 3, 0.9) == updated
+    np.testing.assert_allclose(model.current, [0.47, 0.53] if updated else [0.5, 0.5])
+    assert model.update(None, 0.0, actual, np.ones(3) / 3, -np.inf) == 0.0  # outside the image
 
 
 def test_models_per_particle_follow_their_particles():

@@ -58,11 +58,15 @@ def test_plain_class_of_a_file_is_a_tracker_with_parameters(plain):
         (BOX, 0.5),
         {"box": BOX, "confidence": 0.5},
         SimpleNamespace(box=BOX, visible=True),
+        {"box": BOX, "visible": None, "confidence": None, "details": None},
         Estimate(np.array(BOX)),
     ],
 )
 def test_returned_value_of_each_form_is_an_estimate(answer):
-    assert list(to_estimate(answer).box) == BOX
+    estimate = to_estimate(answer)
+    assert list(estimate.box) == BOX
+    assert estimate.visible is True
+    assert estimate.details == {}
 
 
 def test_dict_with_an_unknown_key_is_an_error():
@@ -125,10 +129,16 @@ def test_unusable_class_is_an_error_before_it_is_created():
         update = print
         randomness = "some"
 
+    class Reserved(Lacks):
+        update = print
+
+        def __init__(self, model_config="a.yaml"): ...
+
     for tracker, message in (
         (Lacks, "'Lacks': it lacks update"),
         (Takes, "the argument 'size' has no default"),
         (Short, r"init takes \(image\). Expected: init\(image, box\)"),
+        (Reserved, "the argument 'model_config' has a reserved name"),
         (Odd, "the randomness is 'some'. Expected one of: none, generator, process"),
     ):
         with pytest.raises(TrackerError, match=message):

@@ -163,6 +163,11 @@ def resolve(name: str, **parameters: Any) -> Specification:
     if in_file(name) is None:
         return resolve_plugin(plugin, file, name, parameters)
     label = tracker_name(plugin, file, parameters.pop("as", ""))
+    if "python" in parameters:
+        raise TrackerError(
+            f"{name}: trackers in other interpreters run by trackmark.evaluate, trackmark.run and "
+            "`trackmark run` only. Omit python."
+        )
     return resolve_plugin(plugin, file, label, parameters, ("as", "python"))
 
 
@@ -274,17 +279,21 @@ def tracker_name(plugin: type[TrackerPlugin], file: Path, requested_name: str) -
     name = requested_name or plugin.name
     if not (isinstance(name, str) and name):  # a class may define `name` as a property
         return f"{file.name}:{plugin.__name__}"
+    check_name(name, str(file))
+    return name
+
+
+def check_name(name: str, owner: str) -> None:
+    """Raise `TrackerError` if a tracker cannot have a name; `owner` is the tracker in messages."""
     if not re.fullmatch(r"\w[\w.-]*", name):
         raise TrackerError(
-            f"{file}: {name!r} is not a valid name of a tracker. Use letters, digits, '_', '-' "
+            f"{owner}: {name!r} is not a valid name of a tracker. Use letters, digits, '_', '-' "
             "and '.'."
         )
     if name in names():
         raise TrackerError(
-            f"{file}: the name {name!r} belongs to another tracker. Choose another one with "
-            "as=NAME."
+            f"{owner}: the name {name!r} belongs to another tracker. Choose another one."
         )
-    return name
 
 
 def _file_to_name(file: Path) -> str:
@@ -305,12 +314,14 @@ def _type_text(annotation: Any) -> str:
 def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
     """Return class and file of a tracker; a file is imported again after each edit."""
     place = in_file(name)
-    return _import(name, place[0].read_bytes() if place and place[0].is_file() else b"")
+    if place is None or not place[0].is_file():
+        return _import(name, "", b"")
+    return _import(name, str(place[0].absolute()), place[0].read_bytes())
 
 
 @cache
-def _import(name: str, content: bytes) -> tuple[type[TrackerPlugin], Path]:
-    """Return class and file of a tracker; see `_load`. `content`: key of the cache."""
+def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], Path]:
+    """Return class and file of a tracker; see `_load`. `path` and `content`: keys of the cache."""
     try:
         place = in_file(name)
         if place is not None:

@@ -91,7 +91,7 @@ def create_plugin(
 
     `description` is the result of `plain_class.describe`, `owner` the tracker in messages.
 
-    Raises `TrackerError` if the source of random numbers is invalid.
+    Raises `TrackerError` if the source of random numbers or the name of a parameter is invalid.
     """
     try:
         randomness = Randomness(description["randomness"])
@@ -100,6 +100,11 @@ def create_plugin(
             f"tracker {owner!r}: the randomness is {description['randomness']!r}. Expected one of: "
             f"{', '.join(Randomness)}."
         ) from None
+    for name in description["parameters"]:
+        if name == "checked" or (name.startswith("model_") and hasattr(Parameters, name)):
+            raise TrackerError(
+                f"tracker {owner!r}: the argument {name!r} has a reserved name. Choose another one."
+            )
     fields: Any = {name: (type(value), value) for name, value in description["parameters"].items()}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # a name such as `copy` hides a method

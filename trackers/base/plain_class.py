@@ -143,7 +143,7 @@ def estimate_fields(answer: Any) -> Dict[str, Any]:
     """Return the fields of the estimate that `update` returned.
 
     `answer` is four numbers, `(box, confidence)`, or a dict or an object with `box` and other
-    fields of an estimate. The harness validates the values.
+    fields of an estimate, which can be None if they are unknown. The harness validates the values.
     """
     if hasattr(answer, "box"):
         answer = {name: getattr(answer, name) for name in FIELDS if hasattr(answer, name)}
@@ -158,6 +158,7 @@ def estimate_fields(answer: Any) -> Dict[str, Any]:
         fields = {"box": answer[0], "confidence": answer[1]}
     else:
         fields = {"box": answer}
+    fields = {name: fields[name] for name in fields if name == "box" or fields[name] is not None}
     if hasattr(fields["box"], "__array__"):  # for example a tensor
         fields["box"] = np.asarray(fields["box"])
     return fields

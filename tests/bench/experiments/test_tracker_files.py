@@ -31,41 +31,17 @@ raise Error"""
 
 REFUSED = {  # code before the class, code in or after it, words of the error
     "exits": ("import sys; sys.exit(0)", "", "the file cannot be imported: SystemExit: 0 (line 1)"),
-    "no syntax": (
-        "\nclass:",
-        "",
-        "the file cannot be imported: SyntaxError: invalid syntax (line 2)",
-    ),
+    "no syntax": ("\nclass:", "", "SyntaxError: invalid syntax (line 2)"),
     "raises": ("raise RuntimeError('no\\nlicence')", "", "RuntimeError: no licence (line 1)"),
-    "lacks a library": (
-        "import a_library_nobody_has",
-        "",
-        "No module named 'a_library_nobody_has'",
-    ),
+    "lacks a library": ("import a_missing_library", "", "No module named 'a_missing_library'"),
     "interrupts": ("raise KeyboardInterrupt", "", "its description raises KeyboardInterrupt"),
     "can't be printed": (UNPRINTABLE, "", "<exception str() failed>"),
-    "presets of no kind": (
-        "",
-        "    presets = 5",
-        "`presets` must be a dict of parameter values by preset name",
-    ),
+    "presets of no kind": ("", "    presets = 5", "`presets` must be a dict of parameter values"),
     "a preset of nothing": ("", "    presets = {'recommended': {'a': 5}}", "unknown parameter of"),
-    "parameters of no kind": (
-        "",
-        "    Parameters = int",
-        "`Parameters` must be a class derived from trackers.Par",
-    ),
-    "randomness in words": (
-        "",
-        "    randomness = 'none'",
-        "`randomness` must be a member of trackers.Random",
-    ),
-    "no update": ("", "    update = TrackerPlugin.update", "it lacks update"),
-    "called like another": (
-        "",
-        "    name = 'static'",
-        "the name 'static' belongs to another tracker",
-    ),
+    "parameters of no kind": ("", "    Parameters = int", "a class derived from trackers.Par"),
+    "randomness in words": ("", "    randomness = 'none'", "must be a member of trackers.Random"),
+    "no update": ("", "    update = TrackerPlugin.update", "the file defines no tracker"),
+    "called like another": ("", "    name = 'static'", "name 'static' belongs to another tracker"),
     "called like a folder": ("", "    name = '../x'", "'../x' is not a valid name of a tracker"),
     "two of them": (
         "",

@@ -173,10 +173,10 @@ INVALID = {
     trax("as=static"): "the name 'static' belongs to another tracker.",
     trax(
         arguments="4 'no start'"
-    ): "ended with status 1 (no TraX hello). The end of its output:\nno licence",
+    ): "ended with status 1 (no TraX hello). Its last line: no licence\nThe end of its output:\n",
     trax(
         arguments="4 slow"
-    ): "did not answer in 300 s (no TraX hello). The end of its output:\nloading weights",
+    ): "did not answer in 300 s (no TraX hello). Its last line: loading weights\n",
     trax(arguments="4 depth"): "reads the image channels ['depth']. Expected: color",
     trax(arguments="4 url"): "reads images by ['url']. Expected: path, memory or buffer",
     trax(arguments="5"): "uses version '5' of TraX. Expected: 1 to 4",

@@ -36,13 +36,13 @@ def test_process_exchanges_marked_lines(tmp_path):
     process.send(b"b" * 300_000 + b"\n", 60)
     assert len(process.read_line(60, mark=b"@@")) == 300_002
     assert process.read_line(60, mark=b"@@") == b"@@ 300000 "
-    assert f"stops. The end of its output:\nlog x {tmp_path}" in str(process.fail("stops"))
+    assert f"stops. Its last line: log x {tmp_path}" in str(process.fail("stops"))
 
 
 FAILURES = {
-    "import sys; input(); sys.exit('no GPU')": "status 1. The end of its output:\nno GPU",
-    "import sys; sys.exit('é' * 10**6 + '\\nno torch')": "status 1. Its last line: no torch The",
-    "import os; print('x', flush=True); os._exit(7)": "ended with status 7. The end of its output:",
+    "import sys; input(); sys.exit('no GPU')": "status 1. Its last line: no GPU",
+    "import sys; sys.exit('é' * 10**6 + '\\nno torch')": "status 1. Its last line: no torch\nThe",
+    "import os; print('x', flush=True); os._exit(7)": "status 7. Its last line: x\nThe end of",
     "import os; input(); os.kill(os.getpid(), 11)": "ended by signal 11 (Segmentation fault)",
     "import os, time; input(); os.close(1); time.sleep(99)": "closed its stdout",
     "import os\nwhile True: os.write(1, bytes(1 << 16))": "more than 64 MiB without a line end",

@@ -64,6 +64,14 @@ def test_masks_are_passed_in_both_directions(environment, folder):
     assert np.array_equal(tracker.update(image).mask, mask)
 
 
+def test_interpreter_may_print_before_it_starts(environment, folder):
+    (folder / "activate.sh").write_text(
+        f'#!/bin/sh\necho ready\nexec {environment}/bin/python "$@"'
+    )
+    (folder / "activate.sh").chmod(0o755)
+    assert not bench.evaluate_run(f"{NAME}:python=./activate.sh", "Noise").failure
+
+
 DRAWING = """
 import random, time
 import numpy as np

@@ -4,6 +4,7 @@
 """
 
 import colorsys
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -14,6 +15,9 @@ from trackmark.bench.papers.wang2010.plain_maps import (
     colour_map,
     local_difference,
     make_template,
+    mean_shift,
+    moving,
+    threshold,
 )
 
 RED, DULL = (0, 0, 250), (90, 100, 95)  # BGR
@@ -49,6 +53,23 @@ def test_box_without_pixels_that_count_is_refused():
     image, box = disc()
     with pytest.raises(ValueError, match="no pixel is in the image and within the limits"):
         make_template(image, box, limits=(0.0, 251 / 255, 1.0))
+
+
+def test_moving_pixels_exceed_mean_and_deviations():
+    difference = np.array([[0, 0, 0, 8]])
+    assert threshold(difference, 1.5) == pytest.approx(2 + 1.5 * sqrt((3 * 4 + 36) / 4))
+    assert moving(difference, 1.5).tolist() == [[False, False, False, True]]
+    assert not moving(difference, 2).any()
+    assert not moving(np.full((3, 4), 7)).any()  # 7 is not above 7
+
+
+def test_centre_rounded_off_an_edge_has_the_window_of_the_edge():
+    values = np.random.default_rng(0).random((19, 25))
+    exact = mean_shift(values, 12.5, 9.0, 6, 5, max_iterations=1)
+    for error in (1e-12, -1e-12):
+        moved = mean_shift(values, 12.5 + error, 9.0 + error, 6, 5, max_iterations=1)
+        assert moved == exact
+    assert mean_shift(values, 12.5 - 1e-6, 9.0, 6, 5, max_iterations=1) != exact
 
 
 def test_maps_forget_the_earlier_clip_at_initialisation():
