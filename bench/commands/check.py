@@ -147,7 +147,10 @@ def command(options: CheckOptions) -> int:
     _show(result, speeds, options)
     if options.accept is not None:
         return _accept(stored, path, options, result, runner)
-    status = _status(result, speeds, strict=options.strict)
+    verdict = _verdict(result, speeds)
+    status = EXIT_NEGATIVE if verdict == "regression" else 0
+    if options.strict and verdict == "inconclusive":
+        status = EXIT_INCONCLUSIVE
     if status and not options.as_json:
         print_hint(f"Look    trackmark report {runner.folder}")
         # --accept replaces scores; a slower tracker needs no new baseline.
@@ -222,11 +225,12 @@ def _with_canonical_names(texts: Sequence[str]) -> list[str]:
     return [*texts, *(datasets.identity(text)[0] for text in built_in)]
 
 
-def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> int:
-    states = {result.verdict, *(check.state for check in speeds.values())}
+def _verdict(result: "Check", speeds: "Mapping[str, Pace]") -> str:
+    """Return `regression`, `inconclusive` or `pass`, for scores and speeds together."""
+    states = {result.verdict, *(pace.state for pace in speeds.values())}
     if states & {"regression", "slower"}:
-        return EXIT_NEGATIVE
-    return EXIT_INCONCLUSIVE if strict and "inconclusive" in states else 0
+        return "regression"
+    return "inconclusive" if "inconclusive" in states else "pass"
 
 
 def _accept(
@@ -253,14 +257,9 @@ def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) 
 
     tables = [table(result, whole=options.verbose), *([speed_table(speeds)] if speeds else [])]
     if options.as_json:
-        data = as_data(result)
+        data = as_data(result) | {"verdict": _verdict(result, speeds)}
         if speeds:
             data["times"] = speed_data(speeds)
-            states = {check.state for check in speeds.values()}
-            if "slower" in states:
-                data["verdict"] = "regression"
-            elif "inconclusive" in states and data["verdict"] == "pass":
-                data["verdict"] = "inconclusive"
         click.echo(json.dumps(data, allow_nan=False))
     elif not options.quiet:
         click.echo("".join(map(_text, tables)), nl=False)

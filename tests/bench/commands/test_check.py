@@ -246,7 +246,7 @@ def test_wrong_usage_or_format_of_check_exits_with_2(trackmark, baseline_file):
         assert message in trackmark("check", *arguments, status=2).stderr
     baseline_file.write_text(baseline_file.read_text().replace("format = 2", "format = 1"))
     message = trackmark("check", "own", status=2).stderr
-    assert "format 1" in message
+    assert "format: 1. This version reads format 2." in message
     assert "`trackmark baseline --force`" in message
 
 
