@@ -8,27 +8,15 @@ from pydantic import Field
 
 from trackmark.trackers.base.interface import Image, Mask
 from trackmark.trackers.base.parameters import choice
+from trackmark.trackers.contours import plane_cue, segmenter
 from trackmark.trackers.contours.chain import Chain, Hypotheses
 from trackmark.trackers.contours.colour_cue import MixtureEvaluator, RefittedColours
 from trackmark.trackers.contours.observation import Observation
-from trackmark.trackers.contours.plane_cue import (
-    GivenPlane,
-    discriminant_basis,
-    orient_normals,
-    plane_basis,
-    plane_normal,
-)
-from trackmark.trackers.contours.segmenter import (
-    LITERAL_PARAMETERS,
-    ChainStart,
-    Segmenter,
-    SegmenterParameters,
-)
 
 __all__ = ["ContourSmoothColor"]
 
 
-class ContourSmoothColorParameters(SegmenterParameters):
+class ContourSmoothColorParameters(segmenter.SegmenterParameters):
     """Parameters of `ContourSmoothColor`."""
 
     mixing: float = Field(
@@ -41,7 +29,7 @@ class ContourSmoothColorParameters(SegmenterParameters):
     )
 
 
-class ContourSmoothColor(Segmenter):
+class ContourSmoothColor(segmenter.Segmenter):
     """A contour particle filter with a smooth colour model.
 
     Contour particles, weights and snake are those of `moreno2005`. The colours are one pair of
@@ -61,19 +49,19 @@ class ContourSmoothColor(Segmenter):
         "A. Blake, CONDENSATION - conditional density propagation for visual tracking, IJCV 1998"
     )
     presets = {
-        "as-written": LITERAL_PARAMETERS,
+        "as-written": segmenter.LITERAL_PARAMETERS,
         "recommended": {},
         "robust": {"snake_stiffness": "by-spacing"},
     }
     Parameters = ContourSmoothColorParameters
 
-    def chain_from(self, start: ChainStart) -> Chain[Observation]:
+    def chain_from(self, start: segmenter.ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
         settings: ContourSmoothColorParameters = self.parameters
         palettes = MixtureEvaluator(
             settings.object_components, settings.weights, 1.0, settings.colour_floor
         )
-        self.plane = GivenPlane(start.basis)
+        self.plane = plane_cue.GivenPlane(start.basis)
         self.colours = RefittedColours(start.fit, 1, settings.mixing, palettes)
         return Chain([self.plane, self.colours, self.contour_cue(start)])
 
@@ -84,9 +72,9 @@ class ContourSmoothColor(Segmenter):
             return
         moved = self.parameters.plane == "refitted"
         if moved:
-            normal = plane_normal(discriminant_basis(*sets))
-            self.plane.normal = orient_normals(normal[np.newaxis], plane_normal(self.plane.basis))[
-                0
-            ]
-        basis = plane_basis(self.plane.normal[np.newaxis], self.plane.basis)[0]
+            normal = plane_cue.plane_normal(plane_cue.discriminant_basis(*sets))
+            self.plane.normal = plane_cue.orient_normals(
+                normal[np.newaxis], plane_cue.plane_normal(self.plane.basis)
+            )[0]
+        basis = plane_cue.plane_basis(self.plane.normal[np.newaxis], self.plane.basis)[0]
         self.colours.learn(*sets, basis, moved)

@@ -7,6 +7,7 @@ import numpy as np
 
 from trackmark.trackers.base.interface import Image, Mask
 from trackmark.trackers.base.parameters import choice, fraction, nonnegative, positive, whole
+from trackmark.trackers.contours import segmenter
 from trackmark.trackers.contours.chain import Association, Chain, Feedback, Hypotheses
 from trackmark.trackers.contours.colour_cue import (
     ColourCue,
@@ -18,12 +19,6 @@ from trackmark.trackers.contours.colour_cue import (
 from trackmark.trackers.contours.contour_cue import ContourCue, KalmanContourCue
 from trackmark.trackers.contours.observation import Observation, with_colour_sets
 from trackmark.trackers.contours.plane_cue import PlaneCue, plane_basis
-from trackmark.trackers.contours.segmenter import (
-    LITERAL_PARAMETERS,
-    ChainStart,
-    Segmenter,
-    SegmenterParameters,
-)
 
 __all__ = ["Moreno2005"]
 
@@ -48,7 +43,7 @@ factor of two. Changes of weight are relative to the mean change of the class.
 """
 
 
-class Moreno2005Parameters(SegmenterParameters):
+class Moreno2005Parameters(segmenter.SegmenterParameters):
     """Parameters of `Moreno2005`."""
 
     plane_samples: int = whole(20, "N₁: number of particles of the plane [count]")
@@ -102,7 +97,7 @@ class Moreno2005Parameters(SegmenterParameters):
     )
 
 
-class Moreno2005(Segmenter):
+class Moreno2005(segmenter.Segmenter):
     """Fusion of conditionally dependent cues: plane, colours, contour.
 
     The tracker is a chain of three particle filters, followed by a snake. The first state is the
@@ -149,7 +144,7 @@ class Moreno2005(Segmenter):
     )
     presets = {
         "as-written": {
-            **LITERAL_PARAMETERS,
+            **segmenter.LITERAL_PARAMETERS,
             "feedback": "marginal",
             "colour_dynamics": "diagonal",
             **ESTIMATED_SPREADS,
@@ -159,7 +154,7 @@ class Moreno2005(Segmenter):
     }
     Parameters = Moreno2005Parameters
 
-    def chain_from(self, start: ChainStart) -> Chain[Observation]:
+    def chain_from(self, start: segmenter.ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
         settings: Moreno2005Parameters = self.parameters
         self.planes = PlaneCue(

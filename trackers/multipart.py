@@ -28,10 +28,8 @@ from trackmark.trackers.histograms.rectangles import Regions, bhattacharyya_dist
 
 __all__ = ["Multipart"]
 
-MIN_SHARE, MIN_PIXELS = (
-    0.25,
-    16,
-)  # minimum part inside the image; otherwise the weight is 0
+# minimum part inside the image; otherwise the weight is 0
+MIN_SHARE, MIN_PIXELS = 0.25, 16
 LARGEST_CHANGE = 25.0  # maximum factor between the area and the first area
 
 

@@ -19,15 +19,7 @@ from trackmark.trackers.base.parameters import (
     whole,
 )
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.templates.appearance import (
-    FLOORS,
-    Features,
-    NoiseModel,
-    TemplateComparison,
-    TemplateFilter,
-    compute_features,
-    n_features,
-)
+from trackmark.trackers.templates import appearance
 from trackmark.trackers.templates.matching import (
     FeatureWindow,
     Match,
@@ -57,7 +49,7 @@ POSITION_NOISE, SCALE_NOISE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
 class Nguyen2002Parameters(Parameters):
     """Parameters of `Nguyen2002`."""
 
-    features: Features = choice(
+    features: appearance.Features = choice(
         "invariants",
         "features of a pixel: colour ratios (c1, c2, c3), their arc tangents (both constant on "
         "grey pixels), (R, G, B), or R + G + B",
@@ -236,9 +228,9 @@ class Nguyen2002(SharingTracker):
             )
         self._size = np.array([box[2], box[3]])
         self._shape = rows, columns
-        self._noise = self._noise_model(n_features(settings.features))
+        self._noise = self._noise_model(appearance.n_features(settings.features))
         self._pose = Pose(x, y, 1.0)
-        self._filter = TemplateFilter(self._noise, self._view(frame.image, self._pose))
+        self._filter = appearance.TemplateFilter(self._noise, self._view(frame.image, self._pose))
         self._restart(self._pose, (0.0, 0.0, 0.0))
         self._frame, self._watched = self._watched, 0
         self._occlusion: Occlusion | None = None
@@ -285,7 +277,7 @@ class Nguyen2002(SharingTracker):
             self._resolve(self._occlusion, revised)
         return revised
 
-    def _noise_model(self, d: int) -> NoiseModel:
+    def _noise_model(self, d: int) -> appearance.NoiseModel:
         from scipy.special import chdtr, chdtri
 
         settings = self.parameters
@@ -296,9 +288,9 @@ class Nguyen2002(SharingTracker):
         most = round(settings.gamma / settings.minimal_speed, 9)  # in floating point 0.3 / 0.05 < 6
         patience = floor(most) + 1 if settings.outlier_rule == "exceeds" else ceil(most)
         finest_step = 0.25 if settings.subpixel else 1.0
-        return NoiseModel(
+        return appearance.NoiseModel(
             limit=limit,
-            floor=FLOORS[settings.features],
+            floor=appearance.FLOORS[settings.features],
             factor=factor,
             first_spread=settings.first_spread,
             trimmed=settings.first_covariance == "inliers",
@@ -329,7 +321,7 @@ class Nguyen2002(SharingTracker):
         self._take(match.pose, comparison, first=first)
         return self._pose
 
-    def _take(self, pose: Pose, comparison: TemplateComparison, *, first: bool) -> None:
+    def _take(self, pose: Pose, comparison: appearance.TemplateComparison, *, first: bool) -> None:
         """Update the template and the pose."""
         self._filter.update(comparison, first=first)
         for smoother, value in zip(self._smoothers, pose, strict=True):
@@ -379,7 +371,7 @@ class Nguyen2002(SharingTracker):
         revised[ended] = self._box(pose)
         features = self._view(occlusion.images[end.offset], pose)
         if self.parameters.reinitialise == "bootstrap":
-            self._filter = TemplateFilter(self._noise, features)
+            self._filter = appearance.TemplateFilter(self._noise, features)
         else:
             self._filter.reset_keeping_noise(features)
         velocity = [(b - a) / steps for a, b in zip(occlusion.last, pose, strict=True)]
@@ -423,7 +415,9 @@ class Nguyen2002(SharingTracker):
         rows, columns = self._shape
         shape = self._height, self._width
         left, top, right, bottom = search_bounds(pose, search_range, shape, rows, columns)
-        features = compute_features(image[top:bottom, left:right], self.parameters.features)
+        features = appearance.compute_features(
+            image[top:bottom, left:right], self.parameters.features
+        )
         return FeatureWindow(features, left, top, rows, columns)
 
     def _box(self, pose: Pose) -> Box:

@@ -19,26 +19,9 @@ from trackmark.trackers.base.parameters import (
 )
 from trackmark.trackers.base.particles import mean_state, multinomial, normalise_log_weights
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
+from trackmark.trackers.histograms import motion, target_model
 from trackmark.trackers.histograms.bins import ColourSpace, JointBins
 from trackmark.trackers.histograms.ellipses import Kernel
-from trackmark.trackers.histograms.motion import (
-    Axes,
-    Dynamics,
-    LocationMemory,
-    MotionModel,
-    Placement,
-    ScaleChange,
-    box_around,
-    ellipse_in,
-)
-from trackmark.trackers.histograms.target_model import (
-    Background,
-    EllipseHistograms,
-    Interpretation,
-    Likelihood,
-    TargetModel,
-    grid_spacing,
-)
 
 __all__ = ["Nummiaro2003"]
 
@@ -55,15 +38,15 @@ class Nummiaro2003Parameters(Parameters):
         "with (dx / Hx)² + (dy / Hy)² (epanechnikov), or is constant (uniform)",
     )
     sigma: float = positive(0.05, "σ of the likelihood [histogram distance]")
-    dynamics: Dynamics = choice(
+    dynamics: motion.Dynamics = choice(
         "first-order",
         "quantities that are constant except for noise: velocity and change of scale "
         "(first-order), their rates of change (second-order), or position and size (random-walk)",
     )
-    axes: Axes = choice(
+    axes: motion.Axes = choice(
         "together", "together: one size noise for both half axes; apart: one for each"
     )
-    scale_change: ScaleChange = choice(
+    scale_change: motion.ScaleChange = choice(
         "linear", "half axes change by sums, as in A s + w, or by factors"
     )
     scale_persistence: float = fraction(
@@ -84,7 +67,7 @@ class Nummiaro2003Parameters(Parameters):
     model_update: bool = choice(
         True, "whether the target model is updated by the estimate's histogram"
     )
-    update_reading: Interpretation = choice(
+    update_reading: target_model.Interpretation = choice(
         "coefficient",
         "quantity of the mean state that must exceed the update threshold: its likelihood as a "
         "Gaussian density, as printed, with a maximum of 1 (peak), or with σ as the variance, "
@@ -111,7 +94,7 @@ class Nummiaro2003Parameters(Parameters):
         "number of frames with fewer similar particles after which the target counts as lost "
         "[frames]",
     )
-    placement: Placement = choice(
+    placement: motion.Placement = choice(
         "predicted",
         "positions at which a lost target is searched: half at the borders and half at its last "
         "position (last), mostly at its predicted position (predicted), at the borders, or in "
@@ -176,18 +159,20 @@ class Nummiaro2003(SharingTracker):
     _particles: Array
     _weights: Array
     _mean: Array
-    _model: TargetModel
-    _background: Background
+    _model: target_model.TargetModel
+    _background: target_model.Background
     _threshold: float
 
     def __init__(self, parameters: Nummiaro2003Parameters, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self._colours = JointBins(parameters.colour, parameters.bins)
-        self._ellipses = EllipseHistograms(self._colours, parameters.kernel)
-        self._likelihood = Likelihood(
+        self._ellipses = target_model.EllipseHistograms(self._colours, parameters.kernel)
+        self._likelihood = target_model.Likelihood(
             parameters.sigma, parameters.update_reading, parameters.update_threshold
         )
-        self._motion = MotionModel(**parameters.model_dump(include={*MotionModel.__annotations__}))
+        self._motion = motion.MotionModel(
+            **parameters.model_dump(include={*motion.MotionModel.__annotations__})
+        )
         self._watched: Image | None = None
         self._detector: Callable[[Image], Array] | None = None
 
@@ -202,7 +187,7 @@ class Nummiaro2003(SharingTracker):
             raise TrackerError(
                 f"nummiaro2003: the box {box.tolist()} has no area. Use another box."
             )
-        mean = ellipse_in(box)
+        mean = motion.ellipse_in(box)
         model = self._ellipses.histogram(frame, mean)
         if model is None:
             raise TrackerError(
@@ -249,7 +234,7 @@ class Nummiaro2003(SharingTracker):
         height, width = image.shape[:2]
         whole = np.array([width, height, 0.0, 0.0]) / 2 + np.array([*-sizes, *(2 * sizes)])
         frame = SharedFrame(image)
-        self._begin(frame, model, ellipse_in(whole), frame, tracking=False, regions=regions)
+        self._begin(frame, model, motion.ellipse_in(whole), frame, tracking=False, regions=regions)
 
     def init_by_detector(self, image: Image, detector: Callable[[Image], Array]) -> None:
         """Initialise by the first detection, in this frame or a later one.
@@ -266,7 +251,9 @@ class Nummiaro2003(SharingTracker):
 
         Raises TrackerError if less than a quarter of the ellipse is in the image.
         """
-        model = self._ellipses.histogram(SharedFrame(image), ellipse_in(np.asarray(box, float)))
+        model = self._ellipses.histogram(
+            SharedFrame(image), motion.ellipse_in(np.asarray(box, float))
+        )
         if model is not None:
             return model
         raise TrackerError(
@@ -308,7 +295,7 @@ class Nummiaro2003(SharingTracker):
             if updated and self.parameters.appearance == "current":
                 self._threshold = self._background.threshold(self._model.current)
         return Estimate(
-            box_around(self._mean),
+            motion.box_around(self._mean),
             visible=self._tracking and coefficient > 0.0,
             confidence=likelihood,
             details={
@@ -346,15 +333,15 @@ class Nummiaro2003(SharingTracker):
         self._rates = np.zeros((settings.particles, 3))
         self._weights = normalise_log_weights(np.zeros(settings.particles))
         apart = settings.models == "per-particle"
-        self._model = TargetModel(model, settings.particles, apart, settings.alpha)
-        self._locations = LocationMemory(mean[4:6], self._image_size, regions)
+        self._model = target_model.TargetModel(model, settings.particles, apart, settings.alpha)
+        self._locations = motion.LocationMemory(mean[4:6], self._image_size, regions)
         if tracking:
             self._locations.record_probable(mean[:2], mean[4:6])
             self._locations.record_certain(0, mean[:2])
-        self._background = Background(
+        self._background = target_model.Background(
             background_frame or frame,
             mean[4:6],
-            grid_spacing(settings.background_positions, mean[4:6], self._image_size),
+            target_model.grid_spacing(settings.background_positions, mean[4:6], self._image_size),
             self._colours,
             settings.kernel,
             mean[:2] if background_frame is None else None,
@@ -371,10 +358,10 @@ class Nummiaro2003(SharingTracker):
                 f"nummiaro2003: the detector returned {boxes!r}. Expected: boxes of shape (k, 4)."
             )
         for box in boxes.reshape(-1, 4):
-            ellipse = ellipse_in(box)
+            ellipse = motion.ellipse_in(box)
             if self._ellipses.histogram(SharedFrame(image), ellipse) is not None:
                 self.init(image, box)
-                return Estimate(box_around(ellipse))
+                return Estimate(motion.box_around(ellipse))
         return Estimate(np.array([0.0, 0.0, width, height]), visible=False)
 
     def _select_and_propagate(self, frame: SharedFrame) -> None:

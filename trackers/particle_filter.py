@@ -1,22 +1,18 @@
 """Traditional particle filter: the baseline of Wang & Tang 2010."""
 
 from trackmark.trackers.base.parameters import whole
-from trackmark.trackers.maps.position_filter import (
-    ROBUST_PRESET,
-    PositionFilter,
-    PositionFilterParameters,
-)
+from trackmark.trackers.maps import position_filter
 
 __all__ = ["ParticleFilter"]
 
 
-class ParticleFilterParameters(PositionFilterParameters):
+class ParticleFilterParameters(position_filter.PositionFilterParameters):
     """Parameters of `ParticleFilter`."""
 
     particles: int = whole(400, "number of particles N [count]", most=100_000)
 
 
-class ParticleFilter(PositionFilter):
+class ParticleFilter(position_filter.PositionFilter):
     """Traditional particle filter: `wang2010` without mean shift.
 
     The paper says: "The same state transition and observation model". A particle is the position of
@@ -41,6 +37,6 @@ class ParticleFilter(PositionFilter):
         "as-written": {"sigma": 1.0},
         "recommended": {},
         "sharp": {},
-        "robust": ROBUST_PRESET,
+        "robust": position_filter.ROBUST_PRESET,
     }
     Parameters = ParticleFilterParameters

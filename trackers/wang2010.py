@@ -1,16 +1,12 @@
 """Particle filter with improved CamShift, on colour and motion (Wang & Tang 2010)."""
 
 from trackmark.trackers.base.parameters import nonnegative, whole
-from trackmark.trackers.maps.position_filter import (
-    ROBUST_PRESET,
-    PositionFilter,
-    PositionFilterParameters,
-)
+from trackmark.trackers.maps import position_filter
 
 __all__ = ["Wang2010"]
 
 
-class Wang2010Parameters(PositionFilterParameters):
+class Wang2010Parameters(position_filter.PositionFilterParameters):
     """Parameters of `Wang2010`."""
 
     stop_distance: float = nonnegative(
@@ -21,7 +17,7 @@ class Wang2010Parameters(PositionFilterParameters):
     )
 
 
-class Wang2010(PositionFilter):
+class Wang2010(position_filter.PositionFilter):
     """Particle filter with improved CamShift, on colour and motion.
 
     The target model is the hue and saturation histogram of the init box. The colour weight of a
@@ -73,7 +69,7 @@ class Wang2010(PositionFilter):
         "as-written": {"sigma": 1.0},
         "recommended": {},
         "sharp": {},
-        "robust": ROBUST_PRESET | {"stop_distance": 0.5},
+        "robust": position_filter.ROBUST_PRESET | {"stop_distance": 0.5},
     }
     Parameters = Wang2010Parameters
 

@@ -439,7 +439,7 @@ def place_parts(
     build: Array,
     motion_x: float,
 ) -> NDArray[np.int64]:
-    """Return the nodes of all parts in the image, shape (parts, nodes, 5); see `look.COLUMNS`.
+    """Return the nodes of all parts in the image, shape (parts, nodes, 5); see `COLUMNS`.
 
     (`x`, `y`) is the ground point below the body's axis, `height` the height of the standing
     person, and `motion_x` the horizontal motion during the exposure [pixels]. Phase, stride and
