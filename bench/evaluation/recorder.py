@@ -394,7 +394,7 @@ class Recorder:
             message = message.removeprefix(f"{type(error).__name__}: ")
         trace = "".join(traceback.format_exception(error))
         if isinstance(error, ExternalTrackerError):  # the stack of the harness is of no interest
-            message, trace = str(error).replace("\n", " "), str(error)
+            message, trace = str(error).partition("\n")[0], str(error)
         # The relevant parts are the start of a message and the end of a traceback.
         reason = message[:MAX_REASON_CHARACTERS]
         text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"

@@ -1,5 +1,6 @@
 """Scores of runs and of boxes, by metrics presets."""
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
@@ -57,7 +58,6 @@ def score_run(
     if run.states is not None and chosen.protocol != "supervised":
         raise ValueError(f"{preset} cannot score {run!r}: it has restarts. Use vot-supervised.")
     boxes = run.boxes_in(trace)
-    _check_segments(run, scored.boxes, init.boxes)
     if not run.segments:
         return chosen.score(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
     parts, stop = [], 0
@@ -82,35 +82,6 @@ def can_score(preset: str, protocol: str) -> bool:
     return metrics_preset(preset).protocol in rules.judged
 
 
-def _check_segments(run: Run, boxes: NDArray[Any], init_boxes: NDArray[Any]) -> None:
-    """Raise `ValueError` if a run does not have the segments of its protocol.
-
-    Frames of a run are used as indices of the ground truth, and a stored run can have any origin.
-    Segments that depend on values that are not stored, or that another toolkit chose, need only go
-    from a frame to an end of the sequence.
-    """
-    n = len(boxes)
-    for frames in run.segments:
-        first = int(frames[0]) if len(frames) and frames.dtype.kind == "i" else -1
-        ways = np.arange(first, n), np.arange(first, -1, -1)
-        if not (0 <= first < n and any(np.array_equal(frames, way) for way in ways)):
-            raise ValueError(
-                f"{run!r} has an invalid segment. Expected: from a frame to an end of the {n} "
-                "frames."
-            )
-    rules = stored_protocol(run.identity.protocol)
-    if run.segments and (rules.by_values or run.identity.imported):
-        return
-    present = np.isfinite(boxes).all(axis=1) & np.isfinite(init_boxes).all(axis=1)
-    segments = rules.segments(present, {}) if rules.segmented and present.any() else []
-    expected = [segment.frames(n) for segment in segments]
-    if len(expected) != len(run.segments) or not all(map(np.array_equal, run.segments, expected)):
-        raise ValueError(
-            f"{run!r} has {len(run.segments)} segments, which differ from the {len(expected)} "
-            f"segments of the protocol {title(run.identity.protocol)}."
-        )
-
-
 def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthArrays:
     """Return the ground truth of a segment, in the order of its frames."""
     shapes = getattr(truth, "shapes", None)
@@ -129,6 +100,8 @@ def score(
     sequence: str | Path | GroundTruthLike | None = None,
     metrics: str = "native",
     trace: Trace = "online",
+    *,
+    preset: str | None = None,
 ) -> dict[str, float]:
     """Score a run by the ground truth that it was initialised with, or score boxes of any origin.
 
@@ -142,6 +115,8 @@ def score(
         Definitions of the scores: one of `trackmark.metrics.names()`.
     trace : {'online', 'revised'}
         Boxes of a run to score: as returned by each update, or with the tracker's corrections.
+    preset : str, optional
+        Former name of `metrics`, which will be removed.
 
     Returns
     -------
@@ -163,6 +138,10 @@ def score(
     >>> score(truth.boxes, truth)["mean_overlap"]
     1.0
     """
+    if preset is not None:
+        message = "score: the argument preset is now called metrics. Use metrics=..."
+        warnings.warn(message, FutureWarning, stacklevel=2)
+        metrics = preset
     if not isinstance(run_or_boxes, Run):
         if sequence is None:
             raise TypeError("the sequence of the boxes is missing. Give its name or a Sequence.")

@@ -45,7 +45,7 @@ def sensitivity_table(context: Context, table: Sensitivity) -> Table:
     heads = ["choice", "setting", *(column.head for column in table.columns)]
     caption = (
         f"Means over {table.scenes} scenes. Each row changes one choice of its setting; rows with "
-        "the choice `none` change nothing."
+        "the choice none change nothing."
     )
     return text_table("sensitivity", caption, heads, rows, 2)
 

@@ -106,9 +106,6 @@ class Protocol(Parameters):
     segmented: ClassVar[bool] = False
     """True if runs store their frames by segment, even if there is only one."""
 
-    by_values: ClassVar[bool] = False
-    """True if the segments depend on `values` of the sequence; see `segments`."""
-
     @property
     def name(self) -> str:
         """Name of the protocol's file, with hyphens."""

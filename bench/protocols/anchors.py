@@ -27,7 +27,6 @@ class Anchors(Protocol):
     judged: ClassVar[tuple[str, ...]] = ("anchors", "one pass")
     preset: ClassVar[str] = "vot-anchor"
     segmented: ClassVar[bool] = True
-    by_values: ClassVar[bool] = True
 
     spacing: int = whole(50, "number of frames between anchors, if the sequence defines no anchors")
 

@@ -90,11 +90,13 @@ def test_unreadable_sequence_costs_only_its_own_runs(line, otb, tmp_path):
         tm.evaluate("static", str(folder))
 
 
-def test_score_takes_metrics_of_runs_and_boxes(face):
+def test_score_takes_metrics_and_warns_of_preset(face):
     run = tm.evaluate("static", face)["static", "face"]
     expected = tm.score(run, metrics="otb")
     assert expected == tm.score(run, "samples/face", metrics="otb")
     assert expected == tm.score(run.boxes, face, metrics="otb")
+    with pytest.warns(FutureWarning, match="now called metrics"):
+        assert tm.score(run, face, preset="otb") == expected
     assert set(tm.metrics.names()) >= {"native", "otb"}
     assert "Wu" in tm.metrics.describe("otb")
 

@@ -218,7 +218,7 @@ def test_run_of_dead_process_has_rows_of_its_protocol(name, tmp_path):
     plan = make_plan(experiment, results)
     (unit,) = missing_units(plan)
     write_truth(results.folder, datasets.load(source.text))
-    (run,) = record_failure(unit, Failure(3, "it died")).runs
+    run = record_failure(unit, Failure(3, "it died"))
     assert results.write(run)
     assert run.failure == "frame 3: it died"
     assert run.identity.version == unit.entries[0].version

@@ -13,11 +13,6 @@ from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
-from trackmark.bench.store.truth import write_truth
 
 presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np.array)
 
@@ -172,55 +167,6 @@ def test_anchor_scores_equal_slow_definition(make_sequence):
     assert min(progress) < 30
     assert judged["robustness"] == pytest.approx(sum(progress) / 60)
     assert judged["accuracy"] == pytest.approx(summed / sum(progress))
-
-
-@pytest.mark.parametrize(
-    "forge",
-    [
-        lambda frames: frames + 1000,
-        lambda frames: frames - 1000,
-        lambda frames: frames * 0,
-        lambda frames: frames[:-1],
-        lambda frames: frames[::2],
-    ],
-)
-def test_malformed_segments_are_not_scored(make_sequence, forge):
-    sequence = make_sequence(n=30)
-    run = bench.evaluate_run("static", sequence, protocol="tre:starts=2:least=5")
-    forged = replace(run, segments=(run.segments[0], forge(run.segments[1])))
-    with pytest.raises(ValueError, match="has an invalid segment"):
-        score_run(forged, sequence)
-
-
-def test_stored_run_with_malformed_segments_is_damaged(make_sequence, tmp_path):
-    """The digest of a stored run does not reveal this, because the writer computes it."""
-    sequence, results = make_sequence(n=30), Results(tmp_path / "trial")
-    run = bench.evaluate_run("static", sequence, protocol="tre:starts=2:least=5")
-    first, second = run.segments
-    results.prepare(Manifest("", {}))
-    write_truth(results.folder, sequence)
-    assert results.write(replace(run, segments=(first, second + 1000)))
-    with pytest.raises(ResultsError, match=r"runs\.db: .* is damaged"):
-        list_scored_runs(results)
-
-
-@pytest.mark.parametrize(("text", "count"), [("tre:starts=3:least=5", 3), ("sre", 12)])
-@pytest.mark.parametrize("selected", [slice(0), slice(1), slice(None, None, -1), [0, 0, 0]])
-def test_segments_that_differ_from_protocol_are_not_scored(make_sequence, text, count, selected):
-    sequence = make_sequence(n=30)
-    run = bench.evaluate_run("static", sequence, protocol=text)
-    places = np.arange(count)[selected].tolist()
-    rows = np.split(np.arange(len(run.boxes)), np.cumsum(list(map(len, run.segments)))[:-1])
-    row_numbers = np.concatenate([rows[place] for place in places or [0]])
-    columns = {name: getattr(run, name)[row_numbers] for name in ("boxes", "visible", "confidence")}
-    forged = replace(run, segments=tuple(run.segments[place] for place in places), **columns)
-    if text == "sre" and len(places) == count:  # all its segments have the same frames
-        assert score_run(forged, sequence).scores
-        return
-    with pytest.raises(
-        ValueError, match=f"which differ from the {count} segments of the protocol {text}"
-    ):
-        score_run(forged, sequence)
 
 
 def test_segment_may_have_a_single_frame(make_sequence):
