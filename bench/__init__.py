@@ -18,12 +18,10 @@ if TYPE_CHECKING:
     from trackmark.bench.evaluation.loop import evaluate_run
     from trackmark.bench.execution.executor import run_experiment
     from trackmark.bench.experiments.experiment import Experiment, read_experiment
-    from trackmark.bench.reporting.by_attribute import by_attribute
     from trackmark.bench.store.data_frames import load_runs
 
 __all__ = [
     "Experiment",
-    "by_attribute",
     "evaluate_run",
     "load_runs",
     "read_experiment",
@@ -33,7 +31,6 @@ __all__ = [
 # Module of every public name. It is imported on first use: `trackmark --help` needs no NumPy.
 _HOMES = {
     "Experiment": "trackmark.bench.experiments.experiment",
-    "by_attribute": "trackmark.bench.reporting.by_attribute",
     "evaluate_run": "trackmark.bench.evaluation.loop",
     "load_runs": "trackmark.bench.store.data_frames",
     "read_experiment": "trackmark.bench.experiments.experiment",

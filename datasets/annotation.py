@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping
 from math import nan
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from trackmark.datasets.interface import MAX_COORDINATE, SequenceError, lies_outside
+from trackmark.datasets.interface import MAX_COORDINATE, Array, SequenceError, lies_outside
 from trackmark.datasets.truth_file import GroundTruth
 
 
@@ -90,7 +90,7 @@ def _check_frame(frame: int, n_frames: int) -> None:
         )
 
 
-def _check_box(frame: int, box: NDArray[np.float64], size: tuple[int, int] | None) -> None:
+def _check_box(frame: int, box: Array, size: tuple[int, int] | None) -> None:
     if not (np.isfinite(box).all() and (box[2:] > 0.0).all()):
         raise SequenceError(
             f"frame {frame}: invalid box {box.tolist()}. Expected: finite, with a size above 0."

@@ -7,6 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
+
 MAX_BYTES = 60_000
 """Maximum size of a film strip as a JPEG image."""
 
@@ -14,9 +16,7 @@ _WIDTH = 320  # maximum width of an image [px]
 _COLOURS = ((0, 200, 0), (0, 0, 255))  # BGR of the first and the second box
 
 
-def film_strip(
-    images: Sequence[NDArray[np.uint8]], boxes: Sequence[Sequence[NDArray[np.float64]]]
-) -> str:
+def film_strip(images: Sequence[NDArray[np.uint8]], boxes: Sequence[Sequence[Array]]) -> str:
     """Return an HTML element with images side by side, as JPEG of at most `MAX_BYTES`.
 
     `images`: BGR images of equal size, at least one. `boxes`: up to two boxes per image, shape
@@ -33,9 +33,7 @@ def film_strip(
         scale *= 0.8
 
 
-def _draw(
-    image: NDArray[np.uint8], boxes: Sequence[NDArray[np.float64]], scale: float
-) -> NDArray[np.uint8]:
+def _draw(image: NDArray[np.uint8], boxes: Sequence[Array], scale: float) -> NDArray[np.uint8]:
     resized = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     small: NDArray[np.uint8] = np.array(resized, np.uint8)
     for box, colour in zip(boxes, _COLOURS, strict=False):

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.datasets.shapes import Shapes
 
+Array: TypeAlias = NDArray[np.float64]
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -172,19 +173,19 @@ class Sequence:
                 f"{self.truth_source}: {n} ground-truth rows for {n_images} images of {name}. "
                 "Remove the rows without image, or add the missing images."
             )
-        self.boxes: NDArray[np.float64] = _frozen(rows, (n, 4), f"{name}: boxes")
+        self.boxes: Array = _frozen(rows, (n, 4), f"{name}: boxes")
         self._check_coordinates()
         self.images_beyond_truth = n_images - n
-        self.regions: dict[str, NDArray[np.float64]] = {
+        self.regions: dict[str, Array] = {
             key: _frozen(rows, (n, 4), f"{name}: region {key}")
             for key, rows in (regions or {}).items()
         }
-        self.values: dict[str, NDArray[np.float64]] = {
+        self.values: dict[str, Array] = {
             key: _frozen(column, (n,), f"{name}: value {key}")
             for key, column in (values or {}).items()
         }
         shares = np.full(n, np.nan) if visibility is None else visibility
-        self.visibility: NDArray[np.float64] = _frozen(shares, (n,), f"{name}: visibility")
+        self.visibility: Array = _frozen(shares, (n,), f"{name}: visibility")
         self.attributes: dict[str, NDArray[np.bool_]] = {
             key: _frozen(flags, (n,), f"{name}: attribute {key}", np.bool_)
             for key, flags in (attributes or {}).items()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.datasets.decoding import quote
-from trackmark.datasets.interface import SequenceError
+from trackmark.datasets.interface import Array, SequenceError
 from trackmark.datasets.truth_file import read_text
 
 # `float` also accepts 1_0, infinity and digits of other scripts, which are invalid here.
@@ -35,9 +35,7 @@ def numbers(line: str) -> list[float]:
     return [] if any(map(isinf, values)) else values
 
 
-def read_rows(
-    path: Path, counts: Collection[int], expected: str, row_name: str = "a box"
-) -> NDArray[np.float64]:
+def read_rows(path: Path, counts: Collection[int], expected: str, row_name: str = "a box") -> Array:
     """Read rows of numbers, separated by commas, tabs or spaces; all rows have equal length.
 
     `counts` are the valid numbers of values per row. `expected` and `row_name` describe a row in
@@ -88,8 +86,8 @@ def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
 
 
 def as_boxes(
-    rows: NDArray[np.float64], path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
-) -> NDArray[np.float64]:
+    rows: Array, path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
+) -> Array:
     """Convert rows of a file to boxes in coordinates from 0; a NaN row means an absent target.
 
     A box of size 0 means that the target is absent. In the first row, such a box is invalid; it is
@@ -115,15 +113,13 @@ def as_boxes(
     return boxes
 
 
-def read_boxes(
-    path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
-) -> NDArray[np.float64]:
+def read_boxes(path: Path, origin: float = 0.0, *, minus_is_absent: bool = False) -> Array:
     """Read boxes from rows x, y, width, height; see `read_rows` and `as_boxes`."""
     rows = read_rows(path, {4}, "four numbers, x y width height")
     return as_boxes(rows, path, origin, minus_is_absent=minus_is_absent)
 
 
-def pad_first_box(boxes: NDArray[np.float64], n: int) -> NDArray[np.float64]:
+def pad_first_box(boxes: Array, n: int) -> Array:
     """Add NaN rows up to n frames if only the first box is public, as in test sets."""
     if len(boxes) > 1:
         return boxes

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import ImageFiles
-from trackmark.datasets.interface import Frames, Mask, Origin, Sequence, SequenceError
+from trackmark.datasets.interface import Array, Frames, Mask, Origin, Sequence, SequenceError
 from trackmark.datasets.shapes import Shapes
 from trackmark.datasets.truth_file import GroundTruth
 
@@ -60,7 +60,7 @@ def recorded(
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
     masks: Callable[[int], Mask | None] | None = None,
     shapes: Shapes | None = None,
-    values: Mapping[str, NDArray[np.float64]] | None = None,
+    values: Mapping[str, Array] | None = None,
     description: str = "",
     digests: Callable[[SequenceOf[Path]], list[str]] = file_digests,
 ) -> Sequence:

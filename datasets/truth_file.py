@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackmark.datasets.decoding import quote
-from trackmark.datasets.interface import SequenceError
+from trackmark.datasets.interface import Array, SequenceError
 
 COLUMNS = ["frame", "x", "y", "width", "height"]
 OPTIONAL = ["visibility", "source"]
@@ -37,9 +36,9 @@ class GroundTruth:
     """Ground truth of all frames of a sequence."""
 
     # shape (n, 4): `[x, y, width, height]` [pixels]; a NaN row means that the target is absent
-    boxes: NDArray[np.float64]
+    boxes: Array
     # shape (n,): visible fraction in [0, 1]; NaN if unknown
-    visibility: NDArray[np.float64] | None = None
+    visibility: Array | None = None
     # `marked` or `interpolated` for each frame; empty if unknown
     sources: tuple[str, ...] | None = None
 

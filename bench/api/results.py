@@ -209,7 +209,7 @@ class Results:
 
     def _with_worst_scores(self, metrics: str | None = None) -> tuple[str, pd.DataFrame]:
         preset, runs = self._scored(metrics)
-        return preset, with_worst_scores(self.stored_folder, runs, [preset])
+        return preset, with_worst_scores(self.stored_folder, runs, preset)
 
     def _mean_table(self, preset: str, runs: pd.DataFrame) -> Table:
         undefined = preset != PRESET  # scores that are undefined in some runs, as in `report`

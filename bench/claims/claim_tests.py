@@ -72,7 +72,7 @@ def judge(claim: Claim, evidence: Evidence) -> Verdict:
     if evidence.first.empty or (claim.worse and evidence.second.empty):
         return inconclusive("no runs")
     if claim.test == "share":
-        verdict = share(successes := _successes(evidence.first), np.ones(len(successes)))
+        verdict = share(_succeeded(evidence.first))
     elif claim.test == "number":
         verdict = number(_by_scene(evidence.first, hardest="").to_numpy())
     else:
@@ -141,10 +141,10 @@ def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:
     return time(longer, shorter, claim.limit or 1.0)
 
 
-def _successes(table: pd.DataFrame) -> Values:
-    """Return 1 for each scene in which all sequences and trackers succeed in most runs, else 0."""
+def _succeeded(table: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return for each scene whether all sequences and trackers succeed in most runs."""
     succeeded = table.assign(value=table["value"] > 0.5).groupby("rank")["value"].all()
-    return np.asarray(succeeded, np.float64)
+    return np.asarray(succeeded, np.bool_)
 
 
 def _by_scene(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> "pd.Series[float]":

@@ -8,7 +8,7 @@ from typing import Any
 
 from trackmark.bench.claims.claim_tests import Evidence, judge, notes
 from trackmark.bench.claims.claims_file import Claim
-from trackmark.bench.statistics.verdict_rules import Verdict, plural
+from trackmark.bench.statistics.verdict_rules import Verdict
 from trackmark.reports.tables import MISSING, Cell, Table
 
 SETTINGS = ("as-written", "recommended")
@@ -80,9 +80,7 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
     if not isfinite(verdict.statistic):
         return MISSING
     numbers = verdict.effect.partition(f", {verdict.cells} ")[0].removesuffix(" share")
-    counted = (
-        f"{verdict.cells} {plural(verdict.counted) if verdict.cells != 1 else verdict.counted}"
-    )
+    counted = f"{verdict.cells} {verdict.counted}{'s' * (verdict.cells != 1)}"
     if claim.test == "share":
         return f"{verdict.statistic * verdict.cells:.0f} of {counted}, {numbers}"
     ratio, as_long, _ = numbers.partition(" times as long")

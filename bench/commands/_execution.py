@@ -55,7 +55,7 @@ def execute_runs(
 ) -> None:
     """Execute the missing runs of a plan; Ctrl-C prints how many runs are stored and where.
 
-    `on_row`: called with the index row of each run. `progress`: progress of several executions,
+    `on_row`: called with the row of each run. `progress`: progress of several executions,
     which expects the runs of this execution. `temporary`: the caller removes the results folder, so
     Ctrl-C prints nothing. Raises `SequenceError` if a sequence cannot be read. With `keep_errors`,
     the message is only added to `execution.errors`.

@@ -1,6 +1,6 @@
 """Results of other toolkits that commands read together with stored runs."""
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -46,13 +46,12 @@ def store_imported(
     imported: "Sequence[ImportedTracker]",
     sequences: str,
     folder: Path,
-    report: Callable[[str], None] = print_message,
 ) -> int:
     """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
 
     by_sequence = open_sequences(matching_sequences(sequences), folder)
-    number = import_results(imported, by_sequence, folder, report)
+    number = import_results(imported, by_sequence, folder, print_message)
     score_stored_runs(folder)
     return number
 

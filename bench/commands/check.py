@@ -147,7 +147,10 @@ def command(options: CheckOptions) -> int:
     _show(result, speeds, options)
     if options.accept is not None:
         return _accept(stored, path, options, result, runner)
-    status = _status(result, speeds, strict=options.strict)
+    verdict = _verdict(result, speeds)
+    status = EXIT_NEGATIVE if verdict == "regression" else 0
+    if options.strict and verdict == "inconclusive":
+        status = EXIT_INCONCLUSIVE
     if status and not options.as_json:
         print_hint(f"Look    trackmark report {runner.folder}")
         # --accept replaces scores; a slower tracker needs no new baseline.
@@ -184,7 +187,7 @@ def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
 def _part(baseline: "Baseline", options: CheckOptions) -> "Baseline":
     """Return the selected part of the baseline: with --accept, all entries of this tracker."""
     trackers = [options.accept] if options.accept else split_list(options.trackers)
-    sequences = ["*"] if options.accept else _with_canonical_names(split_list(options.sequences))
+    sequences = ["*"] if options.accept else split_list(options.sequences)
     entries = {
         tracker: {
             name: entry for name, entry in row.items() if _fits(sequences, name, entry.source.text)
@@ -213,20 +216,12 @@ def _fits(patterns: Sequence[str], *names: str) -> bool:
     return any(name == text or fnmatchcase(name, text) for text in patterns for name in names)
 
 
-def _with_canonical_names(texts: Sequence[str]) -> list[str]:
-    """Return the texts and, of built-in sequences, also the canonical names."""
-    from trackmark import datasets
-    from trackmark.datasets.catalogue import is_built_in
-
-    built_in = [text for text in texts if is_built_in(text) and not {"*", "?"} & set(text)]
-    return [*texts, *(datasets.identity(text)[0] for text in built_in)]
-
-
-def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> int:
-    states = {result.verdict, *(check.state for check in speeds.values())}
+def _verdict(result: "Check", speeds: "Mapping[str, Pace]") -> str:
+    """Return `regression`, `inconclusive` or `pass`, for scores and speeds together."""
+    states = {result.verdict, *(pace.state for pace in speeds.values())}
     if states & {"regression", "slower"}:
-        return EXIT_NEGATIVE
-    return EXIT_INCONCLUSIVE if strict and "inconclusive" in states else 0
+        return "regression"
+    return "inconclusive" if "inconclusive" in states else "pass"
 
 
 def _accept(
@@ -253,14 +248,9 @@ def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) 
 
     tables = [table(result, whole=options.verbose), *([speed_table(speeds)] if speeds else [])]
     if options.as_json:
-        data = as_data(result)
+        data = as_data(result) | {"verdict": _verdict(result, speeds)}
         if speeds:
             data["times"] = speed_data(speeds)
-            states = {check.state for check in speeds.values()}
-            if "slower" in states:
-                data["verdict"] = "regression"
-            elif "inconclusive" in states and data["verdict"] == "pass":
-                data["verdict"] = "inconclusive"
         click.echo(json.dumps(data, allow_nan=False))
     elif not options.quiet:
         click.echo("".join(map(_text, tables)), nl=False)

@@ -114,7 +114,8 @@ def command(options: CompareOptions) -> int:
     labels: list[str] | None = [label for label, _ in trackers] or None
     cells: Collection[RunKey] | None = None
     experiments = []
-    if options.sequences is not None and len(trackers) + len(imported) < 2:
+    must_be_named = options.sequences is not None or (trackers and options.published is None)
+    if must_be_named and len(trackers) + len(imported) < 2:
         raise click.UsageError("Name at least two trackers to compare.")
     if options.results is not None:
         experiments = [only_experiment(options.results)]

@@ -25,10 +25,6 @@ from trackmark.bench.commands._options import (
 from trackmark.bench.commands._progress import patience, print_event, print_message, progress_bar
 
 if TYPE_CHECKING:
-    import numpy as np
-    import pandas as pd
-    from numpy.typing import NDArray
-
     from trackmark.bench.pages.report import Commands
     from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.reporting.by_annotation import AnnotationReport
@@ -157,13 +153,10 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
 
 def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "list[AttributeReport]":
     """Return scores by attribute of the sequences, and add their tables."""
-    from trackmark.bench.reporting.by_attribute import attribute_report, attributes_of
+    from trackmark.bench.reporting.by_attribute import attribute_report
 
-    def measure(runs: "pd.DataFrame", names: Sequence[str]) -> "dict[str, NDArray[np.float64]]":
-        with progress_bar("Measuring attributes", None, "frame") as progress:
-            return attributes_of(runs, names, progress, print_message)
-
-    curves = attribute_report(experiment, metrics, measure)
+    with progress_bar("Measuring attributes", None, "frame") as progress:
+        curves = attribute_report(experiment, metrics, progress, print_message)
     tables += [curve.table for curve in curves]
     return curves
 

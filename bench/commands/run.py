@@ -37,7 +37,6 @@ from trackmark.bench.commands._terminal import complain
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
-    SequenceSource,
     default_name,
     experiment_names,
     read_experiment,
@@ -250,18 +249,8 @@ def _print_hints(execution: "Execution") -> None:
     for name in filter(None, dict.fromkeys(formats.values())):
         first, *others = [text for text in texts if formats[text] == name]
         more = f" and {len(others)} more" if others else ""
-        truth = _truth_file(execution.experiment.sequences[texts.index(first)], name)
-        print_hint(f"{first}{more}: read as {name}.{truth}")
+        print_hint(f"{first}{more}: read as {name}.")
     print_hint(f"Next  {shlex.join(['trackmark', 'report', str(execution.folder)])}")
-
-
-def _truth_file(source: SequenceSource, layout: str) -> str:
-    """Return a sentence on the ground-truth file that was read; empty if the layout names it."""
-    path = Path(source.text).expanduser()
-    default = path / "truth.csv" if path.is_dir() else path.with_suffix(".csv")
-    is_read = layout.endswith("a given ground-truth file") and default.is_file()
-    file = source.truth or (default if is_read else None)
-    return f" Ground truth: {file}." if file else ""
 
 
 def _print_details(execution: "Execution") -> None:

@@ -29,11 +29,6 @@ class Answer(NamedTuple):
     heading: str
     details: tuple[str, ...] = ()
 
-    @property
-    def text(self) -> str:
-        """All sentences."""
-        return " ".join((self.heading, *self.details))
-
 
 def answer_of(comparison: Comparison) -> Answer:
     """Return the answer of a comparison, on its main tracker against every other tracker.

@@ -54,9 +54,8 @@ class BaselineEntry:
     sequence: str  # digest of pixels and ground truth
     overlap: tuple[float, ...]  # mean overlaps; 0 for a failed run
     boxes: tuple[str, ...]  # digests of boxes; empty for a failed run
-    failures: Mapping[int, str] = field(
-        default_factory=dict
-    )  # reasons of failures by seed; not stored in the file
+    # reasons of failures by seed; not stored in the file
+    failures: Mapping[int, str] = field(default_factory=dict)
 
 
 BaselineEntries = Mapping[str, Mapping[str, BaselineEntry]]
@@ -72,9 +71,7 @@ class Baseline:
     seeds: int  # number of runs of each stochastic tracker
     detect: float  # drop of the mean overlap on one sequence to detect
     made_with: Mapping[str, str]  # platform, Python and libraries
-    accepted: Sequence[Mapping[str, Any]] = field(
-        default_factory=tuple
-    )  # accepted changes with reasons
+    accepted: Sequence[Mapping[str, Any]] = ()  # accepted changes with reasons
 
     def with_seeds(self, seeds: int) -> "Baseline":
         """Return the baseline restricted to the first seeds."""
@@ -281,11 +278,6 @@ def read_baseline(path: Path) -> Baseline:
         table = read_toml(path, BaselineError)
     except BaselineError as error:
         raise BaselineError(f"{error} {_REMEDY}") from None
-    if table.get("format") == 1:
-        raise BaselineError(
-            f"{path}: format 1 of an older trackmark. This version reads format {FORMAT}. Make "
-            "the baseline again from the old version of the trackers: `trackmark baseline --force`."
-        )
     if table.get("format") != FORMAT:
         _refuse(path, "format", table.get("format"), f"This version reads format {FORMAT}.")
     try:

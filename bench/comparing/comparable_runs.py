@@ -71,39 +71,30 @@ def compared_measure(
 def scored_runs(
     folder: Path, runs: pd.DataFrame, stored: str, preset: str, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, ScoreMeasure]:
-    """Return the runs with the scores of a preset, failed runs with the worst ones.
+    """Return the runs by one protocol with scores of a preset, and the measure with a new title.
 
-    `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `stored`,
-    `measure` and the result are those of `of_protocol`.
-    """
-    table = runs if preset == PRESET else runs_by(folder, preset, runs, stored)
-    return of_protocol(with_worst_scores(folder, table, [preset]), stored, measure)
-
-
-def of_protocol(
-    runs: pd.DataFrame, stored: str, measure: ScoreMeasure
-) -> tuple[pd.DataFrame, ScoreMeasure]:
-    """Return the runs by one protocol, relabelled as one-pass, and the measure with a new title.
-
-    `runs`: as `bench.load_runs` returns them. `stored`: stored name of the protocol. Timing runs
-    are kept. `first_loss` is NaN except for one-pass runs. The title names the protocol, but
-    one-pass evaluation only if runs by other protocols exist. Raises `ComparisonError` if no run
-    used the protocol.
+    `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `stored`:
+    stored name of the protocol. Failed runs have the worst scores. The runs are relabelled as
+    one-pass; timing runs are kept. `first_loss` is NaN except for one-pass runs. The title names
+    the protocol, but one-pass evaluation only if runs by other protocols exist. Raises
+    `ComparisonError` if no run used the protocol.
     """
     protocols = runs["protocol"].astype(str)
     others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]
     if stored not in protocols.unique():
-        remedy = f" Stored runs used {', '.join(others)}. Select one with --protocol." * bool(
-            others
+        remedy = f" Stored runs used {', '.join(others)}. Select one with --protocol."
+        raise ComparisonError(
+            f"no stored run used the protocol {title(stored)}.{remedy if others else ''}"
         )
-        raise ComparisonError(f"no stored run used the protocol {title(stored)}.{remedy}")
     if others or stored != STORED_ONE_PASS:
         measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
+    scored = runs if preset == PRESET else runs_by(folder, preset, runs, stored)
+    scored = with_worst_scores(folder, scored, preset)
     if stored == STORED_ONE_PASS:
-        return runs, measure
+        return scored, measure
     selected = protocols.isin([stored, TIMING])
     renamed = protocols[selected].replace(stored, STORED_ONE_PASS)
-    return runs[selected].assign(protocol=renamed, first_loss=nan), measure
+    return scored[selected].assign(protocol=renamed, first_loss=nan), measure
 
 
 def selected_trackers(

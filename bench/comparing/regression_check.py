@@ -36,7 +36,7 @@ class ScoreChange:
     sequence: str  # name of the sequence, or the label of the mean
     old: Sequence[float]  # mean overlap by run
     new: Sequence[float]
-    same: Sequence[bool]  # number of pairs of runs with equal boxes
+    same: Sequence[bool]  # whether a pair of runs has equal boxes
     failures: Mapping[int, str]  # reasons of failures by seed
     change: Decision = IDENTICAL
     p: float = nan  # smallest level at which the corrected interval of the change excludes 0
@@ -66,7 +66,7 @@ class Check:
     now: BaselineEntries
     made_with: Mapping[str, str]
     sequences: Sequence[ScoreChange]
-    means: Sequence[ScoreChange]  # number of seeds of the changed stochastic trackers
+    means: Sequence[ScoreChange]  # of the changed stochastic trackers
 
     @property
     def changes(self) -> Sequence[ScoreChange]:
@@ -177,9 +177,8 @@ def headline(result: Check, where: str, slower: int = 0, *, strict: bool = False
     in_mean = sum(row.change.label == "worse" for row in result.means)
     failed = sum(bool(row.failures) for row in result.sequences)
     kinds = ("worse", "unchanged", "better", "not worse", "inconclusive")
-    first, *others = [f"{labels[kind]} {kind}" for kind in kinds if labels[kind]]
-    number, _, kind = first.partition(" ")
-    scores = ", ".join([f"{number} of {n} scores {kind}", *others])
+    scores = ", ".join(f"{labels[kind]} {kind}" for kind in kinds if labels[kind])
+    scores = scores.replace(" ", f" of {n} scores ", 1)
     bad = [f"{_counted(in_mean, 'tracker')} worse in the mean"] if in_mean else []
     bad += [f"{_counted(failed, 'score')} with failed runs"] if failed else []
     bad += [f"{_counted(slower, 'tracker')} slower"] if slower else []

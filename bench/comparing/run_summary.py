@@ -106,9 +106,7 @@ def answer_on(
     further arguments of `compare`.
     """
     ranked = [name for name, entry in means.items() if isfinite(entry["mean_overlap"]["mean"])]
-    scored = runs[runs["protocol"] == STORED_ONE_PASS]
-    failed = scored.groupby("tracker", observed=True)["status"]
-    left_out = [str(name) for name, states in failed if (states == "failed").all()]
+    left_out = failed_runs(runs[runs["protocol"] == STORED_ONE_PASS]).left_out
     if ranked:
         comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
         return answer_of(comparison), comparison
@@ -152,20 +150,15 @@ def _table(means: MeansByTracker, notes: Sequence[str]) -> Table:
             milliseconds_text(values["milliseconds"]),
         ]
         rows.append([Cell(text) for text in texts])
-    has_intervals = any(_interval(entries["mean_overlap"]) for entries in means.values())
-    columns = [0, 1, 2, *([3] if has_intervals else []), 4, 5, 6]
     heads = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error", "time"]
     ranks = [0, 9, 3, 1, 4, 2]
+    if not any(_interval(entries["mean_overlap"]) for entries in means.values()):
+        del heads[3], ranks[2]
+        for row in rows:
+            del row[3]
     others = len(means) - len(rows)
-    return Table(
-        name="short",
-        caption="",
-        heads=[heads[column] for column in columns],
-        n_labels=1,
-        rows=[[row[column] for column in columns] for row in rows],
-        notes=[*([f"{others} more trackers: --verbose"] if others else []), *notes],
-        ranks=[ranks[column - 1] for column in columns[1:]],
-    )
+    more = [f"{others} more trackers: --verbose"] if others else []
+    return Table("short", "", heads, 1, rows, [*more, *notes], ranks=ranks)
 
 
 def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:

@@ -161,14 +161,10 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
     """
     name = now.name
     place = in_file(name)
-    if is_external(name, now.options or {}):
+    if is_external(name, now.options or {}) or (place is None and is_outside(name)):
         raise BaselineError(
-            f"{name} runs in a process of its own, and cannot be taken from {revision}. Omit it."
-        )
-    if place is None and is_outside(name):
-        raise BaselineError(
-            f"{name} comes from an installed package, and cannot be taken from {revision}. Give "
-            "its file: --against takes trackers in files and of trackmark itself."
+            f"{name} cannot be taken from {revision}: it runs in a process of its own, or comes "
+            "from an installed package. --against takes trackers in files and of trackmark itself."
         )
     if place is None:
         file, class_name = _PACKAGE / f"{name.replace('-', '_')}.py", ""

@@ -66,9 +66,8 @@ def screen_lines(
     if quiet:
         return [sentence.heading]
     failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
-    details = (
-        sentence.details if verbose or _too_few(comparison) else ()
-    )  # else the table of pairs suffices
+    # If there are enough units, the table of pairs has the details.
+    details = sentence.details if verbose or _too_few(comparison) else ()
     lines = [*failures, *([""] if failures else []), sentence.heading, *details]
     lines = [line for text in lines for line in wrap(text).splitlines()]
     lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose))]
@@ -101,7 +100,7 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
         del heads[2], ranks[1]
         for row in rows:
             del row[2]
-    notes = [few or "*: no other tracker is better", *_clock_notes(comparison)]
+    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
     return Table("comparison", _caption(comparison), heads, 1, rows, notes, ranks=ranks)
@@ -189,8 +188,7 @@ def _standings(comparison: Comparison) -> Table:
         rows.append(_standing_cells(comparison, standing, time))
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
-    few = _too_few(comparison)
-    notes = [few or "*: no other tracker is better, over all pairs.", *_clock_notes(comparison)]
+    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
         notes.append(
@@ -206,6 +204,14 @@ def _standings(comparison: Comparison) -> Table:
         notes=notes,
         data=pd.DataFrame(data).drop(columns="interval"),
     )
+
+
+def _star_notes(comparison: Comparison) -> list[str]:
+    """Return the meaning of the star, or why there is none; no note for a single tracker."""
+    few = _too_few(comparison)
+    if few:
+        return [few]
+    return ["*: no other tracker is better"] if len(comparison.standings) > 1 else []
 
 
 def _clock_notes(comparison: Comparison) -> list[str]:
@@ -343,16 +349,12 @@ def _subset_table(comparison: Comparison) -> Table:
     widest = comparison.measure.most - comparison.measure.least
     parts = parts_of(comparison.sequences, comparison.attributes)
     for pair, ((parameter, value), selected) in product(shown_pairs(comparison), parts.items()):
-        n, by_unit = (
-            int(selected.sum()),
-            means_in_part(comparison.units, pair.differences, selected),
-        )
-        mean, interval = float(by_unit.mean()), interval_or_none(by_unit, 1, -widest, widest)
-        texts = [
-            _number(comparison, mean, signed=True),
-            _interval(comparison, interval, signed=True),
-        ]
-        rows.append([pair.label, f"{parameter}={value}", str(n), *texts])
+        by_unit = means_in_part(comparison.units, pair.differences, selected)
+        interval = interval_or_none(by_unit, 1, -widest, widest)
+        n, mean = int(selected.sum()), float(by_unit.mean())
+        text = _number(comparison, mean, signed=True)
+        limits = _interval(comparison, interval, signed=True)
+        rows.append([pair.label, f"{parameter}={value}", str(n), text, limits])
         part = {"first": pair.first, "second": pair.second, "knob": parameter, "value": value}
         data.append(part | {"sequences": n, "difference": mean, **_ends(interval)})
     return Table(

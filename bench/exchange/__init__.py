@@ -26,18 +26,16 @@ def load_format(name: str) -> ResultFormat:
     return result_format
 
 
-def has_format(name: str, folder: Path) -> bool:
-    """Return whether the first result file in a tracker's folder has the named format."""
-    candidate = load_format(name)
-    files = candidate.files(folder) if candidate.fits else {}
-    return bool(candidate.fits and files and candidate.fits(files[min(files)][0]))
-
-
 def detect_format(folder: Path) -> str:
-    """Return the format of the results in a tracker's folder; raise `ExchangeError` if unknown."""
+    """Return the format of the first result file in a tracker's folder.
+
+    Raises `ExchangeError` if the format is unknown.
+    """
     require_folder(folder)
     for name in format_names():
-        if has_format(name, folder):
+        candidate = load_format(name)
+        files = candidate.files(folder) if candidate.fits else {}
+        if candidate.fits and files and candidate.fits(files[min(files)][0]):
             return name
     content = ", ".join(sorted(path.name for path in folder.iterdir())[:3])
     expected = "; ".join(f"{load_format(name).expects} ({name})" for name in format_names())

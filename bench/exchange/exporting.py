@@ -11,14 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run, Trace
-from trackmark.bench.exchange import format_names, has_format, load_format
-from trackmark.bench.exchange.result_format import (
-    ExchangeError,
-    ResultRows,
-    abbreviated_list,
-    file_name,
-)
-from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
+from trackmark.bench.exchange import format_names, load_format
+from trackmark.bench.exchange.result_format import ExchangeError, ResultRows, file_name
+from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_scored_runs
@@ -67,8 +62,7 @@ def export_results(
     for row in exported:
         run = results.read(run_key(row))
         folder = target / file_name(row["tracker"])
-        _check_format(folder, format_name)
-        files = _run_texts(run, _run_rows(run, results, origin, trace), format_name, folder)
+        files = _run_texts(run, _run_rows(run, origin, trace), format_name, folder)
         if both := texts.keys() & files.keys():
             raise ExchangeError(
                 f"{min(both)}: two runs would be written to this file. Export them to two folders."
@@ -80,23 +74,7 @@ def export_results(
         on_message(f"{failed} failed runs are not exported.")
     if omitted := len(finished) - len(exported):
         on_message(f"{omitted} runs are not exported: {format_name} stores one repetition only.")
-    written = {(row["tracker"], row["sequence"]) for row in exported}
-    if missing := sorted({(row["tracker"], row["sequence"]) for row in rows} - written):
-        pairs = abbreviated_list([f"{tracker} on {sequence}" for tracker, sequence in missing])
-        runs = "all runs" if repeats else "the first repetition"
-        on_message(f"nothing is written for {pairs}: {runs} failed.")
     return list(texts)
-
-
-def _check_format(folder: Path, name: str) -> None:
-    """Raise `ExchangeError` for a folder with results in another format."""
-    if folder.is_dir() and load_format(name).fits:  # a format without `fits` cannot be recognised
-        for other in format_names():
-            if other != name and has_format(other, folder):
-                raise ExchangeError(
-                    f"{folder}: the folder contains results in the format {other!r}. Toolkits "
-                    f"would mix them with those in the format {name!r}. Choose another folder."
-                )
 
 
 def _write(texts: Mapping[Path, str], *, force: bool) -> None:
@@ -127,13 +105,13 @@ def _run_texts(run: Run, rows: ResultRows, format_name: str, folder: Path) -> Ma
     return write_segments(folder, key.sequence, _split_segments(run, rows))
 
 
-def _run_rows(run: Run, results: Results, origin: int, trace: Trace) -> ResultRows:
+def _run_rows(run: Run, origin: int, trace: Trace) -> ResultRows:
     """Return the estimates of a run with pixels counted from `origin`."""
     return ResultRows(
         run.boxes_in(trace) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
-        None if run.segments else _frame_seconds(run, results),
+        None if run.segments else _median_update(run, run.boxes),
     )
 
 
@@ -149,31 +127,12 @@ def _split_segments(run: Run, rows: ResultRows) -> list[tuple[NDArray[Any], Resu
     return segments
 
 
-def _frame_seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
-    """Return the time of each frame [s] in the timing run, else the run's median update time.
-
-    Without a timing run the initialisation time is unknown, because it can include compilation. The
-    result is None if the run has no update time.
-    """
-    first = int(np.isfinite(run.boxes).all(axis=1).argmax())
-    key = run.identity
-    timing_cell = key.tracker, key.sequence, key.repetition, TIMING
-    if timing_cell in results.list_keys():
-        timing_run = results.read(timing_cell)
-        times, timed = timing_run.times, timing_run.identity
-        is_same = (timed.fingerprint, timed.tracker_version) == (
-            key.fingerprint,
-            key.tracker_version,
-        )
-        if times is not None and is_same:
-            seconds = np.array(times.wall, np.float64)
-            seconds[first] = times.initialisation_wall
-            return seconds
-    return _median_update(run, run.boxes)
-
-
 def _median_update(run: Run, boxes: NDArray[Any]) -> NDArray[np.float64] | None:
-    """Return the run's median update time [s] for each frame after the initialisation."""
+    """Return the run's median update time [s] for each frame after the initialisation.
+
+    The time of the initialisation is unknown, because it can include compilation. The result is
+    None if the run has no update time.
+    """
     update = run.circumstances.get("update_seconds")
     if update is None:
         return None

@@ -38,8 +38,6 @@ from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.bench.store.truth import read_truth, write_truth
 
-_N_STARTS_OF_TRE = 20  # in the toolkit of OTB
-
 
 @dataclass(frozen=True)
 class ImportedTracker:
@@ -201,7 +199,7 @@ def _read_runs_on(
         boxes = _convert_boxes(result_format, rows, sequence, segments, file, on_message)
         if rows.simplification:
             on_message(f"{file}: {rows.simplification}.")
-        protocol = _stored_protocol(rows, segments, sequence, file, on_message)
+        protocol = _stored_protocol(rows, segments, sequence)
         name, key = tracker.tracker, (sequence.name, sequence.fingerprint)
         identity = Identity(name, name, "", {}, version, *key, repetition, protocol)
         run = Run(
@@ -293,11 +291,7 @@ def _present(sequence: ResultSequence) -> NDArray[np.bool_]:
 
 
 def _stored_protocol(
-    rows: ResultRows,
-    segments: Sequence[NDArray[Any]],
-    sequence: ResultSequence,
-    file: Path,
-    on_message: Callable[[str], None],
+    rows: ResultRows, segments: Sequence[NDArray[Any]], sequence: ResultSequence
 ) -> str:
     """Return the protocol of a run; `tre` without options if the start frames differ from ours."""
     if rows.protocol != "tre":
@@ -308,11 +302,6 @@ def _stored_protocol(
         expected = parse_protocol(text).segments(present, {})
         if [segment.start or int(present.argmax()) for segment in expected] == starts:
             return text
-    if len(segments) != _N_STARTS_OF_TRE:
-        on_message(
-            f"{file}: {len(segments)} segments of TRE. Expected: {_N_STARTS_OF_TRE}, as in the "
-            "toolkit."
-        )
     return "tre"
 
 

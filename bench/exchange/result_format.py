@@ -51,9 +51,7 @@ class ResultRows:
 
     boxes: NDArray[np.float64]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows if missing
     confidence: NDArray[np.float64] | None = None  # (n,): NaN if missing
-    states: NDArray[Any] | None = (
-        None  # (n,): `bench.metrics.preset.FrameState` of a supervised run
-    )
+    states: NDArray[Any] | None = None  # (n,): `FrameState` of a supervised run
     # (n,): time of each update or of the initialisation [s]; NaN if unknown. Times are exported
     # but not imported: times of other machines are not comparable.
     seconds: NDArray[np.float64] | None = None

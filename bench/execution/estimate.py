@@ -39,7 +39,7 @@ def estimate(units: Units, output: Path) -> Estimate:
             seconds += frames * fmean(update_seconds[spec.label])
         elif frames:
             unmeasured.append(spec.label)
-    if frame_seconds:
+    if frame_seconds and seconds:
         seconds += sum(unit.frames for unit in units) * fmean(frame_seconds)
     return Estimate(seconds / units.workers, unmeasured)
 

@@ -117,11 +117,6 @@ class Execution:
         workers = self.performer.workers
         return missing_units(self.plan, workers=workers, retry_failed=self.retry_failed)
 
-    @property
-    def work(self) -> int:
-        """Total work of the missing runs: frames times trackers."""
-        return self.units.work
-
     def rows(self, progress: Callable[[int], None] | None = None) -> Iterator[dict[str, Any]]:
         """Execute the missing runs; yield the row of each stored run.
 

@@ -34,13 +34,11 @@ class GroundTruthArrays:
     """Ground truth of n frames as arrays, for example of a part of a `datasets.Sequence`."""
 
     boxes: NDArray[Any]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows without target
-    regions: Mapping[str, NDArray[Any]] = field(
-        default_factory=dict
-    )  # boxes of other regions by name
+    # boxes of other regions by name
+    regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))  # (n,): in [0, 1]
-    image_size: tuple[int, int] | None = (
-        None  # width and height of the images, for presets that clip regions
-    )
+    # width and height of the images, for presets that clip regions
+    image_size: tuple[int, int] | None = None
     shapes: Shapes = None  # polygons or masks, for presets that use them instead of boxes
 
 

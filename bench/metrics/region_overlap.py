@@ -51,17 +51,15 @@ def _round_like_vot(values: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
+@np.errstate(over="ignore")
 def _corners(boxes: NDArray[np.float64], size: tuple[int, int] | None) -> NDArray[np.float64]:
     """Return corners [left, top, right, bottom] of boxes clipped to the image, shape (n, 4)."""
-    with np.errstate(over="ignore"):
-        low, high = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
-    low, high = (
-        low.clip(-MAX_COORDINATE, MAX_COORDINATE),
-        high.clip(-MAX_COORDINATE, MAX_COORDINATE),
-    )
+    corners = np.column_stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]])
+    corners = corners.clip(-MAX_COORDINATE, MAX_COORDINATE)
     if size is not None:
-        low, high = np.clip(low, 0, size), np.clip(high, 0, size)
-    return np.column_stack([low, np.maximum(low, high)])
+        corners = np.clip(corners, 0, [*size, *size])
+    corners[:, 2:] = np.maximum(corners[:, :2], corners[:, 2:])
+    return np.asarray(corners)
 
 
 def _boxes(corners: NDArray[np.float64]) -> NDArray[np.float64]:

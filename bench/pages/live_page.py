@@ -44,7 +44,7 @@ def write_live_page(
         last = plan.repetitions[plan.run_trackers] - 1
         plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition
         specs = [*plan.trackers.values()]
-        for _ in execution.rows(lambda done: watch(done, execution.work)):
+        for _ in execution.rows(lambda done: watch(done, execution.units.work)):
             pass
         if execution.errors:
             raise SequenceError("\n".join(execution.errors))

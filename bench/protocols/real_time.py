@@ -34,10 +34,8 @@ class _Clock(Controller):
         self.source_frames[first] = first
         self._first, self._fps, self._seconds = first, fps, seconds
         self._free_at = 0.0
-        self._complete, self._pending = (
-            first,
-            first,
-        )  # frames of the newest complete and of the next estimate
+        self._complete = first  # frame of the newest complete estimate
+        self._pending = first  # frame of the next estimate
         self._n_updates = 0
 
     def action(self, frame: int) -> Action:

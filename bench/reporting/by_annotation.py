@@ -29,9 +29,8 @@ class AnnotationReport(NamedTuple):
 
     table: Table
     quantity: str
-    scores: Mapping[
-        str, list[float]
-    ]  # by tracker, in the order of `heads`; empty if none is finite
+    # by tracker, in the order of `heads`; empty if none is finite
+    scores: Mapping[str, list[float]]
     heads: list[str]  # attributes with their number of sequences
 
 

@@ -5,7 +5,7 @@ observations, as a target that is lost usually stays lost in all later frames.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from math import inf, isfinite
@@ -16,17 +16,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import heading
-from trackmark.bench.reporting.by_preset import runs_by
+from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.reporting.by_preset import measures_of, runs_by
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.reporting.stored_runs import open_sequence
-from trackmark.bench.reporting.tables import PRESET, SUMMARY
+from trackmark.bench.reporting.tables import PRESET
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
 from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import attributes
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
 
@@ -35,9 +33,6 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], object]
 """Callback with the number of measured frames and the number of all frames."""
-
-Measured = Callable[[pd.DataFrame, Sequence[str]], Mapping[str, NDArray[np.float64]]]
-"""Function `(runs, names of sequences) -> attributes by sequence`; see `attributes_of`."""
 
 MAX_BINS = 5
 """Maximum number of bins. A line with more points is hard to read."""
@@ -82,48 +77,20 @@ class AttributeReport(NamedTuple):
     curves: Sequence[Curve]
 
 
-def by_attribute(folder: str | Path, metrics: str = PRESET) -> pd.DataFrame:
-    """Return scores of an experiment's runs by attributes of their sequences.
-
-    Parameters
-    ----------
-    folder : str or Path
-        `results/<experiment>`. Sequences that were not measured before are opened.
-    metrics : str
-        Preset whose first score is used; the mean overlap by default.
-
-    Returns
-    -------
-    DataFrame
-        One row per tracker, attribute and bin: `tracker`, `attribute`, `sequences`, the rank
-        `correlation` and its interval (`low`, `high`), corrected for all curves, `bin_from` and
-        `bin_to` in the unit of the attribute, `bin_sequences`, the mean score `bin_mean` and its
-        interval. Failed runs have the worst score. Trackers with a run without score are omitted.
-
-    Raises
-    ------
-    ResultsError
-        If there are no results, a file is damaged or a sequence cannot be opened.
-    """
-
-    def refuse(message: str) -> None:
-        raise ResultsError(message)
-
-    measured = partial(attributes_of, progress=lambda *_: None, on_message=refuse)
-    (report,) = attribute_report(Path(folder), [metrics], measured)
-    return report.table.data
-
-
 def attribute_report(
-    experiment: Path, presets: Collection[str], measured: Measured
+    experiment: Path,
+    presets: Collection[str],
+    progress: Progress,
+    on_message: Callable[[str], None],
 ) -> list[AttributeReport]:
-    """Return the scores of every preset by attributes of the sequences."""
+    """Return the scores of every preset by attributes of the sequences; see `attributes_of`."""
     reports = []
     for preset in presets:
         measure, runs = _scored_runs(experiment, preset)
         names = [str(name) for name in runs["sequence"].unique()]
         means = _means_by_sequence(runs, measure)
-        curves = attribute_curves(means, measured(runs, names), measure.least, measure.most)
+        values = attributes_of(runs, names, progress, on_message)
+        curves = attribute_curves(means, values, measure.least, measure.most)
         name = "attributes" if preset == PRESET else f"attributes-{preset}"
         table = attribute_table(curves, measure, name)
         for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
@@ -132,17 +99,15 @@ def attribute_report(
     return reports
 
 
-def _scored_runs(folder: Path, metrics: str) -> tuple[ScoreMeasure, pd.DataFrame]:
+def _scored_runs(folder: Path, preset: str) -> tuple[ScoreMeasure, pd.DataFrame]:
     """Return the first score of a preset, and an experiment's one-pass runs with this score."""
+    measure = next(measure for measure in measures_of(preset) if measure.direction)
     runs = load_runs(folder)
-    runs = runs[runs["protocol"] == "accuracy"]
-    if metrics == PRESET:
-        return SUMMARY[0], with_worst_scores(folder, runs)
-    columns = metrics_preset(metrics).columns
-    name = next(name for name, column in columns.items() if column.better)
-    title = f"{heading(name)} ({metrics})"
-    measure = ScoreMeasure(name, title, direction=columns[name].better, decimals=3)
-    return measure, with_worst_scores(folder, runs_by(folder, metrics, runs), [metrics])
+    runs = runs[runs["protocol"] == STORED_ONE_PASS]
+    if preset != PRESET:
+        measure = replace(measure, title=f"{measure.title} ({preset})")
+        runs = runs_by(folder, preset, runs)
+    return measure, with_worst_scores(folder, runs, preset)
 
 
 def _means_by_sequence(runs: pd.DataFrame, measure: ScoreMeasure) -> dict[str, NDArray[np.float64]]:
@@ -183,10 +148,7 @@ def attributes_of(
     done = 0
     for name, sequence in opened.items():
         if isinstance(sequence, str):
-            source = rows[name]["source"]
-            on_message(
-                f"{name}: attributes are unknown. {source} is missing or has changed since the run."
-            )
+            on_message(f"attributes are unknown: {sequence}")
             continue
         watch = partial(lambda before, frames, _: progress(before + frames, total), done)
         series[name] = attributes.measure(sequence, watch)

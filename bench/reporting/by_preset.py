@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import Column, Preset, PresetResult, heading, mean_of_sequences
+from trackmark.bench.metrics.preset import Column, PresetResult, heading, mean_of_sequences
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, ProtocolError, parse_protocol
 from trackmark.bench.protocols import title as title_of_protocol
 from trackmark.bench.reporting.failed_runs import failed_runs, judge_failed
@@ -76,9 +76,8 @@ class PresetScores:
     preset: str
     title: str
     table: Table
-    curves: Mapping[
-        str, Mapping[str, NDArray[Any]]
-    ]  # by curve and tracker; of trackers with all runs
+    # by curve and tracker; of trackers with all runs
+    curves: Mapping[str, Mapping[str, NDArray[Any]]]
 
 
 class PresetReport(NamedTuple):
@@ -109,7 +108,8 @@ def preset_report(
         presets = presets_for(names, stored)
         if stored == STORED_ONE_PASS:
             presets = [name for name in presets if name != PRESET]
-        scored += score_runs(folder, presets, runs, _with_protocol(title, stored, named), stored)
+        caption = _with_protocol(title, stored, named)
+        scored += [ScoredRuns(folder, name, runs, stored, caption).report() for name in presets]
     all_tables = [scores.table for scores in scored]
     if PRESET in names:
         index = names.index(PRESET) if STORED_ONE_PASS in stored_names else 0
@@ -144,26 +144,6 @@ def table_prefix(stored: str) -> str:
     return "" if stored == STORED_ONE_PASS else re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
 
 
-def score_runs(
-    folder: Path,
-    names: Sequence[str],
-    runs: pd.DataFrame,
-    title: str,
-    stored: str = STORED_ONE_PASS,
-) -> list[PresetScores]:
-    """Score the runs by the protocol `stored` with presets.
-
-    `runs`: as `load_runs` returns them. `title`: start of captions.
-    """
-    runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
-    runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
-    if runs.empty or not names:
-        return []
-    results = _judge_runs(folder, names, runs)
-    prefix = table_prefix(stored)
-    return [_PresetTable(name, runs, results[name], title).scored(prefix) for name in names]
-
-
 def runs_by(
     folder: Path,
     name: str,
@@ -178,7 +158,7 @@ def runs_by(
     the preset cannot score raises `ResultsError`, or has the status `not scored` if not `strict`.
     """
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
-    results = _judge_runs(folder, [name], finished)[name]
+    results = _judge_runs(folder, name, finished)
     refused = {index: reason for index, reason in results.items() if isinstance(reason, str)}
     if refused and strict:
         raise ResultsError(next(iter(refused.values())))
@@ -198,14 +178,12 @@ def scores_by_group(
     `runs`: as `load_runs` returns them. `groups`: names of sequences by group. `stored`: stored
     name of the protocol. A tracker is omitted if one of its runs has no score.
     """
-    runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
-    runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
-    table = _PresetTable(name, runs, _judge_runs(folder, [name], runs)[name], "")
+    scored = ScoredRuns(folder, name, runs, stored)
     return {
         group: {
-            str(tracker): _overall(table.preset, rows[rows["sequence"].isin(members)], table.judged)
-            for tracker, rows in table.runs.groupby("tracker", sort=False)
-            if tracker in table.together
+            str(tracker): scored.overall(rows[rows["sequence"].isin(members)])
+            for tracker, rows in scored.runs.groupby("tracker", sort=False)
+            if tracker in scored.together
         }
         for group, members in groups.items()
     }
@@ -218,14 +196,13 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
     """
     if row["status"] != "finished" or row["protocol"] == TIMING:
         return dict.fromkeys(names)
-    scores_by_preset: dict[str, Any] = {}
-    for name, results in _judge_runs(folder, names, pd.DataFrame([dict(row)])).items():
-        run = results[0]
-        scores_by_preset[name] = (
-            {key: value if isfinite(value) else None for key, value in run.scores.items()}
-            if isinstance(run, PresetResult)
-            else None
-        )
+    scores_by_preset: dict[str, Any] = dict.fromkeys(names)
+    for name in names:
+        run = _judge_runs(folder, name, pd.DataFrame([dict(row)]))[0]
+        if isinstance(run, PresetResult):
+            scores_by_preset[name] = {
+                key: value if isfinite(value) else None for key, value in run.scores.items()
+            }
     return scores_by_preset
 
 
@@ -253,22 +230,20 @@ def _means_only(table: Table) -> Table:
     return replace(table, rows=rows) if rows else table
 
 
-def _judge_runs(
-    folder: Path, names: Sequence[str], runs: pd.DataFrame
-) -> dict[str, dict[int, ScoredRun]]:
-    """Score finished and failed runs by presets; return results by preset and row.
+def _judge_runs(folder: Path, name: str, runs: pd.DataFrame) -> dict[int, ScoredRun]:
+    """Score finished and failed runs by a preset; return results by row.
 
     Failed runs have the worst scores. Trackers whose runs all failed are omitted.
     """
     results, truth = Results(folder), cache(partial(read_truth, folder))
-    scored: dict[str, dict[int, ScoredRun]] = {name: {} for name in names}
     left_out = runs["tracker"].isin(failed_runs(runs).left_out)
     ended = runs[runs["status"].isin(["finished", "failed"]) & ~left_out]
-    for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True):
-        run = results.read(run_key(row))
-        for name in names:
-            scored[name][number] = _judge_run(run, truth(row["sequence"], row["fingerprint"]), name)
-    return scored
+    return {
+        number: _judge_run(
+            results.read(run_key(row)), truth(row["sequence"], row["fingerprint"]), name
+        )
+        for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True)
+    }
 
 
 def _judge_run(run: Run, truth: StoredTruth, name: str) -> ScoredRun:
@@ -292,12 +267,20 @@ def _scores(scored: Mapping[int, ScoredRun], columns: list[str]) -> pd.DataFrame
     return pd.DataFrame.from_dict(scores, "index", columns=columns)
 
 
-class _PresetTable:
-    """Scores of runs by one protocol and one preset, and their table."""
+class ScoredRuns:
+    """Runs by one protocol with their scores by one preset.
+
+    `runs`: as `load_runs` returns them. `stored`: stored name of the protocol. `title`: start of
+    the caption.
+    """
 
     def __init__(
-        self, name: str, runs: pd.DataFrame, scored: Mapping[int, ScoredRun], title: str
+        self, folder: Path, name: str, runs: pd.DataFrame, stored: str, title: str = ""
     ) -> None:
+        runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
+        runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+        scored = _judge_runs(folder, name, runs)
+        self.stored = stored
         self.name, self.title, self.preset = name, title, metrics_preset(name)
         self.judged = {row: run for row, run in scored.items() if isinstance(run, PresetResult)}
         self.refused = {row: run for row, run in scored.items() if isinstance(run, str)}
@@ -309,19 +292,28 @@ class _PresetTable:
         names = [*self.preset.columns, *(measure.name for measure in late)]
         self.runs = labels.join(_scores(scored, names))
         self.together = {
-            str(tracker): _overall(self.preset, rows, self.judged)
+            str(tracker): self.overall(rows)
             for tracker, rows in self.runs.groupby("tracker", sort=False)
             if counted(rows, self.measures[0].name).all()
         }
 
-    def scored(self, prefix: str) -> PresetScores:
-        """Return the table and the curves; the name of the table starts with `prefix`."""
+    def overall(self, rows: pd.DataFrame) -> PresetResult:
+        """Combine the runs of a tracker."""
+        by_sequence = [
+            [self.judged[row] for row in sequence_rows.index if row in self.judged]
+            for _, sequence_rows in rows.groupby("sequence", sort=False)
+        ]
+        return self.preset.overall(by_sequence)
+
+    def report(self) -> PresetScores:
+        """Return the table and the curves."""
         table = sequence_table(self.runs, self.measures, self.title, self.name)
         if len(self.runs["sequence"].unique()) > 1:
             table = self._with_means(table)
         reasons = dict.fromkeys(f"{NOT_SCORED}: {why}" for why in self.refused.values())
         notes = list(reasons)[:_MAX_NOTES]
-        table = replace(table, name=f"{prefix}metrics-{self.name}", notes=[*table.notes, *notes])
+        name = f"{table_prefix(self.stored)}metrics-{self.name}"
+        table = replace(table, name=name, notes=[*table.notes, *notes])
         if notes and not self.judged:  # the table would have no scores
             caption = f"{self.title}; metrics preset {self.name}: nothing scored."
             table = replace(table, rows=[], caption=caption, notes=notes)
@@ -377,17 +369,6 @@ class _PresetTable:
             for tracker, run in self.together.items()
         ).assign(status="finished", failure="")
         return sequence_table(frame, self.measures, "", self.name)
-
-
-def _overall(
-    preset: Preset, rows: pd.DataFrame, judged: Mapping[int, PresetResult]
-) -> PresetResult:
-    """Combine the runs of a tracker."""
-    by_sequence = [
-        [judged[row] for row in sequence_rows.index if row in judged]
-        for _, sequence_rows in rows.groupby("sequence", sort=False)
-    ]
-    return preset.overall(by_sequence)
 
 
 def measures_of(preset: str) -> list[ScoreMeasure]:

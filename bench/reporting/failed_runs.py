@@ -8,7 +8,6 @@ have no upper bound: they are those of a tracker that fails as often as possible
 are 0. Times have no worst value and stay missing.
 """
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import hypot, isfinite, nan
@@ -52,13 +51,11 @@ def failed_runs(runs: pd.DataFrame, counted: str = "the worst score") -> FailedR
     return FailedRuns(notes, [tracker for tracker in notes if tracker not in succeeded])
 
 
-def with_worst_scores(
-    folder: Path, runs: pd.DataFrame, presets: Sequence[str] = ("native",)
-) -> pd.DataFrame:
-    """Return runs with the worst scores of metrics presets in failed rows.
+def with_worst_scores(folder: Path, runs: pd.DataFrame, preset: str = "native") -> pd.DataFrame:
+    """Return runs with the worst scores of a metrics preset in failed rows.
 
-    The status stays `failed`. Timing runs, runs of trackers whose runs all failed, and runs that a
-    preset cannot score are unchanged. `runs`: as `load_runs` or `runs_by` return them; their
+    The status stays `failed`. Timing runs, runs of trackers whose runs all failed, and runs that
+    the preset cannot score are unchanged. `runs`: as `load_runs` or `runs_by` return them; their
     ground truth is read from the results `folder`. Raises `ResultsError` if a file is missing or
     damaged.
     """
@@ -72,9 +69,8 @@ def with_worst_scores(
         run = results.read(run_key(row))
         truth = read_truth(folder, row["sequence"], row["fingerprint"])
         scores: dict[str, float] = {}
-        for name in presets:
-            with suppress(ValueError):  # the preset cannot score such runs
-                scores |= judge_failed(run, truth, name).scores
+        with suppress(ValueError):  # the preset cannot score such runs
+            scores |= judge_failed(run, truth, preset).scores
         masks = runs.filter(regex="region|contour")[runs["tracker"] == row["tracker"]]
         scores |= dict.fromkeys(masks.columns[masks.notna().any()], 0.0)
         for column, value in scores.items():

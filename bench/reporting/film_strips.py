@@ -1,7 +1,6 @@
 """Film strips of stored results, and the boxes of all trackers on a sequence."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,23 +33,17 @@ def write_strips(
 ) -> list[Path]:
     """Draw a film strip of each sequence with the boxes of trackers; return the files.
 
-    `trackers`: trackers in the order of their colours. `on_message`: called with a message on each
-    sequence that cannot be drawn.
+    `trackers`: all trackers in the order of their colours. `on_message`: called with a message on
+    each sequence that cannot be drawn.
     """
     rows = {str(row["sequence"]): row for row in list_scored_runs(Results(experiment))}
-    stored = [
-        (row, replace(run, arrays={}), truth)  # masks of all runs may not fit into memory
-        for row, run, truth in one_pass_runs(experiment)
-    ]
-    shades = colours(list(dict.fromkeys([*trackers, *(row["tracker"] for row, *_ in stored)])))
-    files, paths = file_names(rows), list[Path]()
+    shades, files, paths = colours(trackers), file_names(rows), list[Path]()
     for name in sorted(rows):
         sequence = open_sequence(rows[name])
         if isinstance(sequence, str):
-            source = rows[name]["source"]
-            on_message(f"{name}: no film strip. {source} is missing or has changed since the run.")
+            on_message(f"no film strip: {sequence}")
             continue
-        runs = [entry for entry in stored if entry[0]["sequence"] == name]
+        runs = list(one_pass_runs(experiment, sequence=name))
         boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}
         for tracker, run in _select_repetition(runs, 0).items():
             label = _label(tracker, run, "online")

@@ -80,19 +80,15 @@ def interval_ends(
     return low, high
 
 
-def share_interval(successes: ArrayLike, trials: ArrayLike, confidence: float = 0.95) -> Interval:
-    """Return the exact binomial (Clopper-Pearson) interval of a share of units.
+def share_interval(successes: int, n: int, confidence: float = 0.95) -> Interval:
+    """Return the exact binomial (Clopper-Pearson) interval of a share of n units.
 
-    A unit with several runs is one success if more than half of its runs succeed, because runs on
-    one unit are dependent. `successes`, `trials`: counts per unit, shape (n,), trials above 0.
-
-    >>> print("{:.3f} {:.3f}".format(*share_interval([1] * 19 + [0], [1] * 20)))
+    >>> print("{:.3f} {:.3f}".format(*share_interval(19, 20)))
     0.751 0.999
     """
-    good = int((2 * np.asarray(successes) > np.asarray(trials)).sum())
-    n, tail = len(np.asarray(trials)), (1 - confidence) / 2
     from scipy.special import betaincinv  # imported here for the same reason as `stdtrit`
 
-    low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
-    high = float(betaincinv(good + 1, n - good, 1 - tail)) if good < n else 1.0
+    tail = (1 - confidence) / 2
+    low = float(betaincinv(successes, n - successes + 1, tail)) if successes else 0.0
+    high = float(betaincinv(successes + 1, n - successes, 1 - tail)) if successes < n else 1.0
     return Interval(low, high)

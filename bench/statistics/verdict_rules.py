@@ -2,14 +2,14 @@
 
     order(differences)               "A is better than B"; differences are A - B.
     no_worse(differences)            "A is as good as B, or better".
-    share(successes, trials, limit)  "X happens in most scenes"; counts per scene.
+    share(succeeded, limit)          "X happens in most scenes".
     time(longer, shorter, factor)    "A takes longer than B by a factor"; times of pairs.
-    number(values, published)        A published number next to ours; never judged.
+    number(values)                   Our value of a published number; never judged.
     conjunction(parts)               A claim with several parts, all of which must hold.
 
 Each verdict follows from its printed interval (`rules`). Differences and margins have the same
-unit. With `comparisons` = m the level of the interval is 1 - 0.05 / m. With enough scenes a rule
-decides, unless the true value equals the limit (margin, share, factor).
+unit. With enough scenes a rule decides, unless the true value equals the limit (margin, share,
+factor).
 """
 
 from collections.abc import Callable, Mapping
@@ -59,7 +59,7 @@ class Verdict:
         if isnan(self.statistic):
             return ""
         estimate = f"{self.estimate_name}: {self._numbers}" if self.estimate_name else self._numbers
-        counted = self.counted if self.cells == 1 else plural(self.counted)
+        counted = self.counted if self.cells == 1 else f"{self.counted}s"
         return f"{' '.join(filter(None, [estimate, self.unit]))}, {self.cells} {counted}"
 
     @property
@@ -88,31 +88,19 @@ def inconclusive(reason: str) -> Verdict:
     return Verdict("inconclusive", reason=reason)
 
 
-def plural(counted: str) -> str:
-    """Return the plural of a unit of repetition."""
-    return f"{counted}s" if not counted.endswith("x") else f"{counted}es"
-
-
-def order(
-    differences: ArrayLike,
-    margin: float = CLAIM_MARGIN,
-    comparisons: int = 1,
-    *,
-    limit: float = inf,
-    counted: str = "scene",
-) -> Verdict:
+def order(differences: ArrayLike, margin: float = CLAIM_MARGIN, *, limit: float = inf) -> Verdict:
     """Judge "A is better than B".
 
     The claim holds if `rules.decide` returns better, and does not if it returns worse or
-    equivalent. `differences`: A - B by scene, shape (n,), positive if A is better. `counted`: name
-    of a unit in the reason, in the singular. For the other arguments see `rules.decide`.
+    equivalent. `differences`: A - B by scene, shape (n,), positive if A is better. For the other
+    arguments see `rules.decide`.
     """
     values = _finite(differences)
-    n, units = len(values), plural(counted)
-    decision = decide(values, margin, comparisons, limit=limit, unit=units)
+    n = len(values)
+    decision = decide(values, margin, limit=limit, unit="scenes")
     verdict: Outcome = "does not hold"
     if n < MIN_SCENES:
-        verdict, reason = "inconclusive", too_few(n, MIN_SCENES, units)
+        verdict, reason = "inconclusive", too_few(n, MIN_SCENES, "scenes")
     elif decision.label == "better":
         verdict, reason = "holds", "interval above 0"
     elif decision.label == "worse":
@@ -121,9 +109,7 @@ def order(
         reason = f"interval inside ±{margin:g}: too small to matter"
     else:
         verdict, reason = "inconclusive", decision.reason
-    return Verdict(
-        verdict, decision.mean, decision.interval or NO_INTERVAL, n, reason, counted=counted
-    )
+    return Verdict(verdict, decision.mean, decision.interval or NO_INTERVAL, n, reason)
 
 
 def no_worse(
@@ -132,133 +118,99 @@ def no_worse(
     comparisons: int = 1,
     *,
     limit: float = inf,
-    counted: str = "scene",
 ) -> Verdict:
     """Judge "A is as good as B, or better".
 
     The claim holds if the interval is above 0, or above -margin with at least 30 scenes. It does
-    not hold if the interval is below -margin. Parameters: see `order`.
+    not hold if the interval is below -margin. The level of the interval is 1 - 0.05 /
+    `comparisons`. Other parameters: see `order`.
     """
     values = _finite(differences)
-    n, units = len(values), plural(counted)
+    n = len(values)
     mean = _mean(values)
     interval = interval_or_none(values, comparisons, -limit, limit) or NO_INTERVAL
     verdict: Outcome = "inconclusive"
     if n < MIN_SCENES:
-        reason = too_few(n, MIN_SCENES, units)
+        reason = too_few(n, MIN_SCENES, "scenes")
     elif interval.high < -margin:
         verdict, reason = "does not hold", f"worse by more than {margin:g}"
     elif interval.low <= -margin:
         shifted = Interval(interval.low + margin, interval.high + margin)
         needed = units_needed(mean + margin, shifted, n, 0.0)
         needed = max(needed, MIN_UNITS_FOR_SMALL) if mean > -margin else needed
-        reason = f"interval contains the limit {-margin:g}; {approximate(needed)} {units} needed"
+        reason = f"interval contains the limit {-margin:g}; {approximate(needed)} scenes needed"
     elif n >= MIN_UNITS_FOR_SMALL or interval.low > 0:
         verdict, reason = "holds", f"not worse by more than {margin:g}"
     else:
         where = f"inside ±{margin:g}" if interval.inside(margin) else f"above {-margin:g}"
-        reason = f"{where}, but {too_few(n, MIN_UNITS_FOR_SMALL, units)}"
-    return Verdict(verdict, mean, interval, n, reason, counted=counted)
+        reason = f"{where}, but {too_few(n, MIN_UNITS_FOR_SMALL, 'scenes')}"
+    return Verdict(verdict, mean, interval, n, reason)
 
 
-def share(
-    successes: ArrayLike,
-    trials: ArrayLike,
-    limit: float = SHARE_LIMIT,
-    comparisons: int = 1,
-    *,
-    counted: str = "scene",
-) -> Verdict:
-    """Judge whether the share of successful scenes is above a limit.
+def share(succeeded: ArrayLike, limit: float = SHARE_LIMIT) -> Verdict:
+    """Judge whether the share of successful scenes is above a limit in [0, 1].
 
-    A scene is a success if more than half of its trials are. Both counts have shape (n,); trials
-    are above 0. The claim holds if the interval of the share (`share_interval`) is above the limit
-    in [0, 1], and does not if it is below. Other parameters: see `order`.
+    The claim holds if the interval of the share (`share_interval`) is above the limit, and does not
+    if it is below. `succeeded`: whether most runs on a scene succeed, shape (n,).
     """
-    successful, counts = _finite(successes), _finite(trials)
-    if (
-        successful.shape != counts.shape
-        or (counts <= 0).any()
-        or (successful < 0).any()
-        or (successful > counts).any()
-    ):
-        raise ValueError("Expected: trials above 0 and successes from 0 to trials in each scene.")
-    n = len(successful)
-    value, interval = _mean(2 * successful > counts), NO_INTERVAL
+    successes = np.asarray(succeeded, np.bool_)
+    n, value, interval = len(successes), _mean(successes), NO_INTERVAL
     if n >= MIN_UNITS:
-        interval = share_interval(successful, counts, corrected_level(comparisons))
-    return _beyond_limit(value, interval, n, limit, counted)
+        interval = share_interval(int(successes.sum()), n)
+    return _beyond_limit(value, interval, n, limit, "scene", MIN_SCENES)
 
 
-def time(
-    longer: ArrayLike,
-    shorter: ArrayLike,
-    factor: float = 1.0,
-    comparisons: int = 1,
-    *,
-    counted: str = "pair",
-) -> Verdict:
+def time(longer: ArrayLike, shorter: ArrayLike, factor: float = 1.0) -> Verdict:
     """Judge whether A takes longer than B by more than a factor above 0.
 
     The claim holds if the interval of the geometric mean of the ratios is above the factor, and
     does not if it is below. Times have shape (n,), are above 0 and have the same unit. The times of
-    a pair are measured one after the other. Other parameters: see `order`.
+    a pair are measured one after the other.
     """
     over, under = _finite(longer), _finite(shorter)
     if over.shape != under.shape or (over <= 0).any() or (under <= 0).any():
         raise ValueError("Expected: pairs of times above 0.")
     ratios = np.log(over / under)
-    low, high = interval_or_none(ratios, comparisons) or NO_INTERVAL
+    low, high = interval_or_none(ratios) or NO_INTERVAL
     value, interval = exp(_mean(ratios)), Interval(exp(low), exp(high))
-    verdict = _beyond_limit(value, interval, len(ratios), factor, counted, MIN_UNITS, log)
+    verdict = _beyond_limit(value, interval, len(ratios), factor, "pair", MIN_UNITS, log)
     return replace(verdict, unit="times as long")
 
 
-def number(
-    values: ArrayLike,
-    published: float | None = None,
-    *,
-    most: float | None = None,
-    counted: str = "scene",
-) -> Verdict:
-    """Report a published number next to ours without judging: they come from different videos.
+def number(values: ArrayLike) -> Verdict:
+    """Report our value of a published number without judging: they come from different videos.
 
-    `values`: our numbers, one per scene, shape (n,). `most`: largest possible value of a number
-    that cannot be negative, for example 1 for a share.
+    `values`: our numbers, one per scene, shape (n,).
     """
     numbers = _finite(values)
-    least, greatest = (-inf, inf) if most is None else (0.0, most)
-    interval = interval_or_none(numbers, 1, least, greatest) or NO_INTERVAL
-    paper = "" if published is None else f"the paper's number is {published:.3g}; "
-    reason = f"{paper}numbers from different videos are printed, not judged"
-    n = len(numbers)
-    return Verdict("not testable", _mean(numbers), interval, n, reason, counted=counted)
+    interval = interval_or_none(numbers) or NO_INTERVAL
+    reason = "numbers from different videos are printed, not judged"
+    return Verdict("not testable", _mean(numbers), interval, len(numbers), reason)
 
 
-def conjunction(parts: Mapping[str, Judge], comparisons: int = 1) -> Verdict:
+def conjunction(parts: Mapping[str, Judge]) -> Verdict:
     """Judge a claim with k parts, all of which must hold.
 
     The claim holds if all parts hold at 95 %. This needs no correction, because a false claim has
     at least one false part. It does not hold if one part does not hold by its interval at level 1 -
     0.05 / k, because each part can fail by chance. The result contains the numbers of the first
-    failing part, else of the first inconclusive part, else of the first part. `comparisons`: number
-    of parts of the enclosing claim.
+    failing part, else of the first inconclusive part, else of the first part.
     """
-    tests = comparisons * len(parts)
+    k = len(parts)
     verdicts = {name: judge(1) for name, judge in parts.items()}
     for name, verdict in verdicts.items():
-        if verdict.verdict == "does not hold" and tests > 1:
-            verdicts[name] = parts[name](tests)
+        if verdict.verdict == "does not hold":
+            verdicts[name] = parts[name](k)
     failing = [name for name, part in verdicts.items() if part.verdict == "does not hold"]
     open_parts = [name for name, part in verdicts.items() if part.verdict != "holds"]
     name = (failing or open_parts or [*verdicts])[0]
     decides = replace(verdicts[name], estimate_name=name)
     if failing:
-        level = f"; interval at {100 * corrected_level(tests):.3g} %" if tests > 1 else ""
-        return replace(decides, reason=f"part {name}: {decides.reason}{level}")
+        level = f"interval at {100 * corrected_level(k):.3g} %"
+        return replace(decides, reason=f"part {name}: {decides.reason}; {level}")
     if open_parts:
         return replace(decides, verdict="inconclusive", reason=f"part {name}: {decides.reason}")
-    return replace(decides, reason=f"all {len(parts)} parts hold")
+    return replace(decides, reason=f"all {k} parts hold")
 
 
 def _beyond_limit(
@@ -267,7 +219,7 @@ def _beyond_limit(
     n: int,
     limit: float,
     counted: str,
-    least: int = MIN_SCENES,
+    least: int,
     scale: Callable[[float], float] = float,
 ) -> Verdict:
     """Judge whether the interval of at least `least` units is above a limit.
@@ -277,7 +229,7 @@ def _beyond_limit(
     """
     verdict: Outcome = "inconclusive"
     if n < least:
-        reason = too_few(n, least, plural(counted))
+        reason = too_few(n, least, f"{counted}s")
     elif interval.low > limit:
         verdict, reason = "holds", f"interval above {limit:g}"
     elif interval.high < limit:
@@ -286,7 +238,7 @@ def _beyond_limit(
         middle = scale(limit)
         shifted = Interval(scale(interval.low) - middle, scale(interval.high) - middle)
         needed = approximate(units_needed(scale(value) - middle, shifted, n, 0.0))
-        reason = f"interval contains the limit {limit:g}; {needed} {plural(counted)} needed"
+        reason = f"interval contains the limit {limit:g}; {needed} {counted}s needed"
     return Verdict(verdict, value, interval, n, reason, counted=counted)
 
 

@@ -15,7 +15,7 @@ from trackmark.bench.evaluation.scoring import can_score, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, run_key
+from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results, sort_key
 from trackmark.bench.store.truth import read_truth
 
@@ -77,14 +77,7 @@ def list_scored_runs(
                 _warn(str(error))
                 del rows[number]
                 continue
-            stored_truth = truth(row["sequence"], row["fingerprint"])
-            try:
-                row["scores"] = _scores(run, stored_truth)
-            except ValueError as error:
-                raise ResultsError(
-                    f"{results.folder / DATABASE}: {run} is damaged ({error}). Remove the run "
-                    "(`trackmark results remove`) and run the same command again."
-                ) from error
+            row["scores"] = _scores(run, truth(row["sequence"], row["fingerprint"]))
             scored.append(row)
             progress(done, len(unscored))
         with suppress(ResultsError):  # in a read-only folder, every reader computes the scores

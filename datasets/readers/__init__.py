@@ -50,17 +50,15 @@ class Reader(Protocol):
     ----------
     EXPECTS : str
         Layout on disk, for messages.
-    GENERAL : bool
-        Whether the layout is general, so that all other readers have priority.
-    MARKS : tuple of str
+    GENERAL : bool, optional
+        True if the layout is general, so that all other readers have priority.
+    MARKS : tuple of str, optional
         Glob patterns of files and folders that only this format has in a sequence's folder. A
         pattern of folders ends with `/`; `NAME` stands for the name of the sequence's folder. A
         folder with a match that no reader recognises is an incomplete sequence.
     """
 
     EXPECTS: str
-    GENERAL: bool
-    MARKS: tuple[str, ...]
 
     def recognises(self, path: Path) -> bool:
         """Return whether the path has this format, without reading an image."""
@@ -210,7 +208,7 @@ def _marks(path: Path, reader: Reader) -> list[str]:
     """Return the entries of a folder that match a mark of a reader; folders end with `/`."""
     matches = [
         (entry, mark.endswith("/"))
-        for mark in reader.MARKS
+        for mark in getattr(reader, "MARKS", ())
         for entry in path.glob(mark.replace("NAME", escape(path.name)))
     ]
     return [
@@ -369,7 +367,7 @@ def _named_errors(path: Path) -> Iterator[None]:
 def _readers() -> tuple[Reader, ...]:
     """Return all readers; those for general formats are last."""
     modules = [cast(Reader, importlib.import_module(f"{__name__}.{stem}")) for stem in _stems()]
-    return tuple(sorted(modules, key=lambda reader: reader.GENERAL))
+    return tuple(sorted(modules, key=lambda reader: getattr(reader, "GENERAL", False)))
 
 
 def _stems() -> list[str]:

@@ -19,21 +19,14 @@ from PIL import Image
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, decoding
 from trackmark.datasets.file_digest import file_digests
-from trackmark.datasets.image_files import (
-    image_files,
-    image_size,
-    numbered_images,
-    size_of_first,
-)
-from trackmark.datasets.interface import Mask, Sequence, SequenceError
+from trackmark.datasets.image_files import image_files, image_size, numbered_images, size_of_first
+from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, MASKS = "JPEGImages", "Annotations"
 USUAL_RESOLUTION = "480p"
 EXPECTS = f"a folder {IMAGES}/RESOLUTION/NAME with {MASKS}/RESOLUTION/NAME (DAVIS)"
-GENERAL = False
-MARKS: tuple[str, ...] = ()
 CITATION = (
     "Perazzi et al., A benchmark dataset and evaluation methodology for video object segmentation, "
     "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
@@ -100,7 +93,7 @@ class _Object:
 
     files: list[Path]  # mask files, one per frame
     value: int
-    boxes: NDArray[np.float64]  # (n, 4): tight bounding boxes; NaN if the object has no pixel
+    boxes: Array  # (n, 4): tight bounding boxes; NaN if the object has no pixel
 
     def mask(self, frame: int) -> Mask:
         """Return the pixels of the object in a frame."""
@@ -110,7 +103,7 @@ class _Object:
 def _read_objects(images: list[Path], masks: list[Path]) -> dict[str, _Object]:
     """Read all masks and return the objects by number, sorted."""
     width, height = size_of_first(images)
-    boxes: dict[int, NDArray[np.float64]] = {}
+    boxes: dict[int, Array] = {}
     for frame, file in enumerate(masks):
         values = _read_values(file)
         if values.shape != (height, width):

@@ -30,7 +30,6 @@ from trackmark.datasets.truth_file import GroundTruth
 TRUTH, FIELDS, COVER = "groundtruth.txt", "meta_info.ini", "cover.label"
 FLAGS = ("absence", "cut_by_image")
 EXPECTS = f"a folder of images with {TRUTH} and {FIELDS} or {COVER} (GOT-10k)"
-GENERAL = False
 MARKS = (TRUTH, FIELDS, COVER, *(f"{flag}.label" for flag in FLAGS))
 CITATION = (
     "Huang, Zhao, Huang, GOT-10k: a large high-diversity benchmark for generic object tracking in "

@@ -18,7 +18,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FLAGS = "groundtruth.txt", ("full_occlusion", "out_of_view")
 EXPECTS = f"a folder with img/ and {TRUTH} (LaSOT)"
-GENERAL = False
 MARKS = ("img/", TRUTH, *(f"{flag}.txt" for flag in FLAGS))
 CITATION = (
     "Fan et al., LaSOT: a high-quality benchmark for large-scale single object tracking, CVPR 2019"

@@ -11,19 +11,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
-from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.number_files import field_fps, field_path, read_fields, read_rows
 from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
 EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"
-GENERAL = False
 MARKS = (f"{IMAGES}/", str(TRUTH), FIELDS)
 CITATION = "Milan et al., MOT16: a benchmark for multi-object tracking, arXiv:1603.00831"
 
@@ -80,7 +78,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     )
 
 
-def _read_targets(source: Path) -> dict[str, NDArray[np.float64]]:
+def _read_targets(source: Path) -> dict[str, Array]:
     """Return the rows of each target with the flag `counts`, sorted by frame."""
     rows = read_rows(source, {_WITH_VISIBILITY, _WITH_WORLD}, _ROW, "a row of MOTChallenge")
     keys = rows[:, :2]
@@ -109,6 +107,6 @@ def _read_targets(source: Path) -> dict[str, NDArray[np.float64]]:
     return dict(zip(map(str, numbers), np.split(selected, starts[1:]), strict=True))
 
 
-def _longest(targets: Mapping[str, NDArray[np.float64]]) -> str:
+def _longest(targets: Mapping[str, Array]) -> str:
     """Return the number of the target in most frames; of equal targets, the lowest number."""
     return max(targets, key=lambda number: len(targets[number]))

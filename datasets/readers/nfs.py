@@ -13,19 +13,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
-from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.number_files import as_boxes, check_line, numbers
 from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 RATES = ("30", "240")
 EXPECTS = "a folder NAME/30 or NAME/240 with NAME/ and NAME.txt (NfS)"
-GENERAL = False
 MARKS = tuple(f"{rate}/NAME{end}" for rate in RATES for end in ("/", ".txt"))
 CITATION = (
     "Kiani Galoogahi et al., Need for speed: a benchmark for higher frame rate object tracking, "
@@ -71,7 +69,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     )
 
 
-def _rows(source: Path) -> NDArray[np.float64]:
+def _rows(source: Path) -> Array:
     """Return the numbers of all rows, shape (n, 9), without the name at the end of a row."""
     rows: list[list[float]] = []
     for number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):

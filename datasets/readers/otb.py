@@ -21,7 +21,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, N_TLP_COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"
-GENERAL = False
 MARKS = ("img/", "groundtruth_rect*.txt")
 CITATION = "Wu, Lim, Yang, Object tracking benchmark, IEEE TPAMI 37(9), 2015"
 

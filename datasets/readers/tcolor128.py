@@ -16,7 +16,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, RANGE = "_gt.txt", "_frames.txt"
 EXPECTS = f"a folder with img/, NAME{TRUTH} and NAME{RANGE} (TColor-128)"
-GENERAL = False
 MARKS = ("img/", f"NAME{TRUTH}", f"NAME{RANGE}")
 CITATION = (
     "Liang, Blasch, Ling, Encoding color information for visual tracking: algorithms and "

@@ -18,7 +18,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, N_COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and a {TRUTH} of {N_COLUMNS} columns (TLP)"
-GENERAL = False
 MARKS = ("img/", TRUTH)
 CITATION = "Moudgil, Gandhi, Long-term visual object tracking benchmark, ACCV 2018"
 

@@ -18,8 +18,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, TRUTHS = "frames", "anno"
 EXPECTS = f"a folder {IMAGES}/NAME with {TRUTHS}/NAME.txt (TrackingNet)"
-GENERAL = False
-MARKS: tuple[str, ...] = ()
 CITATION = (
     "Müller et al., TrackingNet: a large-scale dataset and benchmark for object tracking in the "
     "wild, ECCV 2018"

@@ -18,8 +18,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, TRUTHS = Path("data_seq/UAV123"), ("anno/UAV123", "anno/UAV20L")
 EXPECTS = f"a name of {TRUTHS[0]}/NAME.txt in a folder with {IMAGES} (UAV123)"
-GENERAL = False
-MARKS: tuple[str, ...] = ()
 CITATION = "Müller, Smith, Ghanem, A benchmark and simulator for UAV tracking, ECCV 2016"
 
 # first and last image of each part of a folder: bird1_1, bird1_2, …

@@ -11,8 +11,6 @@ EXPECTS = (
     f"a video file ({', '.join(SUFFIXES)}), with a .csv file of the same name or a given "
     "ground-truth file"
 )
-GENERAL = False
-MARKS: tuple[str, ...] = ()
 
 
 def recognises(path: Path) -> bool:

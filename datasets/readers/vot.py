@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, quote
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import image_files, numbered_images, size_of_first
-from trackmark.datasets.interface import Mask, Sequence, SequenceError
+from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.number_files import (
     check_line,
     check_row_count,
@@ -41,7 +40,6 @@ from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
-GENERAL = False
 MARKS = ("color/", FIELDS, TRUTH, f"{OBJECT}*.txt")
 CITATION = (
     "Kristan et al., A novel performance evaluation methodology for single-target trackers, "
@@ -122,9 +120,9 @@ def _truth_files(path: Path) -> dict[str, Path]:
 class _Regions:
     """Ground truth of all frames."""
 
-    boxes: NDArray[np.float64]  # (n, 4); NaN if the target is absent
+    boxes: Array  # (n, 4); NaN if the target is absent
     # polygon or mask by frame; a frame with a box has none
-    shapes: Mapping[int, NDArray[np.float64] | EncodedMask]
+    shapes: Mapping[int, Array | EncodedMask]
     size: tuple[int, int]  # width and height of the images; (0, 0) if there is no mask
 
     def mask(self, frame: int) -> Mask | None:
@@ -140,7 +138,7 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
     if any(line.lstrip().startswith("m") for line in lines):
         size = size_of_first(images)
     boxes = np.full((len(lines), 4), np.nan)
-    shapes: dict[int, NDArray[np.float64] | EncodedMask] = {}
+    shapes: dict[int, Array | EncodedMask] = {}
     for frame, line in enumerate(lines):
         check_line(line, frame + 1, path)
         try:
@@ -210,7 +208,7 @@ def _image_folder(path: Path, fields: Mapping[str, str]) -> Path:
     return path / "color" if (path / "color").is_dir() else path
 
 
-def _read_values(path: Path, n: int) -> NDArray[np.float64]:
+def _read_values(path: Path, n: int) -> Array:
     """Read one number per frame; missing numbers at the end are 0, as in the VOT toolkit."""
     rows = read_rows(path, {1}, "one number", "a value")[:n, 0]
     return np.pad(rows, (0, n - len(rows)))

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
+from trackmark.datasets.synthetic.parameters import SceneParameters
 
 
 @dataclass(frozen=True)
@@ -18,12 +19,12 @@ class SceneTruth:
 
     # shape (n, 4) [pixels]: usually around the whole silhouette at mid-exposure, including occluded
     # parts; NaN while the target is outside the image
-    boxes: NDArray[np.float64]
+    boxes: Array
     # shape (n,): fraction of the silhouette that is inside the image and not occluded, in [0, 1]
-    visibility: NDArray[np.float64]
+    visibility: Array
     attributes: Mapping[str, NDArray[np.bool_]]  # shape (n,): flags of frames, by name
     # further ground-truth boxes by name, in the format of `boxes`
-    regions: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    regions: Mapping[str, Array] = field(default_factory=dict)
 
 
 class SyntheticScene(ABC):
@@ -54,6 +55,21 @@ class SyntheticScene(ABC):
 
     def __getitem__(self, frame: int) -> Image:
         return self.render(frame)
+
+
+class SeededScene(SyntheticScene):
+    """Scene whose only parameter is its seed.
+
+    `label` is the start of the names of its random generators.
+    """
+
+    label: str
+
+    def __init__(self, parameters: SceneParameters) -> None:
+        self._seed = parameters.scene
+
+    def _random(self, part: str) -> Generator:
+        return part_generator(self._seed, f"{self.label} {part}")
 
 
 def part_generator(seed: int, part: str) -> Generator:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from trackmark.datasets.interface import Sequence, Summary
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
@@ -16,22 +16,9 @@ from trackmark.datasets.synthetic.parameters import SequenceParameters
 from trackmark.datasets.versioning import find_version
 
 if TYPE_CHECKING:
-    from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene
+    from trackmark.datasets.synthetic.scene import SyntheticScene
 
 FOLDER = Path(__file__).parent
-
-
-class SceneModule(Protocol):
-    """Interface of a module that renders scenes."""
-
-    __file__: str
-
-    def scene(self, parameters: Any, *which: Any) -> "SyntheticScene":
-        """Return the scene, which gives the ground truth and renders frames on request.
-
-        `which` is `SequenceEntry.which`.
-        """
-        ...
 
 
 @dataclass(frozen=True)
@@ -40,20 +27,24 @@ class SequenceEntry:
 
     name: str  # full name, `suite/sequence`
     parameters: type[SequenceParameters]  # parameters of the sequence
-    # dotted name of a `SceneModule`, which is imported only to open a sequence: it imports Numba
-    module: str
+    # `module:name` of the scene's class, or of a function that returns the scene. The module is
+    # imported only to open a sequence, because it imports Numba.
+    renderer: str
     length: int  # number of frames for default parameters
     size: tuple[int, int]  # width and height of the images for default parameters [pixels]
-    # further arguments of `SceneModule.scene` that select this sequence
+    # further arguments of `renderer` that select this sequence
     which: tuple[Any, ...] = ()
 
-    def opened(self, options: Mapping[str, str]) -> tuple[SequenceParameters, SceneModule]:
-        """Return the checked parameters and the scene module.
+    @property
+    def module(self) -> str:
+        """Dotted name of the scene's module."""
+        return self.renderer.partition(":")[0]
 
-        Raises `SequenceError` for an unknown parameter or a value outside its bounds.
-        """
-        parameters = self.parameters.checked(self.name, options)
-        return parameters, cast(SceneModule, importlib.import_module(self.module))
+    def create(self, parameters: SequenceParameters) -> "SyntheticScene":
+        """Return a new scene, which gives the ground truth and renders frames on request."""
+        name = self.renderer.partition(":")[2]
+        renderer = getattr(importlib.import_module(self.module), name)
+        return cast("SyntheticScene", renderer(parameters, *self.which))
 
 
 class SyntheticSuite:
@@ -67,7 +58,8 @@ class SyntheticSuite:
         self.entries = {entry.name: entry for entry in entries}
         self.golden = folder / "golden.json"
         # A command loads a sequence several times; computing the ground truth can take a second.
-        self._truth = lru_cache(maxsize=1024)(self._true)
+        self._truth = lru_cache(maxsize=1024)(lambda *key: self._scene(*key).truth())
+        self._scene = lru_cache(maxsize=4)(lambda name, values: self.entries[name].create(values))
 
     def names(self) -> list[str]:
         """Return the names of the sequences, without options."""
@@ -109,8 +101,8 @@ class SyntheticSuite:
         Raises `SequenceError` for an unknown parameter or a value outside its bounds.
         """
         entry = self.entries[name]
-        parameters, module = entry.opened(options)
-        scene, truth = module.scene(parameters, *entry.which), self._truth(name, parameters)
+        parameters = entry.parameters.checked(name, options)
+        scene, truth = self._scene(name, parameters), self._truth(name, parameters)
         return Sequence(
             parameters.canonical_name(name),
             scene,
@@ -123,11 +115,6 @@ class SyntheticSuite:
             masks=scene.mask,
             image_size=scene.size,
         )
-
-    def _true(self, name: str, parameters: SequenceParameters) -> "SceneTruth":
-        entry = self.entries[name]
-        module = cast(SceneModule, importlib.import_module(entry.module))
-        return module.scene(parameters, *entry.which).truth()
 
     def tree(self, name: str) -> str:
         """Return the digest of the syntax trees that define a sequence's scenes.

@@ -6,14 +6,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
-from trackmark.trackers.base.interface import (
-    Box,
-    Estimate,
-    Image,
-    Mask,
-    TrackerPlugin,
-    check_box,
-)
+from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin, check_box
 from trackmark.trackers.base.parameters import TrackerError
 
 P = ParamSpec("P")

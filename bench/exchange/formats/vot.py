@@ -150,10 +150,8 @@ def _goes_forwards(anchor: int, sequence: ResultSequence) -> bool:
 def _read_file(file: Path) -> ResultRows:
     """Read boxes, states of a supervised run, and confidences from their separate file."""
     regions = list(_binary_regions(file) if file.suffix == ".bin" else _text_regions(file))
-    boxes, states = (
-        np.full((len(regions), 4), np.nan),
-        np.full(len(regions), int(FrameState.TRACKED)),
-    )
+    boxes = np.full((len(regions), 4), np.nan)
+    states = np.full(len(regions), int(FrameState.TRACKED))
     n_simplified = 0
     for number, (place, is_mask, numbers) in enumerate(regions):
         if is_mask:

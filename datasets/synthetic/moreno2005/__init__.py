@@ -14,36 +14,24 @@ __all__ = ["SUITE"]
 
 MODULE = "trackmark.datasets.synthetic.moreno2005"
 
+RANDOM = {
+    "ellipse": "trajectory, shape, colours, clutter and noise",
+    "octopus": "animal, trajectory, floor, light and noise",
+    "book": "book, bending, trajectory, room and noise",
+    "leaf": "leaf, wind, foliage, sun and noise",
+}
+"""Random properties of each sequence."""
+
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
         SequenceEntry(
-            "moreno2005/ellipse",
-            seeded("trajectory, shape, colours, clutter and noise"),
-            f"{MODULE}.ellipse",
-            100,
-            (320, 240),
-        ),
-        SequenceEntry(
-            "moreno2005/octopus",
-            seeded("animal, trajectory, floor, light and noise"),
-            f"{MODULE}.octopus",
-            100,
-            (320, 240),
-        ),
-        SequenceEntry(
-            "moreno2005/book",
-            seeded("book, bending, trajectory, room and noise"),
-            f"{MODULE}.book",
-            100,
-            (320, 240),
-        ),
-        SequenceEntry(
-            "moreno2005/leaf",
-            seeded("leaf, wind, foliage, sun and noise"),
-            f"{MODULE}.leaf",
-            100,
-            (320, 240),
-        ),
+            f"moreno2005/{name}",
+            seeded(properties),
+            f"{MODULE}.{name}:{name.title()}Scene",
+            length=100,
+            size=(320, 240),
+        )
+        for name, properties in RANDOM.items()
     ],
 )

@@ -14,7 +14,7 @@ straight lines on the cylinder, are parallel, and its cross-section is any curve
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import cycle
 
 import cv2
@@ -23,7 +23,7 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import (
@@ -61,9 +61,7 @@ from trackmark.datasets.synthetic.render.triangles import (
     rotation_axes,
 )
 from trackmark.datasets.synthetic.render.views import random_wander
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene
 
 STEPS = 48  # number of line segments of a cross-section
 NEAR = 1.0  # an intersection nearer than this is the starting point of the ray [pixels]
@@ -424,10 +422,8 @@ class Book:
         """Return the triangles of the book; `texture` has the shape of `blank`."""
         front = np.stack([self._u + self.half_width, self._v + self.height], axis=1) * FINE
         rows, columns = texture.shape[0] - 2 * PAGES, texture.shape[1]
-        texels, triangles = (
-            [front, [0, rows + PAGES + 1.5] + 0 * front],
-            [grid_triangles(ROWS, COLUMNS)],
-        )
+        texels = [front, [0, rows + PAGES + 1.5] + 0 * front]
+        triangles = [grid_triangles(ROWS, COLUMNS)]
         triangles.append(triangles[0][:, ::-1] + FRONT)
         start = 2 * FRONT
         for k, (border, _, order) in enumerate(BORDERS):
@@ -485,15 +481,24 @@ HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 2
 BLEND = 4.0  # distance over which the solids of the hand merge [pixels]
 
 
-class BookSetting:
-    """Random objects and motion of the scene with number `seed`.
+# minimum fraction of the front in its own shadow for the attribute `self-shadow`
+CONSIDERABLE = 0.25
+BEHIND = 70.0  # distance from the book to the surface on which its shadow falls [pixels]
+SOFTNESS, DARKNESS = 9.0, 0.7  # softness and darkness of the shadow; see `remaining_light`
+CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
+
+
+class BookScene(SeededScene):
+    """Scene of a book that bends in a hand.
 
     `lamp`, shape (3,), is the direction to the light, which is at one side, slightly above and in
     front of the book.
     """
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
+    label, length, size = "moreno2005/book", FRAMES, SIZE
+
+    def __init__(self, parameters: SceneParameters) -> None:
+        super().__init__(parameters)
         random = self._random("lamp")
         lamp = np.array([random.choice([-1, 1]) * random.uniform(0.80, 0.90), -0.25, 0.40])
         self.lamp: Array = lamp / np.sqrt((lamp * lamp).sum())
@@ -563,9 +568,13 @@ class BookSetting:
         light = AROUND * open_ + STRAIGHT * surface.straight
         return render_mesh(mesh, surface.points, np.repeat(light[:, None], 3, axis=1), SIZE)
 
-    @cached_property
-    def truth(self) -> tuple[Array, Array, Array]:
-        """Boxes, visibility, and fraction of the front in its own shadow, for every frame."""
+    def truth(self) -> SceneTruth:
+        """Return the ground truth of all frames.
+
+        Boxes contain the whole book, including the part behind the thumb. The attribute
+        `self-shadow` means that at least a quarter of the visible front is in its own shadow (see
+        `Book.self_shadow`).
+        """
         # The coverage does not depend on colours, which would require rendering the room.
         mesh = self.book.mesh(self.book.blank())
         boxes, visibility, shadow = np.empty((FRAMES, 4)), np.empty(FRAMES), np.empty(FRAMES)
@@ -577,7 +586,7 @@ class BookSetting:
             whole = book.sheet[..., 3].sum(dtype=np.float64)
             visibility[frame] = 1 - (book.sheet[..., 3] * hidden).sum(dtype=np.float64) / whole
             shadow[frame] = self_shadow(surface, self.lamp)
-        return boxes, visibility, shadow
+        return SceneTruth(boxes, visibility, {"self-shadow": shadow >= CONSIDERABLE})
 
     @cached_property
     def _mesh(self) -> Mesh:
@@ -588,8 +597,21 @@ class BookSetting:
             self.book.print_cover(self._random("cover"), 255 * light ** (1 / GAMMA))
         )
 
-    def _random(self, part: str) -> Generator:
-        return part_generator(self._seed, f"moreno2005/book {part}")
+    def render(self, frame: int) -> Image:
+        book = self.render_book(frame)
+        hand = self.hand(frame)
+        covered = np.maximum(hand[..., 3], book.coverage(SIZE))
+        shift = -BEHIND * self.lamp[:2] / self.lamp[2]
+        left = remaining_light(covered, shift, SOFTNESS, DARKNESS)
+        picture = np.asarray(cv2.multiply(self.room, left), np.float32)
+        composite(picture[book.window], book.sheet)
+        composite(picture, hand)
+        picture *= self.illuminants[frame].astype(np.float32)
+        return CAMERA.exposed(develop_light(picture), self._seed, frame)
+
+    def mask(self, frame: int) -> Mask:
+        book = self.render_book(frame).coverage(SIZE)
+        return np.asarray(book * (1 - self.hand(frame)[..., 3]) >= 0.5)
 
 
 def _most_frequent(colours: Floats) -> Array:
@@ -616,55 +638,3 @@ def _skin(random: Generator, side: float) -> list[Array]:
 def _sleeve(side: float) -> list[Array]:
     cuff = chain([(side * 15, -50, -6), (side * 17, -58, -6)], (15, 15.5), BLEND)
     return cuff + chain([(side * 16, -54, -6), (side * 34, -160, -6)], (14, 22), BLEND)
-
-
-# minimum fraction of the front in its own shadow for the attribute `self-shadow`
-CONSIDERABLE = 0.25
-BEHIND = 70.0  # distance from the book to the surface on which its shadow falls [pixels]
-SOFTNESS, DARKNESS = 9.0, 0.7  # softness and darkness of the shadow; see `remaining_light`
-CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
-
-
-def scene(parameters: SceneParameters) -> "BookScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return BookScene(parameters.scene)
-
-
-class BookScene(SyntheticScene):
-    """Scene of a book that bends in a hand."""
-
-    length, size = FRAMES, SIZE
-
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.setting = _setting(seed)
-
-    def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames.
-
-        Boxes contain the whole book, including the part behind the thumb. The attribute
-        `self-shadow` means that at least a quarter of the visible front is in its own shadow (see
-        `Book.self_shadow`).
-        """
-        boxes, visibility, shadow = self.setting.truth
-        return SceneTruth(boxes, visibility, {"self-shadow": shadow >= CONSIDERABLE})
-
-    def render(self, frame: int) -> Image:
-        setting = self.setting
-        book = setting.render_book(frame)
-        hand = setting.hand(frame)
-        covered = np.maximum(hand[..., 3], book.coverage(SIZE))
-        shift = -BEHIND * setting.lamp[:2] / setting.lamp[2]
-        left = remaining_light(covered, shift, SOFTNESS, DARKNESS)
-        picture = np.asarray(cv2.multiply(setting.room, left), np.float32)
-        composite(picture[book.window], book.sheet)
-        composite(picture, hand)
-        picture *= setting.illuminants[frame].astype(np.float32)
-        return CAMERA.exposed(develop_light(picture), self._seed, frame)
-
-    def mask(self, frame: int) -> Mask:
-        book = self.setting.render_book(frame).coverage(SIZE)
-        return np.asarray(book * (1 - self.setting.hand(frame)[..., 3]) >= 0.5)
-
-
-_setting = lru_cache(maxsize=4)(BookSetting)

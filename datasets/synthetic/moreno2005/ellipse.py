@@ -10,7 +10,7 @@ colour three times. Many other background shapes have a colour that the ellipse 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 
 import cv2
@@ -18,14 +18,12 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.texture import fractal, ramp
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 FRAMES = 100
 SIZE = 320, 240
@@ -40,9 +38,8 @@ FASTEST = 6.9
 # showed that trackers can follow steps of .03 (mean overlap .86).
 NEW = 0.03
 STEP = 0.05  # mean step of the colour per frame, in RGB of [0, 1]
-TURN = (
-    0.45  # standard deviation of the noise that is added to the unit direction of the colour path
-)
+# standard deviation of the noise that is added to the unit direction of the colour path
+TURN = 0.45
 COLOURS = 0.08, 0.92  # minimum and maximum of every channel
 
 
@@ -167,10 +164,8 @@ SIMILAR = 0.15  # maximum distance between similar colours, in RGB of [0, 1]
 ADJOINING = 8  # minimum number of common border pixels of the ellipse and a patch that touches it
 
 TONES = 7  # colours of the texture behind the shapes
-SHAPES, SIMILAR_SHARE = (
-    400,
-    0.8,
-)  # number of shapes; fraction of shapes with a colour that the ellipse has at some time
+SHAPES = 400  # number of shapes
+SIMILAR_SHARE = 0.8  # fraction of shapes with a colour that the ellipse has at some time
 SHAPE_RADIUS = 5.0, 18.0  # range of the radii of shapes [pixels]; small shapes are more frequent
 MOTTLE = 0.06  # standard deviation of a shape's texture, relative to its colour
 SHAPE_SLANT = 0.14  # maximum difference of brightness between the ends of a shape
@@ -330,20 +325,15 @@ SHADING = 0.78, 0.34
 LIGHT_SLANT = 0.9  # angle between the direct light and the line of sight [radians]
 
 
-def scene(parameters: SceneParameters) -> "EllipseScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return EllipseScene(parameters.scene)
-
-
-class EllipseScene(SyntheticScene):
+class EllipseScene(SeededScene):
     """Scene of an ellipse in front of clutter."""
 
-    length, size = FRAMES, SIZE
+    label, length, size = "moreno2005/ellipse", FRAMES, SIZE
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.plan = sample_plan(seed)
-        self.patches = sample_patches(seed, self.plan)
+    def __init__(self, parameters: SceneParameters) -> None:
+        super().__init__(parameters)
+        self.plan = sample_plan(self._seed)
+        self.patches = sample_patches(self._seed, self.plan)
 
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
@@ -379,15 +369,8 @@ class EllipseScene(SyntheticScene):
 
     @cached_property
     def _backdrop(self) -> Image:
-        return _backdrop(self._seed)
+        return paint_background(self._seed, self.plan, self.patches)
 
     @cached_property
     def _light_angle(self) -> float:
-        random = part_generator(self._seed, "moreno2005/ellipse shading")
-        return float(random.uniform(0, 2 * np.pi))
-
-
-@lru_cache(maxsize=4)
-def _backdrop(seed: int) -> Image:
-    plan = sample_plan(seed)
-    return paint_background(seed, plan, sample_patches(seed, plan))
+        return float(self._random("shading").uniform(0, 2 * np.pi))

@@ -11,15 +11,14 @@ halves can fold up along the vein.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import cv2
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.parameters import SceneParameters
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.render.camera import Camera, develop_light
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.lamp import remaining_light
@@ -34,9 +33,7 @@ from trackmark.datasets.synthetic.render.triangles import (
     render_mesh,
     rotation_axes,
 )
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene
 
 # number of vertices across the leaf, along the blade, and along the stalk
 COLUMNS, ROWS, STALK = 9, 34, 3
@@ -286,14 +283,16 @@ class FoliageLayer:
         return np.asarray(self.around * sky + self.straight * sun, np.float32)
 
 
-class LeafSetting:
-    """Random objects and motion of a scene."""
+# shadow of the leaf: offset [pixels], softness, darkness under cloud and in sunshine; see
+# `remaining_light`
+OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)
+CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.sun = self._sample_sun()
 
-        self.lights = (SUNSHINE, CLOUD)
+class LeafScene(SeededScene):
+    """Scene of a leaf in front of other leaves."""
+
+    label, length, size = "moreno2005/leaf", FRAMES, SIZE
 
     @cached_property
     def shapes(self) -> tuple[LeafShape, ...]:
@@ -310,7 +309,7 @@ class LeafSetting:
 
     def light(self, frame: int) -> LeafLight:
         """Return the light in a frame; it changes at `JUMP`."""
-        return self.lights[int(frame >= JUMP)]
+        return CLOUD if frame >= JUMP else SUNSHINE
 
     def render_leaf(self, frame: int) -> RenderedMesh:
         """Render the target leaf in a frame."""
@@ -359,8 +358,9 @@ class LeafSetting:
         columns, rows = np.round(points[:, :2].T).astype(np.int64) % SUNLIGHT_SIDE
         return np.asarray(self._dapples[rows, columns])
 
-    def _sample_sun(self) -> Array:
-        """Sample the direction to the sun, shape (3,): above, sideways, towards the camera."""
+    @cached_property
+    def sun(self) -> Array:
+        """Direction to the sun, shape (3,): above, sideways, towards the camera."""
         random = self._random("sun")
         sun = np.array([random.choice([-1, 1]) * random.uniform(0.3, 0.6), -0.6, 0.65])
         return np.asarray(sun / np.sqrt((sun * sun).sum()))
@@ -378,8 +378,42 @@ class LeafSetting:
     def _dapples(self) -> Array:
         return smooth_step(fractal(self._random("dapples"), SUNLIGHT_SIDE, 8, 32, 0.6), -0.55, 0.45)
 
-    def _random(self, part: str) -> Generator:
-        return part_generator(self._seed, f"moreno2005/leaf {part}")
+    def truth(self) -> SceneTruth:
+        """Return the ground truth of all frames.
+
+        Boxes contain the whole leaf with its stalk, which is never occluded. The attribute `light
+        change` is True in the first frame under the cloud.
+        """
+        boxes = np.stack([bounding_box(self.points(frame)[0]) for frame in range(FRAMES)])
+        change = np.arange(FRAMES) == JUMP
+        return SceneTruth(boxes, np.ones(FRAMES), {"light change": change})
+
+    def render(self, frame: int) -> Image:
+        light = self.light(frame)
+        still, swaying = self._foliage[light is SUNSHINE]
+        shift = self.sway[frame] - MARGIN
+        moved = cv2.warpAffine(swaying, np.column_stack([np.eye(2), shift]), SIZE)
+        picture = still.copy()
+        composite(picture, np.asarray(moved, np.float32))
+        leaf = self.render_leaf(frame)
+        off = -OFF * self.sun[:2] / self.sun[2]
+        left = remaining_light(leaf.coverage(SIZE), off, SOFTNESS, DARKNESS[light is SUNSHINE])
+        picture = np.asarray(cv2.multiply(picture, left), np.float32)
+        composite(picture[leaf.window], leaf.sheet)
+        return CAMERA.exposed(develop_light(picture), self._seed, frame)
+
+    def mask(self, frame: int) -> Mask:
+        return np.asarray(self.render_leaf(frame).coverage(SIZE) >= 0.5)
+
+    @cached_property
+    def _foliage(self) -> tuple[tuple[Floats, Floats], ...]:
+        """Images of the static and of the swaying foliage, under the cloud and in sunshine."""
+        still, swaying = self.layers
+        inner = (slice(MARGIN, -MARGIN),) * 2
+        return tuple(
+            (np.ascontiguousarray(still.lit(light)[inner][..., :3]), swaying.lit(light))
+            for light in (CLOUD, SUNSHINE)
+        )
 
 
 def _sample_foliage_leaf(random: Generator, target: Array) -> Blade:
@@ -400,64 +434,3 @@ def _sample_foliage_shape(random: Generator) -> LeafShape:
         random.uniform(-0.3, 1.0),
         random.uniform(0.1, 0.5),
     )
-
-
-# shadow of the leaf: offset [pixels], softness, darkness under cloud and in sunshine; see
-# `remaining_light`
-OFF, SOFTNESS, DARKNESS = 26.0, 5.0, (0.02, 0.6)
-CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
-
-
-def scene(parameters: SceneParameters) -> "LeafScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return LeafScene(parameters.scene)
-
-
-class LeafScene(SyntheticScene):
-    """Scene of a leaf in front of other leaves."""
-
-    length, size = FRAMES, SIZE
-
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.setting = _setting(seed)
-
-    def truth(self) -> SceneTruth:
-        """Return the ground truth of all frames.
-
-        Boxes contain the whole leaf with its stalk, which is never occluded. The attribute `light
-        change` is True in the first frame under the cloud.
-        """
-        boxes = np.stack([bounding_box(self.setting.points(frame)[0]) for frame in range(FRAMES)])
-        change = np.arange(FRAMES) == JUMP
-        return SceneTruth(boxes, np.ones(FRAMES), {"light change": change})
-
-    def render(self, frame: int) -> Image:
-        light = self.setting.light(frame)
-        still, swaying = self._foliage[light is SUNSHINE]
-        shift = self.setting.sway[frame] - MARGIN
-        moved = cv2.warpAffine(swaying, np.column_stack([np.eye(2), shift]), SIZE)
-        picture = still.copy()
-        composite(picture, np.asarray(moved, np.float32))
-        leaf = self.setting.render_leaf(frame)
-        off = -OFF * self.setting.sun[:2] / self.setting.sun[2]
-        left = remaining_light(leaf.coverage(SIZE), off, SOFTNESS, DARKNESS[light is SUNSHINE])
-        picture = np.asarray(cv2.multiply(picture, left), np.float32)
-        composite(picture[leaf.window], leaf.sheet)
-        return CAMERA.exposed(develop_light(picture), self._seed, frame)
-
-    def mask(self, frame: int) -> Mask:
-        return np.asarray(self.setting.render_leaf(frame).coverage(SIZE) >= 0.5)
-
-    @cached_property
-    def _foliage(self) -> tuple[tuple[Floats, Floats], ...]:
-        """Images of the static and of the swaying foliage, under the cloud and in sunshine."""
-        still, swaying = self.setting.layers
-        inner = (slice(MARGIN, -MARGIN),) * 2
-        return tuple(
-            (np.ascontiguousarray(still.lit(light)[inner][..., :3]), swaying.lit(light))
-            for light in (CLOUD, SUNSHINE)
-        )
-
-
-_setting = lru_cache(maxsize=4)(LeafSetting)

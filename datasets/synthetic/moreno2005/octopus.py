@@ -13,7 +13,7 @@ Stones and algae are on the floor. The water focuses and scatters the light, and
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -21,14 +21,12 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 SIDE = 512  # width and height of textures [pixels]
 IMITATION = 0.5  # share of the floor's texture in the camouflaged skin
@@ -747,19 +745,14 @@ MARGIN = 14  # margin around the octopus for its shadow [pixels]
 SHADOW = (4, 5), 3.0, 0.45
 
 
-def scene(parameters: SceneParameters) -> "OctopusScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return OctopusScene(parameters.scene)
-
-
-class OctopusScene(SyntheticScene):
+class OctopusScene(SeededScene):
     """Scene of an octopus on the sea floor."""
 
-    length, size = FRAMES, SIZE
+    label, length, size = "moreno2005/octopus", FRAMES, SIZE
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.plan = _plan(seed)
+    def __init__(self, parameters: SceneParameters) -> None:
+        super().__init__(parameters)
+        self.plan = sample_plan(self._seed)
 
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
@@ -818,9 +811,3 @@ class OctopusScene(SyntheticScene):
     @cached_property
     def _water(self) -> Water:
         return Water(self._random("water"))
-
-    def _random(self, part: str) -> Generator:
-        return part_generator(self._seed, f"moreno2005/octopus {part}")
-
-
-_plan = lru_cache(maxsize=4)(sample_plan)

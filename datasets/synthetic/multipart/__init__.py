@@ -8,37 +8,31 @@ most of it. In `stress/twin` a second person, in equal or in other clothes, appr
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.multipart.designs import (
-    DESIGNS,
-    TWIN_FRAMES,
-    PillarParameters,
-    TwinParameters,
-    WalkingParameters,
-)
+from trackmark.datasets.synthetic.multipart import designs
 from trackmark.datasets.synthetic.render.views import SIZE
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
-MODULE = "trackmark.datasets.synthetic.multipart"
+RENDERER = "trackmark.datasets.synthetic.multipart.scene:scene"
 
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
         SequenceEntry(
-            "stress/pillar", PillarParameters, f"{MODULE}.scene", DESIGNS["5"].length, SIZE
+            "stress/pillar", designs.PillarParameters, RENDERER, designs.DESIGNS["5"].length, SIZE
         ),
-        SequenceEntry("stress/twin", TwinParameters, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
+        SequenceEntry("stress/twin", designs.TwinParameters, RENDERER, designs.TWIN_FRAMES, SIZE),
         *(
             SequenceEntry(
                 f"multipart/{number}",
-                WalkingParameters,
-                f"{MODULE}.scene",
+                designs.WalkingParameters,
+                RENDERER,
                 design.length,
                 SIZE,
                 (number,),
             )
-            for number, design in DESIGNS.items()
+            for number, design in designs.DESIGNS.items()
         ),
     ],
 )

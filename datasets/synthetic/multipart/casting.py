@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.synthetic.multipart import routes
 from trackmark.datasets.synthetic.multipart.designs import TWIN_FRAMES
-from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.plan import Person, WalkPlan, body_boxes
+from trackmark.datasets.synthetic.multipart.walker import WalkerLook
 from trackmark.datasets.synthetic.render.colours import BGR, vary_colour
 from trackmark.datasets.synthetic.render.views import WalkingPath, sample_fixed_views, straight_path
 from trackmark.datasets.synthetic.scene import part_generator

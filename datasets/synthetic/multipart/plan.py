@@ -5,17 +5,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.multipart.look import WalkerLook
-from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
+from trackmark.datasets.interface import Array
+from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker, WalkerLook
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.prop import Coverage, Prop, coverage_extents, visible_part
 from trackmark.datasets.synthetic.render.street.ground import Light
 from trackmark.datasets.synthetic.render.street.street import Reach, Street
 from trackmark.datasets.synthetic.render.views import SIZE, Views, WalkingPath
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

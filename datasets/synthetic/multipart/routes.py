@@ -7,6 +7,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.multipart.designs import Design
 from trackmark.datasets.synthetic.render.views import (
     FRAMES_PER_SECOND,
@@ -17,7 +18,6 @@ from trackmark.datasets.synthetic.render.views import (
     walk_through_points,
 )
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 DIAGONAL = 1.0, 1.0  # first stretch of a target's path, sideways and in depth [metres]

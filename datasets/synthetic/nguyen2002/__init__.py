@@ -7,12 +7,12 @@ video; for the film, it gives a different set of twenty clips.
 
 from pathlib import Path
 
-from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters, LightsParameters
+from trackmark.datasets.synthetic.parameters import seeded
 from trackmark.datasets.synthetic.suite import SequenceEntry, SyntheticSuite
 
 __all__ = ["SUITE"]
 
-MODULE, NAME = "trackmark.datasets.synthetic.nguyen2002", "nguyen2002/clip"
+MODULE = "trackmark.datasets.synthetic.nguyen2002"
 SIZE = 320, 240
 
 # numbers of frames of the twenty clips in scene 0; they differ between scenes
@@ -21,13 +21,21 @@ LENGTHS = (
     157, 166, 126, 178, 140, 148, 168, 183, 115, 183,
 )  # fmt: skip
 
+FILM = seeded("a set of 20 clips: settings, targets, occluders, paths, grain")
+LIGHTS = seeded("object, path, occluders, room, noise")
+
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        SequenceEntry("nguyen2002/lights", LightsParameters, f"{MODULE}.lights.scene", 300, SIZE),
+        SequenceEntry("nguyen2002/lights", LIGHTS, f"{MODULE}.lights:LightsScene", 300, SIZE),
         *(
             SequenceEntry(
-                f"{NAME}-{clip:02}", FilmParameters, f"{MODULE}.film.scene", length, SIZE, (clip,)
+                f"nguyen2002/clip-{clip:02}",
+                FILM,
+                f"{MODULE}.film.scene:FilmScene",
+                length,
+                SIZE,
+                (clip,),
             )
             for clip, length in enumerate(LENGTHS, 1)
         ),

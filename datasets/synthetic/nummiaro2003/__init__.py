@@ -13,27 +13,23 @@ __all__ = ["SUITE"]
 
 MODULE = "trackmark.datasets.synthetic.nummiaro2003"
 
-WALKING = seeded("all random properties: surroundings, clothes, paths, camera")
+SIZE = 640, 480
 
+WALKING = seeded("all random properties: surroundings, clothes, paths, camera")
 DRIVING = seeded("all random properties: surroundings, cars, paths, camera")
+WORKING = seeded("all random properties: worker, movements, machines")
 
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
-        SequenceEntry("nummiaro2003/person", WALKING, f"{MODULE}.campus.person", 250, (640, 480)),
-        SequenceEntry("nummiaro2003/car", DRIVING, f"{MODULE}.driving.parking", 400, (640, 480)),
+        SequenceEntry("nummiaro2003/person", WALKING, f"{MODULE}.campus.person:scene", 250, SIZE),
+        SequenceEntry("nummiaro2003/car", DRIVING, f"{MODULE}.driving.parking:scene", 400, SIZE),
         SequenceEntry(
-            "nummiaro2003/students", WALKING, f"{MODULE}.campus.students", 242, (640, 480)
+            "nummiaro2003/students", WALKING, f"{MODULE}.campus.students:scene", 242, SIZE
         ),
         SequenceEntry(
-            "nummiaro2003/traffic", DRIVING, f"{MODULE}.driving.traffic", 330, (640, 480)
+            "nummiaro2003/traffic", DRIVING, f"{MODULE}.driving.traffic:scene", 330, SIZE
         ),
-        SequenceEntry(
-            "nummiaro2003/head",
-            seeded("all random properties: worker, movements, machines"),
-            f"{MODULE}.head",
-            450,
-            (640, 480),
-        ),
+        SequenceEntry("nummiaro2003/head", WORKING, f"{MODULE}.head:HeadScene", 450, SIZE),
     ],
 )

@@ -15,15 +15,14 @@ piece of wall of this size [metres].
 """
 
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import cv2
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.parameters import SceneParameters
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.render.attributes import occluded
 from trackmark.datasets.synthetic.render.camera import Camera, slow_exposure
 from trackmark.datasets.synthetic.render.colours import (
@@ -46,12 +45,7 @@ from trackmark.datasets.synthetic.render.figure.routine import (
 from trackmark.datasets.synthetic.render.figure.worker import Worker
 from trackmark.datasets.synthetic.render.painting import Painting
 from trackmark.datasets.synthetic.render.texture import fractal
-from trackmark.datasets.synthetic.scene import (
-    SceneTruth,
-    SyntheticScene,
-    part_generator,
-    paste_window,
-)
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, paste_window
 
 SCREENS = ((120, 60, 20), (40, 70, 30), (170, 150, 120), (90, 40, 70))
 WRITING = ((80, 220, 120), (230, 230, 230), (60, 200, 230))
@@ -453,8 +447,6 @@ def _used(random: Generator, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.clip(np.round(used), 0, 255).astype(np.uint8)
 
 
-Array = NDArray[np.float64]
-
 WALL = 3.2  # distance of the machines from the camera [metres]
 AXIS = 235.0  # row of the camera's horizon [pixels]
 EXPOSURE = 0.4  # fraction of the frame time for which the shutter is open
@@ -465,20 +457,24 @@ TURNED_AWAY = np.radians(120)
 FAST = 0.1  # minimum motion per frame for the attribute `fast` [head widths]
 
 
-def scene(parameters: SceneParameters) -> "HeadScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return HeadScene(parameters.scene)
-
-
-class HeadScene(SyntheticScene):
+class HeadScene(SeededScene):
     """Scene of a worker in front of machines in a bright factory hall."""
 
-    length, size = FRAMES, SIZE
+    label, length, size = "factory", FRAMES, SIZE
     fps = FRAMES_PER_SECOND
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.worker = _worker(seed)
+    @cached_property
+    def worker(self) -> Worker:
+        """Worker, recorded by a camera at the height of the eyes."""
+        look = sample_figure_look(self._random("look"))
+        # Front and back of the head differ in colour, so that large rotations are visible.
+        look = replace(look, beard=False, cut="short" if look.cut == "full" else look.cut)
+        routine = sample_routine(self._random("routine"))
+        lamp = np.array([self._random("light").uniform(-0.5, 0.5), 0.8, -0.7])
+        lamp /= np.sqrt((lamp * lamp).sum())
+        eye = self._random("camera").uniform(1.45, 1.55)
+        camera = np.array([FOCAL, SIZE[0] / 2, AXIS, eye])
+        return Worker(look, routine, camera, np.append(lamp, 0.5), self._seed)
 
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
@@ -487,7 +483,22 @@ class HeadScene(SyntheticScene):
         `turned_away` (the face is invisible), `fast` (the head moves by more than a tenth of its
         width in a frame) and `occlusion` (hands or shoulders hide more than a tenth of the head).
         """
-        return _truth(self._seed)
+        worker = self.worker
+        boxes = np.stack([worker.head_box(frame) for frame in range(FRAMES)])
+        motion = np.stack([worker.motion(frame) for frame in range(FRAMES)])
+        visibility = np.empty(FRAMES)
+        for frame in range(FRAMES):
+            _, _, whole, seen = worker.head_seen(frame)
+            visibility[frame] = seen.sum(dtype=np.float64) / whole.sum(dtype=np.float64)
+        return SceneTruth(
+            boxes,
+            visibility,
+            {
+                "turned_away": worker.facing < np.cos(TURNED_AWAY),
+                "fast": np.sqrt((motion * motion).sum(axis=1)) > FAST * boxes[:, 2],
+                "occlusion": occluded(visibility),
+            },
+        )
 
     def render(self, frame: int) -> Image:
         canvas = self._wall.copy()
@@ -500,46 +511,9 @@ class HeadScene(SyntheticScene):
 
     @cached_property
     def _wall(self) -> Image:
-        wall = hall(part_generator(self._seed, "factory hall"), *SIZE, FOCAL / WALL)
+        wall = hall(self._random("hall"), *SIZE, FOCAL / WALL)
         return np.clip(np.round(wall), 0, 255).astype(np.uint8)
 
     @cached_property
     def _exposure(self) -> Array:
-        random = part_generator(self._seed, "factory exposure")
-        return 1.04 * slow_exposure(random, FRAMES)
-
-
-def _camera(seed: int) -> Array:
-    random = part_generator(seed, "factory camera")
-    return np.array([FOCAL, SIZE[0] / 2, AXIS, random.uniform(1.45, 1.55)])
-
-
-@lru_cache(maxsize=4)
-def _worker(seed: int) -> Worker:
-    look = sample_figure_look(part_generator(seed, "factory look"))
-    # Front and back of the head differ in colour, so that large rotations are visible.
-    look = replace(look, beard=False, cut="short" if look.cut == "full" else look.cut)
-    routine = sample_routine(part_generator(seed, "factory routine"))
-    lamp = np.array([part_generator(seed, "factory light").uniform(-0.5, 0.5), 0.8, -0.7])
-    lamp /= np.sqrt((lamp * lamp).sum())
-    return Worker(look, routine, _camera(seed), np.append(lamp, 0.5), seed)
-
-
-@lru_cache(maxsize=4)
-def _truth(seed: int) -> SceneTruth:
-    worker = _worker(seed)
-    boxes = np.stack([worker.head_box(frame) for frame in range(FRAMES)])
-    motion = np.stack([worker.motion(frame) for frame in range(FRAMES)])
-    visibility = np.empty(FRAMES)
-    for frame in range(FRAMES):
-        _, _, whole, seen = worker.head_seen(frame)
-        visibility[frame] = seen.sum(dtype=np.float64) / whole.sum(dtype=np.float64)
-    return SceneTruth(
-        boxes,
-        visibility,
-        {
-            "turned_away": worker.facing < np.cos(TURNED_AWAY),
-            "fast": np.sqrt((motion * motion).sum(axis=1)) > FAST * boxes[:, 2],
-            "occlusion": occluded(visibility),
-        },
-    )
+        return 1.04 * slow_exposure(self._random("exposure"), FRAMES)

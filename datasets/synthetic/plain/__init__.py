@@ -17,7 +17,7 @@ SUITE = SyntheticSuite(
         SequenceEntry(
             "plain/target",
             TargetParameters,
-            "trackmark.datasets.synthetic.plain.scene",
+            "trackmark.datasets.synthetic.plain.scene:TargetScene",
             120,
             (320, 240),
         )

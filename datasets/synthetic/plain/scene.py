@@ -7,15 +7,13 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.plain.parameters import TargetParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite, cut_window, superellipse
 from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, paving, pebbles
 from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
 
 COLUMNS = 256  # number of columns that sample the area of the silhouette
 
@@ -342,11 +340,6 @@ def _pebble(
 
 
 MAX_INSTANTS = 32  # maximum number of times within an exposure
-
-
-def scene(parameters: TargetParameters) -> "TargetScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return TargetScene(parameters)
 
 
 class TargetScene(SyntheticScene):

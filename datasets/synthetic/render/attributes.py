@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 OCCLUDED = 0.9  # A target counts as occluded if its visible fraction is below this value

@@ -8,7 +8,7 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image
+from trackmark.datasets.interface import Array, Image
 from trackmark.datasets.synthetic.render.views import random_wander
 
 GAIN_STEPS = 1024  # number of fixed-point steps in a gain of 1
@@ -30,9 +30,7 @@ class Camera:
         self._rows, self._columns = _vignette(size[1], fall[0]), _vignette(size[0], fall[1])
         self._noise = noise_table(noise)
 
-    def exposed(
-        self, canvas: Image, seed: int, frame: int, gain: float | NDArray[np.float64] = 1.0
-    ) -> Image:
+    def exposed(self, canvas: Image, seed: int, frame: int, gain: float | Array = 1.0) -> Image:
         """Apply exposure, vignette and noise to an image in place and return the image.
 
         The noise depends only on seed and frame. `gain` is a scalar or has one value per column.
@@ -57,7 +55,7 @@ def develop_light(seen: NDArray[np.float32]) -> Image:
 
 def slow_exposure(
     random: Generator, frames: int, periods: tuple[float, float] = (6.0, 20.0), depth: float = 0.03
-) -> NDArray[np.float64]:
+) -> Array:
     """Return the gain in every frame of a camera with slow automatic exposure.
 
     The gain has the standard deviation `depth`. It oscillates with periods in the range `periods`
@@ -66,12 +64,12 @@ def slow_exposure(
     return np.asarray(1 + random_wander(random, frames, periods, depth))
 
 
-def fixed_point(gains: NDArray[np.float64]) -> NDArray[np.int32]:
+def fixed_point(gains: Array) -> NDArray[np.int32]:
     """Return gains as rounded integers in units of 1 / `GAIN_STEPS`."""
     return np.round(gains * GAIN_STEPS).astype(np.int32)
 
 
-def _vignette(size: int, fall: float) -> NDArray[np.float64]:
+def _vignette(size: int, fall: float) -> Array:
     """Return the gain of each row or column: 1 in the middle, 1 - `fall` at both ends."""
     u = (np.arange(size) + 0.5) / size * 2 - 1
     return 1 - fall * u * u

@@ -6,10 +6,11 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from trackmark.datasets.interface import Array
 
 BGR: TypeAlias = tuple[int, int, int]
-Array = NDArray[np.float64]
 
 # Colours of cups. No cup has the hue of skin, wood or a cream wall.
 CUPS: tuple[BGR, ...] = (

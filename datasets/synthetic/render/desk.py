@@ -8,8 +8,8 @@ import itertools
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.colours import (
     ACCENTS,
     CLOTHES,
@@ -32,8 +32,6 @@ from trackmark.datasets.synthetic.render.finish import (
 )
 from trackmark.datasets.synthetic.render.prints import print_picture
 from trackmark.datasets.synthetic.render.solids import bowl, box, half_space, limb
-
-Array = NDArray[np.float64]
 
 # depth of the wall relative to the plane of the target; positive towards the camera [pixels]
 WALL = -140.0

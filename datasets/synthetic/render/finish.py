@@ -9,10 +9,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.solids import NOTHING, ParallelView, cast_rays
 from trackmark.datasets.synthetic.render.texture import fractal, lerp
 
-Array = NDArray[np.float64]
 Pattern: TypeAlias = Callable[[Array], Array]
 
 GAMMA = 2.2  # exponent that converts the camera's grey levels to linear light

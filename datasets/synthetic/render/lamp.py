@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from trackmark.datasets.interface import Array
+
 Floats = NDArray[np.floating]
 
 REACH = 400.0  # distance at which the light of a lamp of power 1 on a facing surface is 1 [pixels]

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-Colour = NDArray[np.float64]
+from trackmark.datasets.interface import Array
+
+Colour = Array
 
 Point = tuple[float, float]
 

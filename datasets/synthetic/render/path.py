@@ -4,7 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from trackmark.datasets.interface import Array
 
 # positions are multiples of this step, so that images agree with the ground truth [pixels]
 POSITION_STEP = 1 / 64
@@ -12,7 +14,7 @@ POSITION_STEP = 1 / 64
 SAMPLES_PER_SPAN = 64
 
 
-def quantised(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+def quantised(positions: Array) -> Array:
     """Round positions to multiples of `POSITION_STEP`."""
     return np.round(positions / POSITION_STEP) * POSITION_STEP
 
@@ -24,7 +26,7 @@ class Loop:
     It lies in their convex hull.
     """
 
-    def __init__(self, points: NDArray[np.float64], speed: float) -> None:
+    def __init__(self, points: Array, speed: float) -> None:
         u = (np.arange(SAMPLES_PER_SPAN) / SAMPLES_PER_SPAN)[:, None]
         v = 1 - u
         a, b, c, d = (np.roll(points, -shift, axis=0)[:, None] for shift in range(4))
@@ -41,7 +43,7 @@ class Loop:
         self._travelled = np.concatenate([[0.0], np.cumsum(chords)])
         self._speed = speed
 
-    def positions(self, times: ArrayLike) -> NDArray[np.float64]:
+    def positions(self, times: ArrayLike) -> Array:
         """Return positions (x, y) [pixels] at times [frames], shape `times.shape + (2,)`."""
         travelled = np.mod(np.asarray(times, np.float64) * self._speed, self._travelled[-1])
         coordinates = [
@@ -66,7 +68,7 @@ def random_loop(
     return Loop(quantised((low + high) / 2 + radius * directions * (high - low) / 2), speed)
 
 
-def smooth_step(values: NDArray[np.float64], start: float, end: float) -> NDArray[np.float64]:
+def smooth_step(values: Array, start: float, end: float) -> Array:
     """Return a cubic transition from 0 at `start` to 1 at `end`, constant outside."""
     u = np.clip((values - start) / (end - start), 0.0, 1.0)
     return u * u * (3 - 2 * u)

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image
+from trackmark.datasets.interface import Array, Image
 from trackmark.datasets.synthetic.render.colours import vary_colour
 from trackmark.datasets.synthetic.render.painting import Colour, Painting
 from trackmark.datasets.synthetic.render.texture import fractal, lerp, ramp
@@ -166,7 +165,7 @@ def _letters(
     corner: Place,
     size: float,
     count: int,
-    inks: Sequence[Sequence[float] | NDArray[np.float64]],
+    inks: Sequence[Sequence[float] | Array],
 ) -> None:
     """Paint letters of a fictitious alphabet with the height `size`."""
     for k in range(count):

@@ -5,10 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.sprite import Sprite, instants
 from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint
-
-Array = NDArray[np.float64]
 
 # left and top of a window [pixels], and the coverage of each of its pixels in [0, 255]
 Coverage = tuple[int, int, NDArray[np.uint8]]
@@ -89,20 +88,15 @@ Window = tuple[slice, slice]
 
 def _common(first_coverage: Coverage, second_coverage: Coverage) -> tuple[Window, Window] | None:
     """Return rows and columns of the overlap of two windows, relative to each window."""
-    left, top = (
-        max(first_coverage[0], second_coverage[0]),
-        max(first_coverage[1], second_coverage[1]),
-    )
+    coverages = first_coverage, second_coverage
+    left, top = (max(item[side] for item in coverages) for side in (0, 1))
     right, bottom = (
-        min(
-            corner[side] + corner[2].shape[1 - side] for corner in (first_coverage, second_coverage)
-        )
-        for side in (0, 1)
+        min(item[side] + item[2].shape[1 - side] for item in coverages) for side in (0, 1)
     )
     if left >= right or top >= bottom:
         return None
     first, second = (
         (slice(top - item[1], bottom - item[1]), slice(left - item[0], right - item[0]))
-        for item in (first_coverage, second_coverage)
+        for item in coverages
     )
     return first, second

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from trackmark.datasets.interface import Array
 
 HALF_SPACE, LIMB, BOX, BOWL = range(4)  # kind of a solid: the first number of its row
 

@@ -10,6 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
+
 
 class Sprite:
     """Image with coverage, as a pyramid, so that smaller sizes are drawn without aliasing.
@@ -18,7 +20,7 @@ class Sprite:
     `coverage`, shape (h, w), is in [0, 1].
     """
 
-    def __init__(self, colour: NDArray[np.float64], coverage: NDArray[np.float64]) -> None:
+    def __init__(self, colour: Array, coverage: Array) -> None:
         self._coverage = coverage
         self.height, self.width = coverage.shape
         opaque = np.concatenate([colour, np.full((*coverage.shape, 1), 255.0)], axis=2)
@@ -51,7 +53,7 @@ class Sprite:
         coverage = box_blur(np.pad(self._coverage, softness), max(1, softness // 3)) * darkness
         return type(self)(np.zeros((*coverage.shape, 3)), coverage)
 
-    def draw(self, canvas: NDArray[np.uint8], centres: NDArray[np.float64], scale: float) -> None:
+    def draw(self, canvas: NDArray[np.uint8], centres: Array, scale: float) -> None:
         """Blend the sprite over a canvas in place, averaged over its positions during the exposure.
 
         `centres`, shape (2**k, 2), are these positions of the sprite's centre [pixels]. `scale` is
@@ -67,7 +69,7 @@ class Sprite:
 
 def superellipse(
     height: int, width: int, half_height: float, half_width: float, power: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Array, Array, Array]:
     """Return coordinates `x` and `y` and the coverage of a superellipse in the image centre.
 
     Sizes are in pixels. The coordinates are in half axes: the outline is ``|x|**power + |y|**power
@@ -87,7 +89,7 @@ def superellipse(
     return x_middle, y_middle, samples / (fine * fine)
 
 
-def box_blur(values: NDArray[np.float64], radius: int) -> NDArray[np.float64]:
+def box_blur(values: Array, radius: int) -> Array:
     """Blur by three passes of a box filter of 2 `radius` + 1 pixels; outside the image is zero."""
     for _ in range(3):
         for axis in range(2):
@@ -179,11 +181,8 @@ def blend_sprite(
                 u = ((((first << 6) + 32 - left[k]) * step) >> 6) + 32768
                 column = u >> 16
                 skipped = max(begin - 1 - column, 0)
-                first, last, column = (
-                    first + skipped,
-                    min(last, first + end - column),
-                    column + skipped,
-                )
+                last = min(last, first + end - column)
+                first, column = first + skipped, column + skipped
                 if first >= last:
                     continue
                 right, shifted = np.uint32((u >> 8) & 255), mixed[4 * column :]
@@ -251,7 +250,7 @@ def _blend_row(row: NDArray[np.uint8], sums: NDArray[np.uint32], shift: np.uint3
             row[x, c] = np.uint32(value + opaque // 2) // opaque
 
 
-def instants(displacement: float) -> NDArray[np.float64]:
+def instants(displacement: float) -> Array:
     """Return the times within the exposure, in [-0.5, 0.5], at which an object is drawn.
 
     The drawings are averaged. The number of times is a power of two, at most 8. `displacement` is

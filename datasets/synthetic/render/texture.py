@@ -9,7 +9,7 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from trackmark.datasets.interface import Array
 
 
 def noise(generator: Generator, size: int, cells: int) -> Array:

@@ -10,7 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from trackmark.datasets.interface import Array
+
 Floats = NDArray[np.float32]
 Indices = NDArray[np.int64]
 

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
-
-Array = NDArray[np.float64]
 
 SIZE = 640, 480  # width and height of the images [pixels]
 

@@ -14,29 +14,21 @@ __all__ = ["SUITE"]
 
 MODULE = "trackmark.datasets.synthetic.wang2010"
 
+TABLE_TENNIS = seeded("all random properties: wall, player, light, motion, noise")
+HAND = seeded("all random properties: person, room, hand, path, noise")
+CUP = seeded("all random properties: cup, hand, path, kitchen, noise")
+
 SUITE = SyntheticSuite(
     Path(__file__).parent,
     [
         SequenceEntry(
             "wang2010/table-tennis",
-            seeded("all random properties: wall, player, light, motion, noise"),
-            f"{MODULE}.table_tennis",
+            TABLE_TENNIS,
+            f"{MODULE}.table_tennis:TableTennisScene",
             50,
             (142, 115),
         ),
-        SequenceEntry(
-            "wang2010/hand",
-            seeded("all random properties: person, room, hand, path, noise"),
-            f"{MODULE}.hand.scene",
-            100,
-            (160, 120),
-        ),
-        SequenceEntry(
-            "wang2010/cup",
-            seeded("all random properties: cup, hand, path, kitchen, noise"),
-            f"{MODULE}.cup",
-            80,
-            (108, 85),
-        ),
+        SequenceEntry("wang2010/hand", HAND, f"{MODULE}.hand:HandScene", 100, (160, 120)),
+        SequenceEntry("wang2010/cup", CUP, f"{MODULE}.cup:CupScene", 80, (108, 85)),
     ],
 )

@@ -12,7 +12,7 @@ similar colour, and the held cup, whose foot is the origin.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import cv2
@@ -20,19 +20,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
+from trackmark.datasets.synthetic.render import colours
 from trackmark.datasets.synthetic.render.camera import Camera
-from trackmark.datasets.synthetic.render.colours import (
-    ACCENTS,
-    CLOTHES,
-    COUNTERS,
-    CUPS,
-    NEUTRALS,
-    STEELS,
-    sample_other_hue,
-    vary_slightly,
-)
 from trackmark.datasets.synthetic.render.figure.look import sample_skin
 from trackmark.datasets.synthetic.render.finish import (
     Finish,
@@ -55,9 +46,7 @@ from trackmark.datasets.synthetic.render.solids import (
     limb,
     mirror_limbs,
 )
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene
 
 FRAMES = 80
 SIZE = 108, 85
@@ -172,8 +161,8 @@ BOX_DEPTH = 20.0  # depth of the box in front of the cup's path [pixels]
 
 def bare_room(random: Generator, cup: Array, tiled: bool) -> list[SceneObject]:
     """Return the wall and the counter."""
-    wood = sample_other_hue(random, COUNTERS, cup)
-    wall = sample_other_hue(random, NEUTRALS, cup)
+    wood = colours.sample_other_hue(random, colours.COUNTERS, cup)
+    wall = colours.sample_other_hue(random, colours.NEUTRALS, cup)
     pattern = grain(random, 0.018)
     if tiled:
         size = random.uniform(10, 15)
@@ -189,7 +178,7 @@ def similar_objects(plan: CupPlan, random: Generator, cup: Array) -> list[SceneO
     """Return a board, or a cloth and its bolts; the first object has nearly the cup's colour."""
     left, right = (border - SIZE[0] / 2 for border in plan.behind)
     middle, half = (left + right) / 2, (right - left) / 2
-    colour = vary_slightly(random, cup)
+    colour = colours.vary_slightly(random, cup)
     top = _height(plan, random.uniform(13, 19), WALL + 3)
     if random.random() < 0.5:
         board = box((middle, top / 2, WALL + 3.2), (half, top / 2, 1.1), 1.0, lean=0.08)
@@ -203,7 +192,7 @@ def similar_objects(plan: CupPlan, random: Generator, cup: Array) -> list[SceneO
     return [
         SceneObject(Finish(colour, 0.0, grain(random, 0.04, coarsest=32)), [cloth]),
         SceneObject(
-            Finish(sample_other_hue(random, STEELS, cup), 0.5),
+            Finish(colours.sample_other_hue(random, colours.STEELS, cup), 0.5),
             [limb(ends[0], ends[1], (0.7, 0.7)), *bolts],
         ),
     ]
@@ -220,7 +209,9 @@ def carton(plan: CupPlan, random: Generator, cup: Array) -> SceneObject:
     lid, x = random.uniform(0.16, 0.3) * height, place - SIZE[0] / 2
     body = box((x, height / 2, BOX_DEPTH), (wide - 0.6, height / 2, deep - 0.6), 0.5, turn=turn)
     cover = box((x, height - lid / 2, BOX_DEPTH), (wide, lid / 2, deep), 0.5, turn=turn)
-    return SceneObject(Finish(vary_slightly(random, cup), 0.05, grain(random, 0.02)), [body, cover])
+    return SceneObject(
+        Finish(colours.vary_slightly(random, cup), 0.05, grain(random, 0.02)), [body, cover]
+    )
 
 
 def _height(plan: CupPlan, row: float, z: float) -> float:
@@ -250,10 +241,8 @@ def kitchen_objects(plan: CupPlan, random: Generator, cup: Array) -> list[SceneO
 
 def _jar(random: Generator, cup: Array, x: float, z: float, wide: float) -> list[SceneObject]:
     high = random.uniform(14, 20)
-    glaze, lid = (
-        sample_other_hue(random, ACCENTS, cup),
-        sample_other_hue(random, (*NEUTRALS, *COUNTERS), cup),
-    )
+    glaze = colours.sample_other_hue(random, colours.ACCENTS, cup)
+    lid = colours.sample_other_hue(random, (*colours.NEUTRALS, *colours.COUNTERS), cup)
     body = bowl((x, 0.5, z), high, (wide * 0.92, wide), 1.0, closed=True)
     cap = bowl((x, high + 0.6, z), 2.0, (wide * 1.02, wide * 1.02), 1.2, closed=True)
     return [
@@ -276,24 +265,24 @@ def _label(random: Generator, x: float, z: float, high: float, wide: float) -> P
 
 def _bottle(random: Generator, cup: Array, x: float, z: float, wide: float) -> list[SceneObject]:
     slim, high = 0.62 * wide, random.uniform(19, 25)
-    glass = sample_other_hue(
+    glass = colours.sample_other_hue(
         random, ((40, 66, 52), (34, 60, 96), (52, 50, 48), (60, 150, 176)), cup
     )
     body = bowl((x, 0.4, z), high, (slim, slim), 0.8, closed=True)
     neck = limb((x, high + 0.3, z), (x, high + 7, z), (slim * 0.72, slim * 0.34))
     cap = limb((x, high + 7.5, z), (x, high + 9.5, z), (slim * 0.42, slim * 0.42))
-    paper = sample_other_hue(random, NEUTRALS, cup)
+    paper = colours.sample_other_hue(random, colours.NEUTRALS, cup)
     label = bowl((x, 0.35 * high, z), 0.35 * high, (slim + 0.1, slim + 0.1), 0.8, closed=True)
     return [
         SceneObject(Finish(glass, 0.5), [body, neck]),
-        SceneObject(Finish(sample_other_hue(random, ACCENTS, cup), 0.1), [cap]),
+        SceneObject(Finish(colours.sample_other_hue(random, colours.ACCENTS, cup), 0.1), [cap]),
         SceneObject(Finish(paper, 0.02, grain(random, 0.06, (1, 2, 0.2), 32)), [label]),
     ]
 
 
 def _fruit(random: Generator, cup: Array, x: float, z: float, wide: float) -> list[SceneObject]:
     dish = bowl((x, 0.6, z), 5.5, (0.5 * wide, 1.05 * wide), 0.9)
-    kind = sample_other_hue(
+    kind = colours.sample_other_hue(
         random, ((40, 110, 214), (48, 190, 222), (40, 46, 176), (70, 160, 140)), cup
     )
     places = ((-0.5, 5.4, 0.1), (0.45, 5.3, 0.2), (0.0, 5.2, -0.5), (0.0, 8.2, 0.0))
@@ -302,7 +291,7 @@ def _fruit(random: Generator, cup: Array, x: float, z: float, wide: float) -> li
         centre = np.array([x + u * wide, y, z + w * wide])
         fruits.append(limb(centre, centre + np.array([0.3, 0.2, 0.0]), (0.42 * wide, 0.42 * wide)))
     return [
-        SceneObject(Finish(sample_other_hue(random, NEUTRALS, cup), 0.2), [dish]),
+        SceneObject(Finish(colours.sample_other_hue(random, colours.NEUTRALS, cup), 0.2), [dish]),
         SceneObject(Finish(kind, 0.12, grain(random, 0.05)), fruits),
     ]
 
@@ -320,12 +309,10 @@ def _holder(random: Generator, cup: Array, x: float, z: float, wide: float) -> l
             spoons += [stick, limb(tip, tip + np.array([lean, 2.5, 0.0]), (1.7, 1.2), 0.6)]
         else:
             spatulas += [stick, box(tip, (1.5, 2.6, 0.5), 0.4)]
-    wood, dark = (
-        sample_other_hue(random, COUNTERS[:3], cup),
-        sample_other_hue(random, ACCENTS[5:], cup),
-    )
+    wood = colours.sample_other_hue(random, colours.COUNTERS[:3], cup)
+    dark = colours.sample_other_hue(random, colours.ACCENTS[5:], cup)
     return [
-        SceneObject(Finish(sample_other_hue(random, ACCENTS, cup), 0.25), [pot]),
+        SceneObject(Finish(colours.sample_other_hue(random, colours.ACCENTS, cup), 0.25), [pot]),
         SceneObject(Finish(wood, 0.02), spoons),
         SceneObject(Finish(dark, 0.05), spatulas),
     ]
@@ -337,7 +324,7 @@ THICK = 1.1  # thickness of the cup's wall [pixels]
 def held_cup(cup: Cup, colour: Array, random: Generator) -> list[SceneObject]:
     """Return cup, hand and sleeve; `colour` is the colour of the cup, BGR in [0, 255]."""
     skin = sample_skin(random)
-    cloth = sample_other_hue(random, CLOTHES, colour)
+    cloth = colours.sample_other_hue(random, colours.CLOTHES, colour)
     slope = random.uniform(-0.34, 0.02)
     grip = random.uniform(0.46, 0.54) * cup.height
     return [
@@ -461,14 +448,31 @@ CUP_CORNER, CUP_SIZE = (-14, -13), (28, 26)
 ARM_SIZE = 112, 66
 
 
-class CupSetting:
-    """Layout `plan`, cup colour (BGR in [0, 255]) and layers of a kitchen, not mirrored."""
+EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
+CAMERA = Camera(SIZE, noise=2.2)
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
+# fraction of light that the shadow on the wall removes, and softness of the shadow [pixels]
+SHADOW, SOFTNESS = 0.3, 2.2
+# the attributes `occluded` and `similar background` need at least this fraction of the cup
+NOTICED = 0.1
+
+
+class CupScene(SeededScene):
+    """Scene of a cup in a hand in a kitchen.
+
+    `plan` is the layout and `colour` the colour of the cup, BGR in [0, 255]. Layers and coverages
+    are not mirrored.
+    """
+
+    label, length, size = "kitchen", FRAMES, SIZE
+
+    def __init__(self, parameters: SceneParameters) -> None:
+        super().__init__(parameters)
         self.plan = sample_plan(self._random("plan"))
         random = self._random("cup")
-        self.colour = vary_slightly(random, CUPS[int(random.integers(len(CUPS)))], 0.06)
+        self.colour = colours.vary_slightly(
+            random, colours.CUPS[int(random.integers(len(colours.CUPS)))], 0.06
+        )
 
     @cached_property
     def carried(self) -> PlacedLayer:
@@ -546,9 +550,6 @@ class CupSetting:
         """Upper left corner of the image relative to the origin [pixels]."""
         return -SIZE[0] / 2, float(self.plan.view.row(0.0, WALL)) - self.plan.horizon
 
-    def _random(self, part: str) -> Generator:
-        return part_generator(self._seed, f"kitchen {part}")
-
     def _coverage(self, things: Sequence[SceneObject]) -> Array:
         return downsample(255.0 * (self._trace(things, self._corner, SIZE) != NOTHING))
 
@@ -566,31 +567,6 @@ class CupSetting:
         owners, places, lights = cast_rays(solids, self.plan.view, corner, size, fine)
         return shade_objects([thing.finish for thing in things], owners, places, lights), owners
 
-
-EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
-CAMERA = Camera(SIZE, noise=2.2)
-
-# fraction of light that the shadow on the wall removes, and softness of the shadow [pixels]
-SHADOW, SOFTNESS = 0.3, 2.2
-# the attributes `occluded` and `similar background` need at least this fraction of the cup
-NOTICED = 0.1
-
-
-def scene(parameters: SceneParameters) -> "CupScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return CupScene(parameters.scene)
-
-
-class CupScene(SyntheticScene):
-    """Scene of a cup in a hand in a kitchen."""
-
-    length, size = FRAMES, SIZE
-
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.setting = _setting(seed)
-        self.plan = self.setting.plan
-
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
 
@@ -598,14 +574,25 @@ class CupScene(SyntheticScene):
         a tenth of the cup) and `similar background` (at least a tenth of the cup is in front of the
         object of similar colour).
         """
-        return _truth(self._seed)
+        times = np.arange(FRAMES)
+        boxes = self.silhouettes[0].extents(self.plan.middle(times), self.plan.tilt(times))
+        if self.plan.mirrored:
+            boxes[:, 0] = SIZE[0] - boxes[:, 0] - boxes[:, 2]
+        shares = np.empty((FRAMES, 3))
+        for frame in range(FRAMES):
+            whole, seen = self.seen(frame)
+            parts = seen, whole * self.hidden, whole * self.similar
+            shares[frame] = [part.sum() / whole.sum() for part in parts]
+        return SceneTruth(
+            boxes,
+            shares[:, 0],
+            {"occluded": shares[:, 1] >= NOTICED, "similar background": shares[:, 2] >= NOTICED},
+        )
 
     def render(self, frame: int) -> Image:
-        behind, box = self.setting.still
+        behind, box = self.still
         instants = frame + EXPOSURE * np.array([-0.25, 0.25])
-        carried = np.mean(
-            [self.setting.carried.render_at(*self._pose(t)) for t in instants], axis=0
-        )
+        carried = np.mean([self.carried.render_at(*self._pose(t)) for t in instants], axis=0)
         picture = behind * (1 - self._shadow(carried[..., 3]))[..., None]
         for layer in (carried, box):
             picture = picture * (1 - layer[..., 3:]) + layer[..., :3]
@@ -620,8 +607,8 @@ class CupScene(SyntheticScene):
 
     def seen(self, frame: int) -> tuple[Array, Array]:
         """Return the coverage by the whole cup, and by its visible part; not mirrored."""
-        whole, held = (layer.render_at(*self._pose(frame)) for layer in self.setting.silhouettes)
-        return whole, held * (1 - self.setting.hidden)
+        whole, held = (layer.render_at(*self._pose(frame)) for layer in self.silhouettes)
+        return whole, held * (1 - self.hidden)
 
     def _pose(self, time: float) -> tuple[Array, float]:
         return self.plan.middle(time), float(self.plan.tilt(time))
@@ -633,26 +620,3 @@ class CupScene(SyntheticScene):
         matrix = np.column_stack([np.eye(2), shift])
         thrown = cv2.warpAffine(coverage, matrix, SIZE)
         return np.asarray(SHADOW * cv2.GaussianBlur(thrown, (0, 0), SOFTNESS))
-
-
-_setting = lru_cache(maxsize=4)(CupSetting)
-
-
-@lru_cache(maxsize=4)
-def _truth(seed: int) -> SceneTruth:
-    scene = CupScene(seed)
-    setting, plan = scene.setting, scene.plan
-    times = np.arange(FRAMES)
-    boxes = setting.silhouettes[0].extents(plan.middle(times), plan.tilt(times))
-    if plan.mirrored:
-        boxes[:, 0] = SIZE[0] - boxes[:, 0] - boxes[:, 2]
-    shares = np.empty((FRAMES, 3))
-    for frame in range(FRAMES):
-        whole, seen = scene.seen(frame)
-        parts = seen, whole * setting.hidden, whole * setting.similar
-        shares[frame] = [part.sum() / whole.sum() for part in parts]
-    return SceneTruth(
-        boxes,
-        shares[:, 0],
-        {"occluded": shares[:, 1] >= NOTICED, "similar background": shares[:, 2] >= NOTICED},
-    )

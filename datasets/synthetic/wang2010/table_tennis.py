@@ -20,16 +20,15 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera
 from trackmark.datasets.synthetic.render.path import quantised, smooth_step
 from trackmark.datasets.synthetic.render.sprite import Sprite, superellipse
 from trackmark.datasets.synthetic.render.texture import fractal, noise
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 Integers = NDArray[np.int64]
-Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 
@@ -475,20 +474,15 @@ WALL_DISTANCE = 16.0  # offset of shadows on the wall from their objects [pixels
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
-def scene(parameters: SceneParameters) -> "TableTennisScene":
-    """Return the scene, which gives the ground truth and renders frames on request."""
-    return TableTennisScene(parameters.scene)
-
-
-class TableTennisScene(SyntheticScene):
+class TableTennisScene(SeededScene):
     """Scene of a player with bat and ball in front of a wall."""
 
-    length, size = FRAMES, SIZE
+    label, length, size = "table-tennis", FRAMES, SIZE
     fps = FRAMES_PER_SECOND
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.play = Play(seed, *SIZE)
+    def __init__(self, parameters: SceneParameters) -> None:
+        super().__init__(parameters)
+        self.play = Play(self._seed, *SIZE)
 
     def truth(self) -> SceneTruth:
         """Return the ground truth of all frames.
@@ -527,23 +521,21 @@ class TableTennisScene(SyntheticScene):
 
     @cached_property
     def _lamp(self) -> Array:
-        random = part_generator(self._seed, "table-tennis lamp")
+        random = self._random("lamp")
         lamp = np.array([random.uniform(-0.6, 0.6), random.uniform(-0.9, -0.6), 0.7])
         return np.asarray(lamp / np.sqrt((lamp * lamp).sum()))
 
     @cached_property
     def _wall(self) -> Image:
-        return wall(part_generator(self._seed, "table-tennis wall"), *SIZE)
+        return wall(self._random("wall"), *SIZE)
 
     @cached_property
     def _player(self) -> Player:
-        random = part_generator(self._seed, "table-tennis player")
-        return Player(random, self._lamp, self.play.diameter / 40, self.play.side)
+        return Player(self._random("player"), self._lamp, self.play.diameter / 40, self.play.side)
 
     @cached_property
     def _ball(self) -> Sprite:
-        random = part_generator(self._seed, "table-tennis ball")
-        return ball(random, self._lamp, self.play.diameter)
+        return ball(self._random("ball"), self._lamp, self.play.diameter)
 
     @cached_property
     def _ball_shadow(self) -> Sprite:

@@ -128,9 +128,14 @@ def test_share_counts_scenes_in_which_all_sequences_succeed():
     x = [1.0] * 24
     y = [1.0] * 20 + [1 / 3] * 4  # a third of the repetitions is no success
     verdict = judge(share_claim, Evidence(pd.concat([table({"A": x}, "x"), table({"A": y}, "y")])))
-    expected = share([1.0] * 20 + [0.0] * 4, np.ones(24))
+    expected = share([True] * 20 + [False] * 4)
     assert (verdict.verdict, verdict.interval) == (expected.verdict, expected.interval)
     assert verdict.statistic == 20 / 24
+
+
+def test_scene_with_half_of_its_runs_is_not_a_success():
+    evidence = Evidence(table({"A": np.full(12, 0.5)}))
+    assert judge(claim(of="A", test="share"), evidence).statistic == 0.0
 
 
 def test_no_worse_holds_only_if_the_reference_is_kept():

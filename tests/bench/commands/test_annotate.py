@@ -30,7 +30,7 @@ def test_annotate_writes_a_ground_truth_that_runs(trackmark, workspace):
     assert "truth.csv" in text
     assert "interpolated" in (workspace / "truth.csv").read_text()
     run = ("run", "--trackers", "static", "--sequences", source, "--truth", "truth.csv")
-    assert "Ground truth: truth.csv." in trackmark(*run).stderr
+    assert "read as " in trackmark(*run).stderr
     scores = bench.load_runs(workspace / "results").iloc[0]
     assert scores["centre_error"] == pytest.approx(statistics.mean([1, 2, 3, 4]))
     assert (workspace / "truth-check.png").is_file()

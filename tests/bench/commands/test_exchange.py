@@ -146,11 +146,6 @@ def test_exported_times_are_those_of_updates(trackmark, workspace):
     assert times == ["nan"] + [f"{update:.8f}"] * 4
     (data,) = json.loads(exported("otb-json", "Small.json"))
     assert data["fps"] == pytest.approx(1 / update)
-    trackmark(*run, "--timing")
-    timed = np.array(exported("got10k", "Small/Small_time.txt").split(), float)
-    times = stored.read(("static", "Small", 0, "timing")).times
-    expected = [times.initialisation_wall, *times.wall[1:]]
-    np.testing.assert_allclose(timed, expected, rtol=0, atol=1e-8)
 
 
 def test_export_refuses_existing_files_and_wrong_selections(trackmark, one_line, workspace):

@@ -4,6 +4,7 @@ import shutil
 
 import av
 import cv2
+import pandas as pd
 import pytest
 
 from tests.bench.commands.conftest import SMALL, json_lines
@@ -126,7 +127,7 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, works
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
     monkeypatch.setattr("trackmark.bench.pages.report_figures.write_figure", lambda file, _: file)
     errors = trackmark("report", "results/mine", "--folder", "second").stderr
-    assert "Small: no film strip" in errors
+    assert "no film strip: Small " in errors
     assert not (workspace / "second" / "strip-Small.png").exists()
     done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
     assert "another version" in one_line(done)
@@ -192,7 +193,7 @@ def test_report_by_attribute_measures_each_sequence_once(trackmark, workspace, o
     assert len(times) == 12
     assert trackmark(*report, "--no-pictures").stdout == first
     assert sorted(file.stat().st_mtime_ns for file in cache.iterdir()) == times
-    frame = bench.by_attribute(workspace / "results" / "twelve")
+    frame = pd.read_csv(workspace / "paper" / "attributes-otb.csv")
     assert set(frame["tracker"]) == {"static", "camshift"}
     assert set(frame["bin_sequences"].dropna()) == {6}
 

@@ -42,8 +42,8 @@ Next  trackmark report results/mine
 def test_run_prints_answer_table_and_results_folder(trackmark, workspace):
     run = (*MINE, "static,camshift", *SMALL)
     done = trackmark(*run)
-    speed = re.compile("is [a-z]+ (?:of )?times slower")
-    assert speed.sub("is several times slower", masked(done.stdout)) == RUN_OUTPUT
+    speed = re.compile(" and is [a-z]+ (?:of )?times slower")  # other load can hide it
+    assert speed.sub("", masked(done.stdout)) == speed.sub("", RUN_OUTPUT)
     assert masked(done.stderr) == RUN_PROGRESS
     assert len(bench.load_runs(workspace / "results")) == 2
     quiet = trackmark(*run, "--quiet")

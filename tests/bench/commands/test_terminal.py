@@ -113,7 +113,7 @@ ROWS = [
 @pytest.mark.parametrize("terminal", [True, False])
 def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
     screen = screen(terminal=terminal, text="left")
-    execution = SimpleNamespace(units=SimpleNamespace(runs=3), work=30)
+    execution = SimpleNamespace(units=SimpleNamespace(runs=3, work=30))
     with RunProgress("two: 1 tracker, 1 sequence, 3 runs", Path("results/two")) as progress:
         progress.expect(execution)
         progress.begin()
@@ -143,6 +143,6 @@ def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
 def test_command_without_missing_runs_shows_no_progress(screen):
     screen = screen(terminal=False)
     with RunProgress("none") as progress:
-        progress.expect(SimpleNamespace(units=SimpleNamespace(runs=0), work=0))
+        progress.expect(SimpleNamespace(units=SimpleNamespace(runs=0, work=0)))
         progress.begin()
     assert screen.getvalue() == ""

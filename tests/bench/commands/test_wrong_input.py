@@ -70,6 +70,7 @@ report data --no-pictures --frames | --folder
 results list nowhere | nowhere
 compare static camshift | Give either --sequences or --results
 compare --sequences {SCENES} | at least two trackers
+compare static --results nowhere | at least two trackers
 compare static static --sequences {SCENES} | twice
 compare --results nowhere | contains no results
 compare --results nowhere --margin nan | not a finite number

@@ -93,7 +93,6 @@ REFUSED = [
     ("date = ", "date = 2026-11-22 # ", "accepted.0.date: datetime.date(2026, 11, 22). Input sh"),
     ('because = "x', 'because = "x\x7f', "Illegal character '\\x7f'"),
     ("format = 2", "format = 7", "format: 7. This version reads format 2"),
-    ("format = 2", "format = 1", "format 1 of an older trackmark. This version reads format 2."),
     ("[specifications]", "[speeds]", "speeds: {'mine': 'a.py:as=mine'}. Extra inputs"),
     ("format", "\udc80", "own.toml: 'utf-8' codec"),
     ("]", "", "own.toml: "),

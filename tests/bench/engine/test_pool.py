@@ -115,8 +115,8 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     assert len(opened) == 4  # each sequence for the plan and for its ground truth
     assert len(contents(folder_without_workers)) == 2 * 4
     assert contents(folder_without_workers) == contents(execution.folder)
-    assert execution.work == seen[-1] == 2 * FRAMES * 4
-    assert 0 <= min(seen) <= max(seen) <= execution.work
+    assert execution.units.work == seen[-1] == 2 * FRAMES * 4
+    assert 0 <= min(seen) <= max(seen) <= execution.units.work
     results = Results(folder_without_workers)
     for row in list_scored_runs(results):
         stored = results.read(run_key(row))

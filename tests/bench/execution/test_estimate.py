@@ -38,6 +38,8 @@ def test_estimate_multiplies_frames_by_measured_times(workspace, trial, in_this_
 def test_estimate_names_trackers_without_stored_runs(workspace, trial, in_this_process):
     assert estimated(workspace, trial) == Estimate(0.0, ["static", "camshift"])
     run_experiment(replace(trial, trackers=("static",)), workspace / "results", jobs=1)
-    result = estimated(workspace, trial)
+    only_camshift = replace(trial, name="new", trackers=("camshift",))
+    assert estimated(workspace, only_camshift) == Estimate(0.0, ["camshift"])
+    result = estimated(workspace, replace(trial, name="again"))
     assert result.unmeasured == ["camshift"]
     assert result.seconds > 0

@@ -7,13 +7,19 @@ from hypothesis import strategies as st
 
 from tests.bench.metrics.artificial_runs import truth_of
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside, centres
-from trackmark.bench.metrics.native import LOSS_FRAMES, first_loss, native
+from trackmark.bench.metrics.native import LOSS_FRAMES, first_loss
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
+from trackmark.bench.metrics.preset import RunEstimates
+from trackmark.bench.metrics.presets.native import score_run
 
 numbers = st.floats(-200, 200, allow_nan=False)
 sizes = st.floats(0.01, 100)
 boxes = st.tuples(numbers, numbers, sizes, sizes).map(np.array)
 pixel_boxes = st.tuples(*[st.integers(0, 12)] * 2, *[st.integers(1, 12)] * 2)
+
+
+def native(truth, estimate, visible=None):
+    return score_run(truth, RunEstimates(estimate, visible)).scores
 
 
 def line(n, box=(10.0, 10.0, 20.0, 10.0)):

@@ -9,7 +9,8 @@ from trackmark import bench, datasets
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.pages.report_figures import preset_curves
-from trackmark.bench.reporting.by_preset import LATE, MEANS, TOGETHER, preset_report, score_runs
+from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.reporting.by_preset import LATE, MEANS, TOGETHER, ScoredRuns, preset_report
 from trackmark.bench.reporting.tables import SUMMARY
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
@@ -37,7 +38,7 @@ def camshift_runs():
 @pytest.mark.parametrize("name", metrics.names())
 def test_stored_runs_have_scores_of_their_boxes(stored, camshift_runs, name):
     preset = metrics.preset(name)
-    (scored,) = score_runs(stored, [name], load_runs(stored), "T")
+    scored = ScoredRuns(stored, name, load_runs(stored), STORED_ONE_PASS, "T").report()
     means = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
     measures = set(scored.table.data["measure"])
     assert measures == (

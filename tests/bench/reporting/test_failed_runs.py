@@ -97,7 +97,7 @@ def test_runs_without_worst_score_are_unchanged(stored):
     runs = load_runs(stored)
     filled = with_worst_scores(stored, runs)
     assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()
-    pd.testing.assert_frame_equal(with_worst_scores(stored, runs, ["vot-supervised"]), runs)
+    pd.testing.assert_frame_equal(with_worst_scores(stored, runs, "vot-supervised"), runs)
 
 
 SCORES = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}

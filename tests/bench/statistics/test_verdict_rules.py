@@ -85,13 +85,9 @@ def test_no_worse_verdict_and_reason(values, verdict, reason):
     ],
 )
 def test_share_verdict_and_reason(good, n, limit, verdict, reason):
-    judged = share([3] * good + [1] * (n - good), [4] * n, limit)
+    judged = share([True] * good + [False] * (n - good), limit)
     assert (judged.verdict, judged.reason) == (verdict, reason)
     assert judged.statistic == pytest.approx(good / n)
-
-
-def test_scene_with_half_of_its_trials_is_not_a_success():
-    assert share([1] * 12, [2] * 12).statistic == 0.0
 
 
 @pytest.mark.parametrize(
@@ -120,10 +116,9 @@ def test_time_that_contains_the_factor_is_inconclusive():
 
 
 def test_number_is_never_judged():
-    judged = number([0.8, 0.9, 0.7, 0.95, 0.85, 0.99], 0.3, most=1.0)
+    judged = number([0.8, 0.9, 0.7, 0.95, 0.85, 0.99])
     assert judged.verdict == "not testable"
-    assert judged.reason.startswith("the paper's number is 0.3; ")
-    assert judged.interval.high <= 1.0
+    assert judged.interval == pytest.approx(mean_interval([0.8, 0.9, 0.7, 0.95, 0.85, 0.99]))
     assert number([0.8]).effect == "0.8, 1 scene"
 
 
@@ -140,7 +135,7 @@ def test_order_and_no_worse_decide_values_off_the_limit(mean, seed):
 @given(st.sampled_from([0.05, 0.3, 0.7, 0.95]), st.integers(0, 2**32 - 1))
 def test_share_and_time_decide_values_off_the_limit(truth, seed):
     generator = np.random.default_rng(seed)
-    judged = share(generator.random(400) < truth, np.ones(400))
+    judged = share(generator.random(400) < truth)
     assert judged.verdict == ("holds" if truth > 0.5 else "does not hold")
     times = np.exp(generator.normal(truth - 0.5, 0.1, 400))
     assert time(times, np.ones(400)).verdict == judged.verdict
@@ -149,13 +144,13 @@ def test_share_and_time_decide_values_off_the_limit(truth, seed):
 differences = st.lists(st.floats(-1, 1, width=32), min_size=MIN_SCENES, max_size=60)
 
 
-@given(differences, st.integers(1, 8))
-def test_verdict_never_contradicts_printed_interval(values, comparisons):
-    judged = order(values, comparisons=comparisons)
+@given(differences)
+def test_verdict_never_contradicts_printed_interval(values):
+    judged = order(values)
     low, high = judged.interval
     assert (judged.verdict == "holds") <= (low > 0)
     assert (judged.verdict == "does not hold") <= (high < 0 or max(-low, high) <= CLAIM_MARGIN)
-    compared = no_worse(values, comparisons=comparisons)
+    compared = no_worse(values)
     assert compared.interval == judged.interval
     assert (compared.verdict == "holds") <= (low > -CLAIM_MARGIN)
     assert (compared.verdict == "does not hold") == (high < -CLAIM_MARGIN)
@@ -175,7 +170,6 @@ OPEN = inconclusive("not run: experiment speed")
         ([HOLDS, HOLDS], "holds", "all 2 parts hold"),
         ([HOLDS, OPEN], "inconclusive", "part b: not run: experiment speed"),
         ([OPEN, FAILS], "does not hold", "part b: interval below 0.5; interval at 97.5 %"),
-        ([FAILS], "does not hold", "part a: interval below 0.5"),
     ],
 )
 def test_conjunction_verdict_and_reason(parts, verdict, reason):
@@ -184,23 +178,18 @@ def test_conjunction_verdict_and_reason(parts, verdict, reason):
 
 
 def test_part_fails_with_its_interval_corrected_for_the_parts():
-    weak = partial(share, [1] * 5 + [0] * 15, [1] * 20, 0.5)
-    assert weak().verdict == "does not hold"
-    parts = {"weak": weak, **{name: fixed(HOLDS) for name in "abcd"}}
+    values = shifted(12, -0.0385)
+    assert no_worse(values).verdict == "does not hold"
+    parts = {"weak": partial(no_worse, values, CLAIM_MARGIN)}
+    parts |= {name: fixed(HOLDS) for name in "abcd"}
     judged = conjunction(parts)
     assert judged.verdict == "inconclusive"
-    assert judged.reason.startswith("part weak: interval contains the limit 0.5")
-    assert judged.interval == share_interval([1] * 5 + [0] * 15, [1] * 20, 0.99)
-    failing = conjunction({"a": fixed(FAILS)}, comparisons=4)
-    assert failing.reason == "part a: interval below 0.5; interval at 98.8 %"
-    nested = conjunction({"all": partial(conjunction, {"weak": weak, "a": fixed(HOLDS)})})
-    assert nested.verdict == conjunction({"weak": weak, "a": fixed(HOLDS)}).verdict
+    assert judged.reason.startswith("part weak: interval contains the limit -0.02")
+    assert judged.interval == mean_interval(values, 0.99)
 
 
 def test_effect_has_two_digits_of_the_interval():
-    judged = Verdict(
-        "holds", 0.12345, share_interval([1] * 24, [1] * 24), 24, estimate_name="kept", unit="x"
-    )
+    judged = Verdict("holds", 0.12345, share_interval(24, 24), 24, estimate_name="kept", unit="x")
     assert judged.effect == "kept: 0.123 [0.858, 1.000] x, 24 scenes"
     assert Verdict("holds", -1e-9, mean_interval([0.0, 1.0] * 8), 1).effect.startswith("0.00 [")
     assert inconclusive("not run").effect == ""
@@ -210,11 +199,9 @@ def test_effect_has_two_digits_of_the_interval():
     "wrong",
     [
         partial(order, [np.nan] * 12),
-        partial(share, [2] * 12, [1] * 12),
-        partial(share, [0] * 12, [0] * 12),
         partial(time, [0.0] * 6, [1.0] * 6),
     ],
 )
 def test_values_that_cannot_be_judged_are_rejected(wrong):
-    with pytest.raises(ValueError, match=r"finite|successes|above 0"):
+    with pytest.raises(ValueError, match=r"finite|above 0"):
         wrong()

@@ -19,8 +19,8 @@ def scenes_of(name):
 
     @lru_cache(maxsize=32)
     def opened(seed, **parameters):
-        parameters, module = entry.opened({"scene": str(seed), **parameters})
-        return module.scene(parameters, *entry.which)
+        options = {"scene": str(seed), **parameters}
+        return entry.create(entry.parameters.checked(name, options))
 
     @lru_cache(maxsize=64)
     def image(seed, frame, **parameters):

@@ -11,9 +11,9 @@ import pytest
 
 from tests.datasets.synthetic.scenes import grown, mask_edges, slow_if_unchanged
 from trackmark import datasets
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import SHADOW
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import SHADOW
 from trackmark.datasets.synthetic.render.figure.body import ROWS
-from trackmark.datasets.synthetic.wang2010.hand.setting import BLUE, MATERIAL, SKIN
+from trackmark.datasets.synthetic.wang2010.hand import BLUE, MATERIAL, SKIN
 
 
 @cache
@@ -49,12 +49,11 @@ def repaint_palm(scene, frame):
 
 
 def repaint_cup(scene, frame):
-    setting = scene.setting
-    usual, (first, *others) = setting.carried, setting._held
+    usual, (first, *others) = scene.carried, scene._held
     glaze = replace(first.finish, colour=(40.0, 150.0, 230.0))
-    setting._held = [replace(first, finish=glaze), *others]
-    del setting.carried
-    return lambda: vars(setting).update(_held=[first, *others], carried=usual)
+    scene._held = [replace(first, finish=glaze), *others]
+    del scene.carried
+    return lambda: vars(scene).update(_held=[first, *others], carried=usual)
 
 
 def repaint_clothes(scene, frame):
@@ -80,8 +79,8 @@ def invert(find_array, total=1):
 PAINTED = [
     ("moreno2005/ellipse", 33, repaint_ellipse, 40, 0.93, 1),
     ("moreno2005/octopus", 45, invert(lambda scene: scene._skin._textures, 1.5), 30, 0.95, 1),
-    ("moreno2005/book", 47, invert(lambda scene: scene.setting._mesh.texture), 15, 0.9, 2),
-    ("moreno2005/leaf", 47, invert(lambda scene: scene.setting._blade.mesh.texture), 15, 0.97, 2),
+    ("moreno2005/book", 47, invert(lambda scene: scene._mesh.texture), 15, 0.9, 2),
+    ("moreno2005/leaf", 47, invert(lambda scene: scene._blade.mesh.texture), 15, 0.97, 2),
     ("nguyen2002/clip-01", 36, repaint_film_target, 16, 0.9, 4),
     ("nguyen2002/clip-20", 100, repaint_film_target, 16, 0.9, 4),
     ("wang2010/table-tennis:scene=2", 4, blacken_ball, 20, 0.95, 1),

@@ -14,25 +14,17 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image, Mask
-from trackmark.datasets.synthetic.nguyen2002.film.objects import (
-    CARRIERS,
-    OCCLUDERS,
-    paint_carrier,
-    paint_shadow,
-)
+from trackmark.datasets.interface import Array, Image, Mask
+from trackmark.datasets.synthetic.nguyen2002.film import objects
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS, Surroundings
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import UNIT, RigidObject
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_textures
-from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
+from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.camera import Camera, random_bytes
 from trackmark.datasets.synthetic.render.path import quantised
 from trackmark.datasets.synthetic.render.sprite import Sprite, instants
 from trackmark.datasets.synthetic.render.texture import fractal
 from trackmark.datasets.synthetic.render.views import Viewpoint, random_wander
-from trackmark.datasets.synthetic.scene import SceneTruth, SyntheticScene, part_generator
-
-Array = NDArray[np.float64]
+from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 SIZE = 320, 240
 EXPOSURE = 0.5  # fraction of the frame time for which the shutter is open
@@ -152,7 +144,7 @@ def clip_plan(seed: int, clip: int) -> ClipPlan:
     tilt = _drifting(random, n, (2.0, 7.0), random.uniform(4, 12))
     nod = quantised(tilt + random_wander(random, n, (0.5, 3.0), random.uniform(0.2, 1.4)))
     ground = still.horizon + nod + EYE * NEAR * scale
-    drop = CARRIERS[KINDS[shot.target].carrier].drop
+    drop = objects.CARRIERS[KINDS[shot.target].carrier].drop
     level = ground - drop * size[1] * scale if drop else still.horizon + nod + 26
     centre = np.stack([across, level], axis=1)
     centre += random_wander(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 0.6]
@@ -162,14 +154,14 @@ def clip_plan(seed: int, clip: int) -> ClipPlan:
     static_speeds = [
         sample.speed * width * float(scale.min())
         for sample in passage_samples
-        if OCCLUDERS[sample.kind].fixed
+        if objects.OCCLUDERS[sample.kind].fixed
     ]
     rate = _sample_camera_speed(random, static_speeds)
     hand = random_wander(random, n, (1.0, 4.0), random.uniform(0.3, 1.5))
     travelled = rate * np.arange(n) + hand
     passages = []
     for sample in passage_samples:
-        occluder, middle = OCCLUDERS[sample.kind], round(sample.middle)
+        occluder, middle = objects.OCCLUDERS[sample.kind], round(sample.middle)
         side = width * scale[middle]
         direction = -np.sign(rate) if occluder.fixed else random.choice([-1.0, 1.0])
         speed = direction * sample.speed * side
@@ -214,7 +206,7 @@ def _sample_passages(random: Generator, shot: Shot, width: float) -> list[_Passa
         slowest = max(SPEEDS[0], (wide + 0.5) / LONGEST_OCCLUSION)
         samples.append((kind, wide, random.uniform(slowest, SPEEDS[1]), 0.0))
     if shot.partial:
-        fixed = [OCCLUDERS[kind].fixed for kind, *_ in samples]
+        fixed = [objects.OCCLUDERS[kind].fixed for kind, *_ in samples]
         if random.random() < 0.5 and all(fixed):
             part = "post", random.uniform(0.15, 0.4), random.uniform(*SPEEDS), 0.0
         else:
@@ -269,20 +261,15 @@ SHADOW = 0.55  # darkness of a shadow on the ground, in its centre
 WHOLE = 0.99  # minimum visibility at which the target counts as not occluded
 
 
-def scene(parameters: FilmParameters, clip: int) -> "FilmScene":
-    """Return the renderer of a clip (1 to 20) with its ground truth, without rendering."""
-    return _scene(parameters.scene, clip)
-
-
-class FilmScene(SyntheticScene):
-    """Scene of a clip in the set with a seed; `clip` counts from 1."""
+class FilmScene(SeededScene):
+    """Scene of a clip in the set with a seed; `clip` is in 1 to 20."""
 
     size = SIZE
 
-    def __init__(self, seed: int, clip: int) -> None:
-        self._seed = seed
-        self._clip = clip
-        self.plan = clip_plan(seed, clip)
+    def __init__(self, parameters: SceneParameters, clip: int) -> None:
+        super().__init__(parameters)
+        self._clip, self.label = clip, f"nguyen2002/clip-{clip:02}"
+        self.plan = clip_plan(self._seed, clip)
         self.length = self.plan.shot.frames
 
     def truth(self) -> SceneTruth:
@@ -292,7 +279,21 @@ class FilmScene(SyntheticScene):
         are `occluded` (less than half of the target is visible) and `partly occluded` (half of the
         target or more is visible, but not all of it).
         """
-        return _truth(self._seed, self._clip)
+        boxes, visibility = self.plan.boxes, np.ones(len(self))
+        near = np.zeros(len(self), np.bool_)
+        middles = boxes[:, 0] + boxes[:, 2] / 2
+        for passage in self.plan.passages:
+            reach = (boxes[:, 2] + passage.size[0]) / 2 + 40
+            near |= np.abs(passage.path[:, 0] - middles) < reach
+        for frame in np.flatnonzero(near).tolist():
+            whole, visible = self.seen(frame)
+            visibility[frame] = visible.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
+        hidden = visibility < 0.5
+        return SceneTruth(
+            boxes,
+            visibility,
+            {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)},
+        )
 
     def render(self, frame: int) -> Image:
         plan = self.plan
@@ -354,36 +355,38 @@ class FilmScene(SyntheticScene):
         )
 
     @cached_property
-    def _target(self) -> RigidObject:
+    def _target(self) -> objects.RigidObject:
         random, size = self._random("target"), self._largest
         colour, coverage = paint_target(random, KINDS[self.plan.shot.target], *size).reduced()
-        return RigidObject(two_textures(random, colour), coverage, size[0] / self.plan.size[0])
+        return objects.RigidObject(
+            two_textures(random, colour), coverage, size[0] / self.plan.size[0]
+        )
 
     @cached_property
-    def _carrier(self) -> RigidObject:
+    def _carrier(self) -> objects.RigidObject:
         kind, size = KINDS[self.plan.shot.target].carrier, self._largest
-        colour, coverage = paint_carrier(self._random("carrier"), kind, *size).reduced()
-        return RigidObject([colour], coverage, size[0] / self.plan.size[0])
+        colour, coverage = objects.paint_carrier(self._random("carrier"), kind, *size).reduced()
+        return objects.RigidObject([colour], coverage, size[0] / self.plan.size[0])
 
     @cached_property
-    def _shadow(self) -> RigidObject | None:
+    def _shadow(self) -> objects.RigidObject | None:
         """Shadow on the ground or reflection in the water; None if the ground is not visible."""
-        width = CARRIERS[KINDS[self.plan.shot.target].carrier].shadow * self._largest[0]
+        width = objects.CARRIERS[KINDS[self.plan.shot.target].carrier].shadow * self._largest[0]
         if not width:
             return None
-        colour, coverage = paint_shadow(width, SHADOW)
-        return RigidObject([colour], coverage, self._largest[0] / self.plan.size[0])
+        colour, coverage = objects.paint_shadow(width, SHADOW)
+        return objects.RigidObject([colour], coverage, self._largest[0] / self.plan.size[0])
 
     @cached_property
     def _occluders(self) -> list[tuple[Sprite, Array]]:
         """Sprites of the occluders, with the offset of each centre from its anchor [pixels]."""
         hiders = []
         for number, passage in enumerate(self.plan.passages):
-            random, size = self._random(f"hider {number}"), np.array(passage.size) / UNIT
-            sheet = OCCLUDERS[passage.kind].paint(random, *size.tolist())
+            random, size = self._random(f"hider {number}"), np.array(passage.size) / objects.UNIT
+            sheet = objects.OCCLUDERS[passage.kind].paint(random, *size.tolist())
             sprite = Sprite(*sheet.reduced())
             middle = np.array([sprite.width, sprite.height]) / 2
-            hiders.append((sprite, middle - np.array(sheet.anchor) * UNIT))
+            hiders.append((sprite, middle - np.array(sheet.anchor) * objects.UNIT))
         return hiders
 
     @cached_property
@@ -425,9 +428,6 @@ class FilmScene(SyntheticScene):
         width, height = (np.ceil(side * self.plan.scale.max()) for side in self.plan.size)
         return float(width), float(height)
 
-    def _random(self, part: str) -> Generator:
-        return part_generator(self._seed, f"nguyen2002/clip-{self._clip:02} {part}")
-
 
 def _shiftable(grain: Array, deviation: float) -> NDArray[np.int16]:
     """Return grain with a standard deviation, 255 pixels larger than the image."""
@@ -448,27 +448,3 @@ def _places(path: Array, frame: int) -> Array:
     before, after = path[max(frame - 1, 0)], path[min(frame + 1, len(path) - 1)]
     step = EXPOSURE * (after - before) / (min(frame + 1, len(path) - 1) - max(frame - 1, 0))
     return np.asarray(path[frame] + instants(float(np.abs(step).max()))[:, None] * step)
-
-
-@lru_cache(maxsize=8)
-def _scene(seed: int, clip: int) -> FilmScene:
-    """Return a cached clip, so that rendering reuses objects painted for the ground truth."""
-    return FilmScene(seed, clip)
-
-
-@lru_cache(maxsize=32)
-def _truth(seed: int, clip: int) -> SceneTruth:
-    scene = _scene(seed, clip)
-    boxes, visibility = scene.plan.boxes, np.ones(len(scene))
-    near = np.zeros(len(scene), np.bool_)
-    middles = boxes[:, 0] + boxes[:, 2] / 2
-    for passage in scene.plan.passages:
-        reach = (boxes[:, 2] + passage.size[0]) / 2 + 40
-        near |= np.abs(passage.path[:, 0] - middles) < reach
-    for frame in np.flatnonzero(near).tolist():
-        whole, visible = scene.seen(frame)
-        visibility[frame] = visible.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
-    hidden = visibility < 0.5
-    return SceneTruth(
-        boxes, visibility, {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)}
-    )

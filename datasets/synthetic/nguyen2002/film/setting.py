@@ -14,9 +14,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.interface import Image
+from trackmark.datasets.interface import Array, Image
 from trackmark.datasets.synthetic.nguyen2002.film import objects
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import LIGHTS, PAINTS
+from trackmark.datasets.synthetic.nguyen2002.film.objects import LIGHTS, PAINTS
 from trackmark.datasets.synthetic.render.colours import sample_colour, vary_colour
 from trackmark.datasets.synthetic.render.painting import Painting
 from trackmark.datasets.synthetic.render.prop import Prop
@@ -33,8 +33,6 @@ from trackmark.datasets.synthetic.render.street.furniture import (
 from trackmark.datasets.synthetic.render.street.ground import SIDE, Band, TreeShade, ground_rows
 from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, pebbles, ramp
 from trackmark.datasets.synthetic.render.views import Viewpoint
-
-Array = NDArray[np.float64]
 
 FINE = 2  # supersampling per axis
 HALLS = ((150, 160, 170), (110, 134, 160), (164, 176, 180), (130, 150, 140))

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nguyen2002.film.sheet import (
+from trackmark.datasets.interface import Array
+from trackmark.datasets.synthetic.nguyen2002.film.objects import (
     DARK,
     GLASS,
     LIGHTS,
@@ -59,9 +59,6 @@ def _cover_boat(sheet: PaintedSheet, w: float, h: float, cut: float) -> None:
 OUTLINES = {
     "round": _cover_ellipse, "box": _cover_box, "van": _cover_van, "boat": _cover_boat,
 }  # fmt: skip
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.multipart import casting
-from trackmark.datasets.synthetic.multipart.look import WalkerLook
 from trackmark.datasets.synthetic.multipart.plan import Person, WalkPlan, body_boxes
 from trackmark.datasets.synthetic.multipart.scene import WalkingScene
+from trackmark.datasets.synthetic.multipart.walker import WalkerLook
 from trackmark.datasets.synthetic.render.attributes import rescaled
 from trackmark.datasets.synthetic.render.colours import BGR
 from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
@@ -22,8 +23,6 @@ from trackmark.datasets.synthetic.render.street.street import HOUSES, Reach, Str
 from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, ramp
 from trackmark.datasets.synthetic.render.views import SIZE, Viewpoint, Views, WalkingPath
 from trackmark.datasets.synthetic.scene import SceneTruth
-
-Array = NDArray[np.float64]
 
 BAYS = 13.1, 15.4  # depth of the parking bays [metres from the camera]
 DOORSTEP = HOUSES - 1.2  # front of the porch [metres from the camera]

@@ -7,9 +7,9 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from trackmark.datasets.interface import Image, Mask
+from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     Drawable,
@@ -29,8 +29,6 @@ from trackmark.datasets.synthetic.scene import (
     part_generator,
     paste_window,
 )
-
-Array = NDArray[np.float64]
 
 _STEP = 0.05  # sampling step along a route [metres]
 _EASE = 3.0  # distance over which the steering angle changes [metres]

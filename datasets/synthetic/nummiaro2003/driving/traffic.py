@@ -11,8 +11,9 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
+from trackmark.datasets.synthetic.nummiaro2003.driving import world
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import (
     BGR,
     TARGETS,
@@ -30,20 +31,10 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     Route,
 )
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView
-from trackmark.datasets.synthetic.nummiaro2003.driving.world import (
-    House,
-    Layout,
-    StreetObject,
-    Strip,
-    broken_line,
-    sample_house,
-)
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, random_wander
 from trackmark.datasets.synthetic.scene import part_generator
-
-Array = NDArray[np.float64]
 
 FRAMES = 330
 
@@ -72,7 +63,7 @@ def traffic_plan(seed: int) -> DrivingPlan:
     other_paints = contrasting_paints(target.paint)
     path, follower, crossing = _sample_paths(generator("ways"))
     views = _views(generator("camera"), path, follower)
-    layout = Layout(
+    layout = world.Layout(
         int(generator("place").integers(2**32)),
         _strips(crossing),
         _houses(generator("houses"), crossing),
@@ -167,17 +158,17 @@ def _oncoming(random: Generator, target: DrivingPath, crossing: float) -> list[D
     return paths
 
 
-def _strips(crossing: float) -> list[Strip]:
+def _strips(crossing: float) -> list[world.Strip]:
     near, far = -60.0, 900.0
     open_to = crossing - EDGE, crossing + EDGE
     return [
-        *broken_line(near, open_to[0] - 3, 0.0, along_x=False),
-        *broken_line(open_to[1] + 1, crossing + 150.0, 0.0, along_x=False),
+        *world.broken_line(near, open_to[0] - 3, 0.0, along_x=False),
+        *world.broken_line(open_to[1] + 1, crossing + 150.0, 0.0, along_x=False),
         *(
             strip
             for side in (-1, 1)
             for start in np.arange(EDGE + 1.5, 240.0, 9.0).tolist()
-            for strip in broken_line(
+            for strip in world.broken_line(
                 min(side * start, side * (start + 3.0)),
                 min(side * start, side * (start + 3.0)) + 0.1,
                 crossing,
@@ -185,22 +176,22 @@ def _strips(crossing: float) -> list[Strip]:
             )
         ),
         *(
-            Strip("paint", (min(side * (EDGE + 0.3), side * (EDGE + 0.6)),
+            world.Strip("paint", (min(side * (EDGE + 0.3), side * (EDGE + 0.6)),
                           max(side * (EDGE + 0.3), side * (EDGE + 0.6))),
                   (crossing + lane - 1.6, crossing + lane + 1.6))
             for side, lane in ((1, LANE), (-1, -LANE))
         ),
-        Strip("asphalt", (-EDGE, EDGE), (near, far)),
-        Strip("asphalt", (-260.0, 260.0), open_to),
-        Strip("kerb", (-EDGE - 0.2, EDGE + 0.2), (near, far)),
-        Strip("kerb", (-260.0, 260.0), (open_to[0] - 0.2, open_to[1] + 0.2)),
-        Strip("paving", (-PAVED, PAVED), (near, far)),
-        Strip("paving", (-260.0, 260.0), (crossing - PAVED, crossing + PAVED)),
-        Strip("grass", (-4000.0, 4000.0), (-4000.0, 4000.0)),
+        world.Strip("asphalt", (-EDGE, EDGE), (near, far)),
+        world.Strip("asphalt", (-260.0, 260.0), open_to),
+        world.Strip("kerb", (-EDGE - 0.2, EDGE + 0.2), (near, far)),
+        world.Strip("kerb", (-260.0, 260.0), (open_to[0] - 0.2, open_to[1] + 0.2)),
+        world.Strip("paving", (-PAVED, PAVED), (near, far)),
+        world.Strip("paving", (-260.0, 260.0), (crossing - PAVED, crossing + PAVED)),
+        world.Strip("grass", (-4000.0, 4000.0), (-4000.0, 4000.0)),
     ]  # fmt: skip
 
 
-def _houses(random: Generator, crossing: float) -> list[House]:
+def _houses(random: Generator, crossing: float) -> list[world.House]:
     """Sample houses along both roads. None is near the crossing, where it would block the view."""
     houses = []
     for side in (-1, 1):
@@ -209,19 +200,19 @@ def _houses(random: Generator, crossing: float) -> list[House]:
             wide, depth = random.uniform(10, 18), random.uniform(9, 13)
             if abs(z + wide / 2 - crossing) > 26 + wide / 2:
                 x = side * (random.uniform(12.5, 16.0) + depth / 2)
-                houses.append(sample_house(random, x, z + wide / 2, depth, wide))
+                houses.append(world.sample_house(random, x, z + wide / 2, depth, wide))
             z += wide + random.uniform(3, 9)
         for across in (-1, 1):
             x = random.uniform(26, 32)
             while x < 120:
                 wide, depth = random.uniform(10, 18), random.uniform(9, 13)
                 z = crossing + across * (random.uniform(12.5, 16.0) + depth / 2)
-                houses.append(sample_house(random, side * (x + wide / 2), z, wide, depth))
+                houses.append(world.sample_house(random, side * (x + wide / 2), z, wide, depth))
                 x += wide + random.uniform(3, 9)
     return houses
 
 
-def _plants(random: Generator, crossing: float) -> list[StreetObject]:
+def _plants(random: Generator, crossing: float) -> list[world.StreetObject]:
     plants = []
     kinds = ("tree", "tree", "tree", "post", "bush", "sign")
     for side in (-1, 1):
@@ -229,13 +220,15 @@ def _plants(random: Generator, crossing: float) -> list[StreetObject]:
             if abs(z - crossing) > PAVED + 2:
                 x = side * (PAVED + random.uniform(1.2, 2.8))
                 plants.append(
-                    StreetObject(kinds[random.integers(6)], x, z, random.uniform(0.8, 1.2))
+                    world.StreetObject(kinds[random.integers(6)], x, z, random.uniform(0.8, 1.2))
                 )
         for across in (-1, 1):
             for x in random_positions(random, PAVED + random.uniform(4, 10), 110, (9, 17)):
                 z = crossing + across * (PAVED + random.uniform(1.2, 2.8))
                 plants.append(
-                    StreetObject(kinds[random.integers(6)], side * x, z, random.uniform(0.8, 1.2))
+                    world.StreetObject(
+                        kinds[random.integers(6)], side * x, z, random.uniform(0.8, 1.2)
+                    )
                 )
     return plants
 

@@ -9,28 +9,26 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from trackmark.datasets.synthetic.nummiaro2003.driving.car import CarAt
-from trackmark.datasets.synthetic.nummiaro2003.driving.laying import lay_behind, lay_facets
-from trackmark.datasets.synthetic.nummiaro2003.driving.shape import (
-    Face,
-    Facets,
-    Lens,
-    Pictures,
-    Ring,
-    assemble_facets,
-    blank_pictures,
-    level_face,
-    pack_pictures,
-    side_faces,
-)
+from trackmark.datasets.interface import Array
+from trackmark.datasets.synthetic.nummiaro2003.driving.car import CarAt, lay_behind, lay_facets
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     STAINS_SIDE,
     Cutout,
     Drawable,
+    Face,
+    Facets,
+    Lens,
     PerspectiveView,
+    Pictures,
+    Ring,
     UprightCutout,
+    assemble_facets,
+    blank_pictures,
     facet_pose,
+    level_face,
+    pack_pictures,
     paint_cutout,
+    side_faces,
 )
 from trackmark.datasets.synthetic.render.sprite import draw_rows
 from trackmark.datasets.synthetic.render.street.facades import backdrop
@@ -38,7 +36,6 @@ from trackmark.datasets.synthetic.render.street.furniture import bush, post, sig
 from trackmark.datasets.synthetic.render.texture import fractal, grass, noise, paving
 from trackmark.datasets.synthetic.scene import part_generator
 
-Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]  # left, top, right and bottom [metres]
 LOOKS = 6  # number of wall and roof styles in a scene
 STOREY = 2.9  # height of a storey [metres]

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
 from trackmark.datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
 from trackmark.datasets.synthetic.render.texture import creases, fractal, lerp
-
-Array = NDArray[np.float64]
 
 ROWS = 161  # number of rows of the texture, from the crown to below the chin
 

@@ -5,8 +5,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.colours import BGR
 
 Cut: TypeAlias = Literal["short", "full", "wreath"]
@@ -58,7 +58,7 @@ class FigureLook:
     stature: float  # [metres]
 
 
-def sample_skin(random: Generator) -> NDArray[np.float64]:
+def sample_skin(random: Generator) -> Array:
     """Sample a skin colour, BGR in [0, 255]."""
     return np.asarray(COMPLEXIONS[random.integers(len(COMPLEXIONS))][0], np.float64)
 

@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Array
+
 FINE = 2  # samples per pixel and axis
 NO_TRIANGLE = -1  # triangle index of a sample that no triangle covers
 UNIT = 32  # number of fixed-point steps per sample and per texel
@@ -19,13 +21,13 @@ _NEARNESS = 1 << 21  # nearness at a distance of one metre
 
 @njit(cache=True, error_model="numpy")
 def place_vertices(
-    positions: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    positions: Array,
+    normals: Array,
     bones: NDArray[np.int64],
-    axes: NDArray[np.float64],
-    origins: NDArray[np.float64],
-    lamp: NDArray[np.float64],
-    camera: NDArray[np.float64],
+    axes: Array,
+    origins: Array,
+    lamp: Array,
+    camera: Array,
 ) -> NDArray[np.int64]:
     """Return column and row [1/UNIT sample], nearness and light [1/256] of vertices, shape (v, 4).
 
@@ -192,8 +194,6 @@ def paint_owners(
                 picture[row + 1, column + 1, 3] = (covered + half) // samples
     return picture
 
-
-Array = NDArray[np.float64]
 
 # number of texture columns around a body part; column 0 is the front, AROUND / 4 the left
 AROUND = 256

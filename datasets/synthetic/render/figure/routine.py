@@ -9,12 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.views import random_wander
-
-Array = NDArray[np.float64]
 
 SIZE = 640, 480  # width and height of the images [pixels]
 

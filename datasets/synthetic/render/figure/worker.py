@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
+from trackmark.datasets.synthetic.render.figure import mesh
 from trackmark.datasets.synthetic.render.figure.body import (
     FOREARM,
     NECK,
@@ -19,20 +21,10 @@ from trackmark.datasets.synthetic.render.figure.body import (
     head,
 )
 from trackmark.datasets.synthetic.render.figure.look import FigureLook
-from trackmark.datasets.synthetic.render.figure.mesh import (
-    FINE,
-    NO_TRIANGLE,
-    UNIT,
-    Solid,
-    paint_owners,
-    place_vertices,
-    visible_triangles,
-)
 from trackmark.datasets.synthetic.render.figure.routine import Routine
 from trackmark.datasets.synthetic.render.sprite import blend_sprite, instants
 from trackmark.datasets.synthetic.scene import part_generator
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]
 
@@ -168,8 +160,8 @@ class Worker:
         """
         placed = self._placed(frame)
         left, top, width, height = _window(placed, canvas.shape)
-        owners = visible_triangles(placed, self._triangles, left, top, height, width)
-        picture = paint_owners(
+        owners = mesh.visible_triangles(placed, self._triangles, left, top, height, width)
+        picture = mesh.paint_owners(
             owners, placed, self._triangles, self._parts, self._places, self._atlas,
             left, top, round(256 * gain),
         )  # fmt: skip
@@ -202,7 +194,7 @@ class Worker:
 
     def head_box(self, frame: int) -> Array:
         """Return the box of the head from chin to crown, with hair and ears [pixels]."""
-        placed = self._placed(frame)[self._vertex_parts == HEAD, :2] / (UNIT * FINE)
+        placed = self._placed(frame)[self._vertex_parts == HEAD, :2] / (mesh.UNIT * mesh.FINE)
         low, high = placed.min(axis=0), placed.max(axis=0)
         return np.concatenate([low, high - low])
 
@@ -215,14 +207,14 @@ class Worker:
         left, top, width, height = _window(placed[self._vertex_parts == HEAD], None)
         of_head = self._triangles[self._parts == HEAD]
         whole, all_parts = (
-            visible_triangles(placed, triangles, left, top, height, width)
+            mesh.visible_triangles(placed, triangles, left, top, height, width)
             for triangles in (of_head, self._triangles)
         )
-        visible_head = (all_parts != NO_TRIANGLE) & (self._parts[all_parts] == HEAD)
-        return left, top, _coverage(whole != NO_TRIANGLE), _coverage(visible_head)
+        visible_head = (all_parts != mesh.NO_TRIANGLE) & (self._parts[all_parts] == HEAD)
+        return left, top, _coverage(whole != mesh.NO_TRIANGLE), _coverage(visible_head)
 
     def _placed(self, frame: int) -> Integers:
-        placed: Integers = place_vertices(
+        placed: Integers = mesh.place_vertices(
             self._positions,
             self._normals,
             self._vertex_parts,
@@ -234,12 +226,12 @@ class Worker:
         return placed
 
 
-def _count(solid: Solid) -> int:
+def _count(solid: mesh.Solid) -> int:
     rows, columns, _ = solid.vertices.shape
     return int(rows * columns)
 
 
-def _join_solids(solids: list[Solid]) -> tuple[Integers, Integers]:
+def _join_solids(solids: list[mesh.Solid]) -> tuple[Integers, Integers]:
     """Return the triangles of all solids, and the atlas positions of their vertices."""
     triangles, places = [], []
     vertices, texels = 0, 0
@@ -253,7 +245,7 @@ def _join_solids(solids: list[Solid]) -> tuple[Integers, Integers]:
         down, around = solid.spacing
         row, column = np.indices((rows, columns))
         place = np.stack([column * around, texels + row * down], axis=2)
-        places.append(place.reshape(-1, 2) * UNIT)
+        places.append(place.reshape(-1, 2) * mesh.UNIT)
         vertices += rows * columns
         texels += len(solid.texture)
     return np.concatenate(triangles), np.concatenate(places)
@@ -261,7 +253,7 @@ def _join_solids(solids: list[Solid]) -> tuple[Integers, Integers]:
 
 def _window(placed: Integers, within: tuple[int, ...] | None) -> tuple[int, int, int, int]:
     """Return left, top, width and height of a window around vertices within an image [pixels]."""
-    step = UNIT * FINE
+    step = mesh.UNIT * mesh.FINE
     left, top = (int(v) for v in placed[:, :2].min(axis=0) // step)
     right, bottom = (int(v) for v in placed[:, :2].max(axis=0) // step + 1)
     if within is not None:
@@ -273,5 +265,7 @@ def _window(placed: Integers, within: tuple[int, ...] | None) -> tuple[int, int,
 
 def _coverage(samples: NDArray[np.bool_]) -> Picture:
     rows, columns = samples.shape
-    blocks = samples.reshape(rows // FINE, FINE, columns // FINE, FINE).sum(axis=(1, 3))
-    return np.asarray(blocks * FULL // (FINE * FINE), np.uint8)
+    blocks = samples.reshape(rows // mesh.FINE, mesh.FINE, columns // mesh.FINE, mesh.FINE).sum(
+        axis=(1, 3)
+    )
+    return np.asarray(blocks * FULL // (mesh.FINE * mesh.FINE), np.uint8)

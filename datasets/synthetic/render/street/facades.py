@@ -6,9 +6,9 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.texture import fractal
 
-Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Box = tuple[float, float, float, float]  # left, top, right and bottom of a rectangle
 
@@ -206,10 +206,8 @@ class _Front:
         self._fill((front[0] - 0.1 * metre, front[1], front[2] + 0.1 * metre, base), frame)
         self._fill(front, np.array([70.0, 62.0, 58.0]) * random.uniform(0.6, 1.2))
         for _ in range(int((right - left) / metre * 5)):  # goods behind the glass
-            x, y = (
-                random.uniform(front[0], front[2]),
-                random.uniform(front[1] + 0.5 * metre, front[3]),
-            )
+            x = random.uniform(front[0], front[2])
+            y = random.uniform(front[1] + 0.5 * metre, front[3])
             size = random.uniform(0.06, 0.3, 2) * metre
             goods = random.uniform(40, 190, 3)
             item = (x, y - size[1], min(x + size[0], front[2]), y)

@@ -6,10 +6,9 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.texture import fractal
-
-Array = NDArray[np.float64]
 
 
 def post(

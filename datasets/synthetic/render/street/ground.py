@@ -8,10 +8,9 @@ from numba import njit
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.texture import fractal, grass, paving, pebbles
 from trackmark.datasets.synthetic.render.views import Viewpoint
-
-Array = NDArray[np.float64]
 
 Light: TypeAlias = Literal["even", "dappled"]
 

@@ -7,9 +7,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.render.path import random_positions
 from trackmark.datasets.synthetic.render.prop import Prop
 from trackmark.datasets.synthetic.render.sprite import draw_rows, instants
+from trackmark.datasets.synthetic.render.street import ground
 from trackmark.datasets.synthetic.render.street.facades import backdrop
 from trackmark.datasets.synthetic.render.street.furniture import (
     bush,
@@ -18,13 +20,6 @@ from trackmark.datasets.synthetic.render.street.furniture import (
     post,
     sign,
     tree,
-)
-from trackmark.datasets.synthetic.render.street.ground import (
-    Band,
-    Light,
-    TreeShade,
-    ground_rows,
-    street_bands,
 )
 from trackmark.datasets.synthetic.render.views import Viewpoint
 from trackmark.datasets.synthetic.scene import part_generator
@@ -55,13 +50,13 @@ class Street:
         size: tuple[int, int],
         still: Viewpoint,
         reach: Reach,
-        light: Light = "even",
+        light: ground.Light = "even",
     ) -> None:
         self._seed = seed
         self._size = size
         self._still = still
         self._reach = reach
-        self._light: Light = light
+        self._light: ground.Light = light
 
     def draw(
         self,
@@ -112,13 +107,13 @@ class Street:
         """Return a tall pillar that occludes people behind it; all parameters are in metres."""
         return post(part_generator(self._seed, f"post {x} {z}"), x, z, self._scale_at(z), thickness)
 
-    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> NDArray[np.float64]:
+    def gains(self, x: ArrayLike, z: ArrayLike, heights: ArrayLike) -> Array:
         """Return the light at heights above the ground at (x, z); all parameters are in metres."""
         return self._shade.on_upright(x, z, heights)
 
     @cached_property
-    def _shade(self) -> TreeShade:
-        return TreeShade(part_generator(self._seed, "shade"), self._light)
+    def _shade(self) -> ground.TreeShade:
+        return ground.TreeShade(part_generator(self._seed, "shade"), self._light)
 
     @cached_property
     def _backdrop(self) -> tuple[NDArray[np.uint8], float]:
@@ -135,7 +130,7 @@ class Street:
     def _ground(self) -> tuple[NDArray[np.uint8], float]:
         """Image of the ground, and its first image row."""
         random = part_generator(self._seed, "ground")
-        rows = ground_rows(
+        rows = ground.ground_rows(
             random,
             self._bands(random),
             self._shade,
@@ -147,15 +142,15 @@ class Street:
         )
         return rows, self._first_row
 
-    def _bands(self, random: Generator) -> list[Band]:
-        return street_bands(random, KERB, HOUSES)
+    def _bands(self, random: Generator) -> list[ground.Band]:
+        return ground.street_bands(random, KERB, HOUSES)
 
     @property
     def _first_row(self) -> float:
         return float(np.floor(self._still.row(0.0, HOUSES))) - 2
 
     @cached_property
-    def _scales(self) -> NDArray[np.float64]:
+    def _scales(self) -> Array:
         """Scale of every row of the ground, without shift [pixels/metre]."""
         last = self._size[1] - self._reach.shift_y[0] + 2
         rows = np.arange(self._first_row, last) + 0.5
@@ -166,13 +161,13 @@ class Street:
         """Panorama column of the minimum lateral position of the camera, equal in all rows."""
         return self._still.centre + self._reach.shift_x[1] + 16
 
-    def _widths(self, scales: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _widths(self, scales: Array) -> NDArray[np.int64]:
         travel = (self._reach.x[1] - self._reach.x[0]) * scales
         turn = self._reach.shift_x[1] - self._reach.shift_x[0]
         return np.asarray(np.ceil(travel + turn + self._size[0] + 34), np.int64)
 
     def _lefts(
-        self, camera: Viewpoint, scales: NDArray[np.float64], motion: float, travel: float
+        self, camera: Viewpoint, scales: Array, motion: float, travel: float
     ) -> NDArray[np.int64]:
         """Return the panorama column at the left image border [1/64 pixel], shape (times, rows)."""
         nearest = float(scales.max())

@@ -24,7 +24,7 @@ def test_self_shadow_attribute_marks_darker_frames():
     levels = np.array([book_image(0, frame)[scene.mask(frame)].mean() for frame in frames])
     assert levels[flagged[::4]].mean() < 0.75 * levels[~flagged[::4]].mean()
     for frame in frames:
-        share = self_shadow(scene.setting.surface(frame), scene.setting.lamp)
+        share = self_shadow(scene.surface(frame), scene.lamp)
         assert flagged[frame] == (share >= 0.25)
 
 

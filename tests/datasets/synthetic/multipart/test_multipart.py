@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from tests.datasets.synthetic.scenes import SEEDS, slow_if_unchanged
 from trackmark import datasets
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
-from trackmark.datasets.synthetic.multipart.look import WalkerLook
-from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker
+from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker, WalkerLook
 
 pytestmark = slow_if_unchanged("multipart/1", "stress/twin")
 

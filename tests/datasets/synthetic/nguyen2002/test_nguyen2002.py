@@ -8,18 +8,18 @@ import pytest
 from hypothesis import given, settings
 
 from tests.datasets.synthetic.scenes import SEEDS, mask_edges, runs, scenes_of, slow_if_unchanged
-from trackmark.datasets.synthetic.nguyen2002.film.scene import clip_script, scene
+from trackmark.datasets.synthetic.nguyen2002.film.scene import FilmScene, clip_script
 from trackmark.datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from trackmark.datasets.synthetic.nguyen2002.film.targets import KINDS
-from trackmark.datasets.synthetic.nguyen2002.lights.scene import _pose
-from trackmark.datasets.synthetic.nguyen2002.parameters import FilmParameters
+from trackmark.datasets.synthetic.nguyen2002.lights import _pose
+from trackmark.datasets.synthetic.parameters import SceneParameters
 
 pytestmark = slow_if_unchanged("nguyen2002/clip-01", "nguyen2002/lights")
 
 
 @lru_cache(maxsize=32)
 def open_clip(seed, clip):
-    return scene(FilmParameters(scene=seed), clip)
+    return FilmScene(SceneParameters(scene=seed), clip)
 
 
 @settings(max_examples=30, deadline=None)

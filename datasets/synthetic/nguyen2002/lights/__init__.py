@@ -1,1 +1,0 @@
-"""Scene in which a hand moves a printed object in a room with two lamps."""
