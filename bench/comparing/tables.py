@@ -10,13 +10,7 @@ from typing import Any
 import pandas as pd
 
 from trackmark.bench.comparing.answer import answer_of
-from trackmark.bench.comparing.comparison import (
-    Comparison,
-    Pair,
-    Standing,
-    means_in_part,
-    parts_of,
-)
+from trackmark.bench.comparing.comparison import Comparison, Pair, Standing, means_in_part, parts_of
 from trackmark.bench.reporting.tables import clock_notes
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
@@ -100,7 +94,8 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
         del heads[2], ranks[1]
         for row in rows:
             del row[2]
-    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
+    star = "*: no other tracker is better"
+    notes = [*_star_notes(comparison, star), *_clock_notes(comparison)]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
     return Table("comparison", _caption(comparison), heads, 1, rows, notes, ranks=ranks)
@@ -188,7 +183,8 @@ def _standings(comparison: Comparison) -> Table:
         rows.append(_standing_cells(comparison, standing, time))
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
-    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
+    star = "*: no other tracker is better, over all pairs."
+    notes = [*_star_notes(comparison, star), *_clock_notes(comparison)]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
         notes.append(
@@ -206,12 +202,11 @@ def _standings(comparison: Comparison) -> Table:
     )
 
 
-def _star_notes(comparison: Comparison) -> list[str]:
+def _star_notes(comparison: Comparison, meaning: str) -> list[str]:
     """Return the meaning of the star, or why there is none; no note for a single tracker."""
-    few = _too_few(comparison)
-    if few:
+    if few := _too_few(comparison):
         return [few]
-    return ["*: no other tracker is better"] if len(comparison.standings) > 1 else []
+    return [meaning] if len(comparison.standings) > 1 else []
 
 
 def _clock_notes(comparison: Comparison) -> list[str]:
@@ -245,7 +240,7 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
             rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
     others = len(comparison.pairs) - len(pairs)
     notes += [f"{others} more pairs: --verbose"] if others else []
-    table = _text_table_of_pairs(comparison, rows)
+    table = _table_of_pairs(comparison, rows)
     table.heads[1] = table.heads[1].replace("difference", "diff.")
     return replace(table, notes=notes)
 
@@ -276,10 +271,10 @@ def pair_table(comparison: Comparison) -> Table:
         f"Differences, first minus second: {_caption(comparison)}. Margin {_margin(comparison)}."
     )
     data = [_pair_data(comparison, pair) | _ends(pair.interval) for pair in comparison.pairs]
-    return replace(_text_table_of_pairs(comparison, rows), caption=caption, data=pd.DataFrame(data))
+    return replace(_table_of_pairs(comparison, rows), caption=caption, data=pd.DataFrame(data))
 
 
-def _text_table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
+def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
     heads = ["pair", _difference_head(comparison), "interval", "better on", "the first is"]
     return replace(text_table("comparison-pairs", "", heads, rows), ranks=[1, 1, 2, 0])
 

@@ -2,8 +2,10 @@
 
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import partial
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -111,31 +113,16 @@ def _run_rows(run: Run, origin: int, trace: Trace) -> ResultRows:
         run.boxes_in(trace) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
-        None if run.segments else _median_update(run, run.boxes),
+        run.circumstances.get("update_seconds", nan),
     )
 
 
 def _split_segments(run: Run, rows: ResultRows) -> list[tuple[NDArray[Any], ResultRows]]:
-    """Split the rows of a run by segments; times are the median update time of the run."""
+    """Split the rows of a run by segments."""
     segments, end = [], 0
     for frames in run.segments:
         part = slice(end, end + len(frames))
-        boxes, confidence = rows.boxes[part], rows.confidence
-        confidence = None if confidence is None else confidence[part]
-        segments.append((frames, ResultRows(boxes, confidence, seconds=_median_update(run, boxes))))
+        confidence = None if rows.confidence is None else rows.confidence[part]
+        segments.append((frames, replace(rows, boxes=rows.boxes[part], confidence=confidence)))
         end = part.stop
     return segments
-
-
-def _median_update(run: Run, boxes: NDArray[Any]) -> NDArray[np.float64] | None:
-    """Return the run's median update time [s] for each frame after the initialisation.
-
-    The time of the initialisation is unknown, because it can include compilation. The result is
-    None if the run has no update time.
-    """
-    update = run.circumstances.get("update_seconds")
-    if update is None:
-        return None
-    seconds = np.full(len(boxes), np.nan)
-    seconds[int(np.isfinite(boxes).all(axis=1).argmax()) + 1 :] = update
-    return seconds

@@ -154,9 +154,7 @@ def _with_one_protocol(runs: list[Run]) -> list[Run]:
 
 
 def _read_runs(
-    tracker: ImportedTracker,
-    sequences: Sequence[ResultSequence],
-    on_message: Callable[[str], None],
+    tracker: ImportedTracker, sequences: Sequence[ResultSequence], on_message: Callable[[str], None]
 ) -> Iterator[Run]:
     """Yield the runs of a tracker on all of the sequences."""
     result_format = load_format(tracker.format)

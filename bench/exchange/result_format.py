@@ -7,6 +7,7 @@ frame numbers of the files; `importing` and `exporting` convert them.
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -52,9 +53,9 @@ class ResultRows:
     boxes: NDArray[np.float64]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows if missing
     confidence: NDArray[np.float64] | None = None  # (n,): NaN if missing
     states: NDArray[Any] | None = None  # (n,): `FrameState` of a supervised run
-    # (n,): time of each update or of the initialisation [s]; NaN if unknown. Times are exported
-    # but not imported: times of other machines are not comparable.
-    seconds: NDArray[np.float64] | None = None
+    # Median time of an update [s]; NaN if unknown. It is exported but not imported: times of other
+    # machines are not comparable.
+    update_seconds: float = nan
     simplification: str = ""  # message on regions that were simplified when the file was read
     headers: tuple[Header, ...] = ()  # one per segment, in the order of the rows
     protocol: str = ""  # protocol of a file with segments, such as `sre`; empty for one-pass

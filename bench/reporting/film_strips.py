@@ -18,18 +18,12 @@ from trackmark.reports.write import file_names
 
 N_STRIP_FRAMES = 10
 
-TRACE_WORDS: Mapping[Trace, str] = {
-    "online": "online boxes",
-    "revised": "revised boxes",
-}
+TRACE_WORDS: Mapping[Trace, str] = {"online": "online boxes", "revised": "revised boxes"}
 """Labels in pictures for the boxes of trackers that revise boxes later."""
 
 
 def write_strips(
-    experiment: Path,
-    folder: Path,
-    on_message: Callable[[str], None],
-    trackers: Sequence[str],
+    experiment: Path, folder: Path, on_message: Callable[[str], None], trackers: Sequence[str]
 ) -> list[Path]:
     """Draw a film strip of each sequence with the boxes of trackers; return the files.
 

@@ -306,40 +306,10 @@ def noise(d=3, **changes):
     return usual._replace(**changes)
 
 
-def sample_at(appearance, features):
-    """Update the model with the features of a frame; return their comparison with the model."""
-    first = not appearance.noise_known
-    if first:
-        appearance.start(features)
-    seen = appearance.compare(features)
-    appearance.update(seen, first=first)
-    return seen
-
-
 def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
     random = np.random.default_rng(seed)
     truth = random.uniform(0, 255, (*shape, d))
     return truth, [truth + random.normal(0, sd, truth.shape) for _ in range(number)]
-
-
-@pytest.mark.parametrize("full", [True, False])
-def test_grey_noise_covariance_is_regularised(full):
-    random = np.random.default_rng(0)
-    grey = random.uniform(0, 255, (30, 40, 1))
-    seen = [np.repeat(grey + random.normal(0, 3, grey.shape), 3, axis=2) for _ in range(12)]
-    appearance = TemplateFilter(noise(floor=1.0, full=full), seen[0])
-    for features in seen[1:]:
-        assert sample_at(appearance, features).share < 0.2
-        for matrix in (appearance.residual, appearance.state, appearance.measurement):
-            assert np.isfinite(matrix).all()
-            assert np.linalg.eigvalsh(matrix)[0] > -1e-9
-    variances = np.linalg.eigvalsh(appearance.residual)
-    if full:
-        assert variances[:2] == pytest.approx(1.0, abs=1e-9)
-        assert variances[2] > 15
-    else:
-        assert variances.max() < 1.2 * variances.min()
-        np.testing.assert_array_equal(appearance.residual, np.diag(np.diag(appearance.residual)))
 
 
 def test_view_without_inliers_keeps_the_covariance():

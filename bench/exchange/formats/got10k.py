@@ -34,8 +34,8 @@ def fits(file: Path) -> bool:
 def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
     """Return the texts of a run and of its times.
 
-    Unknown times are written as NaN: without a time file the toolkit reports another sequence's
-    times.
+    Unknown times, as of the initialisation, are written as NaN: without a time file the toolkit
+    reports another sequence's times.
     """
     name = file_name(sequence)
     lines = (",".join(f"{value:.3f}" for value in box) for box in rows.boxes.tolist())
@@ -43,7 +43,8 @@ def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Map
         folder / name / f"{name}_{repetition + 1:03}.txt": "".join(f"{line}\n" for line in lines)
     }
     if repetition == 0:
-        times = [np.nan] * len(rows.boxes) if rows.seconds is None else rows.seconds
+        times = np.full(len(rows.boxes), np.nan)
+        times[int(np.isfinite(rows.boxes).all(axis=1).argmax()) + 1 :] = rows.update_seconds
         texts[folder / name / f"{name}_time.txt"] = "".join(f"{time:.8f}\n" for time in times)
     return texts
 

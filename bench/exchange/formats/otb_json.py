@@ -216,16 +216,13 @@ def segment_writer(protocol: str) -> SegmentWriter | None:
 def _record(
     folder: Path, sequence: str, rows: ResultRows, evaluation: str, start: int, shift: str | None
 ) -> dict[str, Any]:
-    first = int(np.isfinite(rows.boxes).all(axis=1).argmax())
-    times = np.empty(0) if rows.seconds is None else rows.seconds[first + 1 :]  # times of updates
-    times = times[np.isfinite(times)]
     return {
         "tracker": folder.name,
         "seqName": sequence,
         "startFrame": start,
         "endFrame": start + len(rows.boxes) - 1,
         "evalType": evaluation,
-        "fps": 1 / float(times.mean()) if times.sum() else None,
+        "fps": 1 / rows.update_seconds if rows.update_seconds > 0 else None,
         "shiftType": shift,
         "resType": "rect",
         "tmplsize": None,

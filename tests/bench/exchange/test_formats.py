@@ -45,7 +45,7 @@ def test_round_trip_keeps_boxes_and_format_is_detected(kind, origin, tmp_path):
     assert "SEQ" in result_format.expects
     shift = np.array([origin, origin, 0, 0])
     theirs = tmp_path / "theirs"
-    write_results(kind, theirs, ResultRows(boxes + shift, seconds=np.full(FRAMES, 0.01)))
+    write_results(kind, theirs, ResultRows(boxes + shift, update_seconds=0.01))
     messages = []
     # In VOT's files a special code stands for the first box, and shows no origin.
     start = result_format.origin if kind == "vot" else origin
