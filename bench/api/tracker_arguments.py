@@ -101,7 +101,8 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     declared = getattr(kind, "name", "")
     declared = declared if isinstance(declared, str) else ""
     label = name or declared or own_name
-    check_name(label, f"tracker {own_name!r}")
+    if declared:
+        check_name(declared, f"tracker {own_name!r}")
     # Other objects can depend on values that no file contains.
     file = source_file(tracker) if is_class and "<locals>" not in tracker.__qualname__ else None
     if file is not None and not _defines(file, own_name):

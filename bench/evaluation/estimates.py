@@ -23,8 +23,9 @@ def validate_box(box: Any) -> list[float]:
     is_sequence = isinstance(box, list | tuple) and all(map(np.isscalar, box))
     plain = np.asarray(box) if is_array or is_sequence else None
     if plain is None or plain.shape != (4,) or plain.dtype.kind not in _NUMBER_KINDS:
+        text = f"an array of shape {box.shape}" if is_array and box.size > 8 else repr(box)
         raise MalformedEstimateError(
-            f"the box is {box!r}. Expected: four numbers [x, y, width, height] as an array, list "
+            f"the box is {text}. Expected: four numbers [x, y, width, height] as an array, list "
             "or tuple"
         )
     # Checks the converted values: a finite number of another type can overflow float64.

@@ -69,7 +69,8 @@ def describe_tracker(text: str) -> dict[str, Any]:
     if is_external(name, options):
         try:
             external = open_external(name, options)
-            return describe_plugin(external.plugin, external.file, external.name)
+            values = external.parameters.model_dump()
+            return describe_plugin(external.plugin, external.file, external.name, values)
         finally:
             close_idle_processes()
     return _ask_child("describe", [name])[name] if is_outside(name) else trackers.describe(name)

@@ -204,7 +204,7 @@ class TraxProcess(LineProcess):
         line = self.read_line(seconds, MARK)
         message = parse_message(line)
         if message.name == "quit":
-            reason = message.properties.get("trax.reason", "no reason given")
+            reason = message.properties.get("trax.reason") or "no reason given"
             raise self.fail(f"ended the session: {reason}")
         # vot-trax of some versions calls the message `status`.
         if message.name.replace("status", "state") != name:

@@ -68,6 +68,7 @@ def test_object_is_used_for_one_repetition(line, make_sequence):
 
 
 def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
+    assert [*tm.evaluate(lambda: Plain(), line).runs] == [("<lambda>", "line", 0)]
     trackers = ["static", {"two": Plain, "three": lambda: Plain()}]
     results = tm.evaluate(trackers, [line, "samples/f*"])
     names = [key[:2] for key in results.runs]

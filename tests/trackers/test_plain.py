@@ -143,3 +143,10 @@ def test_unusable_class_is_an_error_before_it_is_created():
     ):
         with pytest.raises(TrackerError, match=message):
             to_plugin(tracker)
+
+
+def test_file_imports_modules_next_to_it(tmp_path):
+    (tmp_path / "steps_of_plain.py").write_text("STEP = 7")
+    code = "from steps_of_plain import STEP\n" + SOURCE.replace("step: float = 1", "step=STEP")
+    (tmp_path / "importing.py").write_text(code)
+    assert trackers.describe(str(tmp_path / "importing.py"))["parameters"][0]["default"] == 7

@@ -222,12 +222,19 @@ def describe(name: str) -> dict[str, Any]:
     )
 
 
-def describe_plugin(plugin: type[TrackerPlugin], file: Path, name: str) -> dict[str, Any]:
+def describe_plugin(
+    plugin: type[TrackerPlugin],
+    file: Path,
+    name: str,
+    changed_defaults: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """Return the description of a class; see `describe`."""
     fields = plugin.Parameters.model_fields
     required = {key: "" for key, field in fields.items() if field.is_required()}
-    if required:
-        values: Mapping[str, Any] = {key: field.default for key, field in fields.items()} | required
+    if changed_defaults is not None:
+        values = changed_defaults
+    elif required:
+        values = {key: field.default for key, field in fields.items()} | required
     else:
         values = dict(resolve_plugin(plugin, file, name, {}).parameters)
     return {
@@ -382,6 +389,8 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     assert spec is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
+    if (folder := str(file.absolute().parent)) not in sys.path:
+        sys.path.append(folder)  # for modules next to the file, also those that a run imports
     allow_former_imports()
     try:
         with contextlib.chdir(Path.cwd()):  # the file may change the working directory

@@ -55,7 +55,10 @@ def _only_tracker(module: Any) -> Any:
         for name, value in vars(module).items()
         if isinstance(value, type) and value.__module__ == module.__name__
     }
-    trackers = [name for name in defined if not missing_methods(defined[name])]
+    missing = {name: len(missing_methods(defined[name])) for name in defined}
+    fewest = min(missing.values(), default=2)
+    # If no class has both methods, the error of the returned class names the missing one.
+    trackers = [name for name in defined if missing[name] == fewest < 2]
     classes = [name for name in trackers if not inspect.isabstract(defined[name])] or trackers
     exported = [name for name in classes if name in getattr(module, "__all__", classes)]
     if not classes:

@@ -40,7 +40,7 @@ REFUSED = {  # code before the class, code in or after it, words of the error
     "a preset of nothing": ("", "    presets = {'recommended': {'a': 5}}", "unknown parameter of"),
     "parameters of no kind": ("", "    Parameters = int", "a class derived from trackers.Par"),
     "randomness in words": ("", "    randomness = 'none'", "must be a member of trackers.Random"),
-    "no update": ("", "    update = TrackerPlugin.update", "the file defines no tracker"),
+    "no update": ("", "    update = TrackerPlugin.update", "it lacks update"),
     "called like another": ("", "    name = 'static'", "name 'static' belongs to another tracker"),
     "called like a folder": ("", "    name = '../x'", "'../x' is not a valid name of a tracker"),
     "two of them": (
