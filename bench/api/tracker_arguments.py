@@ -13,6 +13,7 @@ from trackmark.trackers import Randomness, TrackerError
 from trackmark.trackers.base.catalogue import (
     PLUGIN_MODULE,
     check_name,
+    names,
     resolve_plugin,
     validate_plugin,
 )
@@ -29,8 +30,8 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     by_label: dict[str, tuple[Any, TrackerSpec]] = {}
     for name, tracker in _named(trackers):
         spec = _resolve(tracker, name, repetitions)
-        other, _ = by_label.setdefault(spec.label, (tracker, spec))
-        if other != tracker:
+        other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
+        if other != tracker and not _equal_texts(spec, other_spec, tracker, other):
             raise TrackerError(
                 f"two different trackers are called {spec.label!r}. Give them names by a dict: "
                 f"{{'first': ..., 'second': ...}}."
@@ -38,6 +39,15 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     if not by_label:
         raise TrackerError("no tracker is given. Give at least one.")
     return [_changed(spec, base_seed=base_seed) for _, spec in by_label.values()]
+
+
+def _equal_texts(spec: TrackerSpec, other_spec: TrackerSpec, *trackers: Any) -> bool:
+    """Return whether two specifications select one tracker, for example by a default value."""
+    is_text = all(isinstance(tracker, str | Path) for tracker in trackers)
+    # Environment variables of a process are not part of its version.
+    in_process = not (spec.call_seconds or other_spec.call_seconds)
+    equal = spec.version == other_spec.version and spec.parameters == other_spec.parameters
+    return is_text and in_process and equal
 
 
 def tracker_texts(trackers: Any) -> tuple[str, ...]:
@@ -65,8 +75,12 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
         for name, tracker in trackers.items():
             if not isinstance(name, str):
                 raise TypeError(f"the name {name!r} of a tracker is not a text.")
-            if name != tracker:
-                check_name(name, "dict of trackers")
+            if not name.isprintable() or not name.strip():
+                raise TrackerError(
+                    f"{name!r} is not a valid name of a tracker. Use printable text."
+                )
+            if name in names() and name != tracker:
+                raise TrackerError(f"the name {name!r} belongs to another tracker. Choose another.")
             yield name, tracker
     elif isinstance(trackers, list | tuple):
         for tracker in trackers:

@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import inspect
+import re
 import types
 import typing
 from collections.abc import Callable
@@ -193,7 +194,9 @@ def memory_size(text: str) -> int:
     from pydantic import ByteSize, TypeAdapter, ValidationError
 
     try:
-        return int(TypeAdapter(ByteSize).validate_python(text))
+        # The validator ignores text after a number, as in 4,5GB.
+        is_size = re.fullmatch(r"[\d.]+ *[a-zA-Z]*", text.strip())
+        return int(TypeAdapter(ByteSize).validate_python(text if is_size else ""))
     except ValidationError:
         raise click.BadParameter(
             f"{text!r} is not a valid size. Use, for example, 500MB or 4GiB."

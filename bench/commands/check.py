@@ -187,7 +187,7 @@ def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
 def _part(baseline: "Baseline", options: CheckOptions) -> "Baseline":
     """Return the selected part of the baseline: with --accept, all entries of this tracker."""
     trackers = [options.accept] if options.accept else split_list(options.trackers)
-    sequences = ["*"] if options.accept else split_list(options.sequences)
+    sequences = ["*"] if options.accept else _with_canonical_names(split_list(options.sequences))
     entries = {
         tracker: {
             name: entry for name, entry in row.items() if _fits(sequences, name, entry.source.text)
@@ -214,6 +214,15 @@ def _first_names(names: Collection[str]) -> str:
 
 def _fits(patterns: Sequence[str], *names: str) -> bool:
     return any(name == text or fnmatchcase(name, text) for text in patterns for name in names)
+
+
+def _with_canonical_names(texts: Sequence[str]) -> list[str]:
+    """Return the texts and, of built-in sequences, also the canonical names."""
+    from trackmark import datasets
+    from trackmark.datasets.catalogue import is_built_in
+
+    built_in = [text for text in texts if is_built_in(text) and not {"*", "?"} & set(text)]
+    return [*texts, *(datasets.identity(text)[0] for text in built_in)]
 
 
 def _verdict(result: "Check", speeds: "Mapping[str, Pace]") -> str:

@@ -42,6 +42,13 @@ class FolderOptions(JsonOptions):
     folder: Path = argument(default=Path("results"), required=False)
 
 
+@dataclass(frozen=True, kw_only=True)
+class FailuresOptions(FolderOptions):
+    """Options of `failures`."""
+
+    verbose: bool = output_option("Also print tracebacks and the last output of the trackers.")
+
+
 @click.group("results")
 def command() -> None:
     """List, check, remove, merge, import and export stored results."""
@@ -83,8 +90,8 @@ def list_results(options: FolderOptions) -> None:
 
 
 @command.command("failures")
-@with_options(FolderOptions)
-def failures(options: FolderOptions) -> None:
+@with_options(FailuresOptions)
+def failures(options: FailuresOptions) -> None:
     """Print reason and frame of failed runs.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
@@ -97,6 +104,7 @@ def failures(options: FolderOptions) -> None:
     """
     import numpy as np
 
+    from trackmark.bench.comparing.run_summary import tracker_line
     from trackmark.bench.store.layout import experiment_folders, run_key
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import list_runs
@@ -119,9 +127,13 @@ def failures(options: FolderOptions) -> None:
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
                 f"{reached} of {len(run.boxes)} frames ({experiment})"
             )
-            click.echo(f"  {run.failure.splitlines()[0]}")
-    if failed and not options.as_json:
-        print_hint("Tracebacks and last outputs of the trackers: add --json")
+            reason, _, trace = run.failure.partition("\n")
+            lines = [reason, tracker_line(run.failure)]
+            if options.verbose:
+                lines = [reason, *trace.splitlines(), *run.output.splitlines()]
+            click.echo("\n".join(f"  {line}" for line in lines if line))
+    if failed and not (options.as_json or options.verbose):
+        print_hint("Tracebacks and last outputs of the trackers: add --verbose")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,7 +241,7 @@ def convert(folders: tuple[Path, ...]) -> None:
             number = convert_results(folder, progress)
         click.echo(
             f"{folder}: converted {number} runs. The old files are no longer needed: plan.json, "
-            "index.arrow, _truth, _log, and the folders of trackers."
+            "index.arrow, _truth, and the folders of trackers. Logs in _log are not converted."
         )
 
 

@@ -162,6 +162,11 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             _print_row(row, execution.folder, metrics)
             printed.add(run_key(row))
 
+    if stale := execution.plan.count(State.STALE):
+        print_message(
+            f"trackmark: replaces {stale} stale run{'s' * (stale != 1)}, because the tracker or "
+            "the sequence has changed. To keep them, stop and add --name."
+        )
     execute_runs(execution, print_row, keep_errors=True)
     rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
@@ -309,6 +314,6 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     click.echo(f"\n{runs} on {sequences}{time}.\nRuns go to {execution.folder}.")
     if result.unmeasured:
         click.echo(
-            f"Not estimated, because they have no stored runs: {', '.join(result.unmeasured)}. "
+            f"Not estimated, because they have no finished runs: {', '.join(result.unmeasured)}. "
             "`run` prints the time left while it works; Ctrl-C keeps finished runs."
         )

@@ -41,7 +41,8 @@ _HOME = Path(__file__).parents[2]  # folder of all packages of trackmark
 # Dask keeps a log of whole units in the command's memory; keep it short.
 _CONFIG = {"distributed.admin.low-level-log-length": 50}
 
-_Result: TypeAlias = dict[Entry, Run] | SequenceError | ResultsError
+_Result: TypeAlias = list[tuple[int, Run]] | SequenceError | ResultsError
+"""Runs of a unit with the numbers of their entries, or an error."""
 
 
 class ClusterError(ResultsError):
@@ -151,10 +152,12 @@ def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Res
             if hasattr(_pools, "pool"):
                 _pools.pool.close()
             _pools.key, _pools.pool = key, Pool(limits)
-        result: _Result
+        result: dict[Entry, Run] | SequenceError | ResultsError
         ((_, result),) = _pools.pool.perform([unit])
     except ResultsError as error:
         return error
+    if isinstance(result, dict):  # Dask would turn the keys into tuples
+        return [(unit.entries.index(entry), run) for entry, run in result.items()]
     return result
 
 
@@ -207,6 +210,8 @@ def _read_result(future: Future[_Result], unit: Unit) -> dict[Entry, Run] | Exce
         raise _lost_scheduler(str(error) or "it ended, or cannot be reached") from error
     if isinstance(result, ClusterError):
         raise result
+    if isinstance(result, list):
+        return {unit.entries[number]: run for number, run in result}
     return result
 
 

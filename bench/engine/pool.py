@@ -137,7 +137,7 @@ class Worker:
     def end(self) -> None:
         """Kill the worker and all processes that it has started."""
         self._process_tree.end()
-        delete_frame_files()
+        delete_frame_files(self._process.pid)
         self.channel.close()
         for file in (self._shared, self._output, self._trace):
             file.close()

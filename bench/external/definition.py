@@ -69,6 +69,8 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
         table = {"trax": re.sub('^"([^"]*)"$', r"\1", options.pop("command"))}
     else:
         table = {"file": name}
+    if {"file", "trax"} <= table.keys():
+        raise TrackerError(f"{name}: give either the key 'file' or the key 'trax', not both.")
     if requested_name:
         check_name(requested_name, name)
     keys = _TRAX_OPTIONS if "trax" in table else ("python", *_LIMITS)

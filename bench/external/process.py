@@ -24,8 +24,8 @@ TAIL_CHARACTERS = 2_000
 FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()  # noqa: S108  # names in it are random
 """Folder of the files with frames: in memory if possible."""
 
-FRAME_PREFIX = "trackmark-frames-"
-"""Start of the names of these files; the id of the process that deletes them follows."""
+FRAME_PREFIX = "trackmark-frames-{pid}-"
+"""Start of the names of these files; `pid` is the process that deletes them."""
 
 _MAX_OUTPUT = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
@@ -34,12 +34,10 @@ _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
 
 
-def delete_frame_files() -> None:
-    """Delete the files with frames of processes that were killed."""
-    for file in Path(FRAME_FOLDER).glob(f"{FRAME_PREFIX}*"):
-        pid = file.name.removeprefix(FRAME_PREFIX).partition("-")[0]
-        if not Path("/proc", pid).exists():
-            file.unlink(missing_ok=True)
+def delete_frame_files(pid: int) -> None:
+    """Delete the files with frames of a process that was killed."""
+    for file in Path(FRAME_FOLDER).glob(FRAME_PREFIX.format(pid=pid) + "*"):
+        file.unlink(missing_ok=True)
 
 
 class ExternalTrackerError(TrackerError):

@@ -59,7 +59,8 @@ class WorkerProcess(LineProcess):
     def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
         """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
         self.is_usable = False
-        self.send(json.dumps([operation, arguments]).encode() + b"\n", seconds)
+        request = json.dumps([operation, arguments], default=int)  # integers of NumPy
+        self.send(request.encode() + b"\n", seconds)
         # A command that starts the interpreter can print lines of its own.
         line = self.read_line(seconds, MARK)
         answer: dict[str, Any] = json.loads(line.partition(MARK)[2])
@@ -85,6 +86,8 @@ class PythonPlugin(ExternalPlugin):
             "create",
             parameters=parameters.model_dump(),
             seed=seed_number(seed),
+            entropy=seed.entropy,
+            spawn_key=seed.spawn_key,
         )
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:

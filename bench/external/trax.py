@@ -32,7 +32,6 @@ from trackmark.bench.external.process import (
     FRAME_PREFIX,
     ExternalTrackerError,
     LineProcess,
-    delete_frame_files,
 )
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.plain import create_plugin
@@ -169,8 +168,7 @@ class TraxProcess(LineProcess):
     """
 
     def __init__(self, definition: TraxDefinition) -> None:
-        delete_frame_files()
-        prefix = f"{FRAME_PREFIX}{os.getpid()}-"
+        prefix = FRAME_PREFIX.format(pid=os.getpid())
         file = tempfile.NamedTemporaryFile(prefix=prefix, suffix=".bmp", dir=FRAME_FOLDER)  # noqa: SIM115  # closed with the process
         self.file = file.name
         super().__init__(

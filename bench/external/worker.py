@@ -8,7 +8,7 @@ traceback is on stderr, and the process ends.
 | operation and arguments | answer |
 |---|---|
 | describe | class, name, doc, parameters, randomness, libraries |
-| create: parameters, seed | |
+| create: parameters, seed, entropy, spawn_key | |
 | init: pixels, box | wall, cpu |
 | update: pixels | wall, cpu, estimate |
 
@@ -79,6 +79,18 @@ def libraries() -> Any:
     return versions
 
 
+def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
+    """Return a new tracker; the global random generators are seeded."""
+    # Code of users often draws from the global generators, which then repeat with the run.
+    random.seed(seed)
+    np.random.seed(seed)
+
+    def sequence() -> Any:
+        return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
+
+    return plain_class.create(kind, parameters, seed, sequence)
+
+
 def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None) -> Any:
     """Return the answer of `init` or `update`."""
     frames.seek(0)
@@ -127,10 +139,7 @@ def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Ite
                 yield {"unusable": "%s: %s" % (":".join(owner), error)}
         elif operation == "create":
             tracker = None  # releases the memory of the last one first
-            # Code of users often draws from the global generators, which then repeat with the run.
-            random.seed(arguments["seed"])
-            np.random.seed(arguments["seed"])
-            tracker = plain_class.create(kind, **arguments)
+            tracker = create(kind, **arguments)
             yield {}
         else:
             yield call(tracker, operation, frames, **arguments)

@@ -74,9 +74,14 @@ def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     names = [key[:2] for key in results.runs]
     assert names[:3] == [("static", "line"), ("two", "line"), ("three", "line")]
     assert {name for _, name in names} == {"line", "samples/face"}
+    assert len(tm.evaluate(["camshift", "camshift:hue_bins=32"], line).runs) == 1
     with pytest.raises(TrackerError, match="two different trackers are called 'Plain'"):
         tm.evaluate([Plain, Plain()], line)
-    for name, error in (("static", "belongs to another"), ("a:b", "not a valid name"), (1, "1 of")):
+    for name, error in (
+        ("static", "belongs to another"),
+        ("a\nb", "not a valid name"),
+        (1, "1 of"),
+    ):
         with pytest.raises((TrackerError, TypeError), match=error):
             tm.evaluate({name: Plain}, line)
 

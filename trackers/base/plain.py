@@ -28,7 +28,7 @@ class PlainTracker(TrackerPlugin):
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         values = parameters.model_dump()
-        tracker = plain_class.create(type(self).make, values, seed_number(seed))
+        tracker = plain_class.create(type(self).make, values, seed_number(seed), lambda: seed)
         try:
             plain_class.check_methods(tracker)
             self._init = plain_class.adapt_init(tracker.init)

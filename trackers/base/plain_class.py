@@ -115,13 +115,17 @@ def _parameters(make: Any) -> Dict[str, Any]:
     return parameters
 
 
-def create(make: Any, parameters: Dict[str, Any], seed: int) -> Any:
-    """Return a new tracker; `seed` determines its arguments `seed` and `rng`."""
+def create(make: Any, parameters: Dict[str, Any], seed: int, sequence: Callable[[], Any]) -> Any:
+    """Return a new tracker.
+
+    `seed` is its argument of this name. `sequence` returns the `SeedSequence` for its argument
+    `rng`; versions of NumPy before 1.17 do not have this class.
+    """
     arguments, values = _signature(make).parameters, dict(parameters)
     if "seed" in arguments:
         values["seed"] = seed
     if "rng" in arguments:
-        values["rng"] = np.random.default_rng(seed)
+        values["rng"] = np.random.default_rng(sequence())
     return make(**values)
 
 

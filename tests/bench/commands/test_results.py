@@ -1,5 +1,6 @@
 """`trackmark results`, `report` and `show`: stored runs listed, merged, tabled and drawn."""
 
+import re
 import shutil
 
 import av
@@ -57,8 +58,12 @@ def test_failures_are_listed_by_their_first_line(trackmark, break_tracker):
     trackmark(*KNOB, status=1)
     assert "knob.py:Knob on Small: 1, 1 failed" in trackmark("results", "list").stdout
     done = trackmark("results", "failures", "results/mine")
-    assert done.stdout.splitlines()[1:] == ["  0002.png: ValueError: no idea"]
-    assert "add --json" in done.stderr
+    reason, place = done.stdout.splitlines()[1:]
+    assert reason == "  0002.png: ValueError: no idea"
+    assert re.fullmatch(r"  knob\.py, line \d+, in update", place)
+    whole = trackmark("results", "failures", "results/mine", "--verbose").stdout
+    assert "Traceback (most recent call last)" in whole
+    assert "add --verbose" in done.stderr
     (failure,) = json_lines(trackmark("results", "failures", "results/mine", "--json"))
     assert "Traceback" in failure["failure"]
 

@@ -289,7 +289,7 @@ def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, workspace):
     text = trackmark(*knob, 3, "--dry-run").stdout
     assert "Deterministic trackers run once on each sequence." in text
     assert "4 missing runs on 1 sequence.\n" in text
-    assert "no stored runs: static, _knob.py:Knob." in text
+    assert "no finished runs: static, _knob.py:Knob." in text
     assert not (workspace / "results").exists()
     trackmark(*knob, 2)
     (plan,) = json_lines(trackmark(*knob, 3, "--dry-run", "--json"))

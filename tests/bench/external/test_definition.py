@@ -198,7 +198,7 @@ INVALID = {
     "trackers.toml:god": "unknown tracker of trackers.toml 'god'. Did you mean 'good'?",
     "trackers.toml:typo": "parameter of trackers.toml:typo 'files'. Did you mean 'file'?",
     "trackers.toml:none": "trackers.toml:none: file is ''. Expected: a Python file (.py), or",
-    "trackers.toml:both": "unknown parameter of trackers.toml:both 'file'.",
+    "trackers.toml:both": "trackers.toml:both: give either the key 'file' or the key 'trax'",
     "trackers.toml:late": "trackers.toml:late: parameter frame_timeout=x: Input should be a valid",
 }
 

@@ -103,7 +103,6 @@ def perform(texts, options=""):
 
 def test_worker_process_contains_failures(environment):
     """Neither a process nor a file with frames of an ended process remains."""
-    Path("/dev/shm/trackmark-frames-99999999-x.bmp").touch()
     command = f"trax:command={sys.executable} plain.py 4"
     texts = {
         f"{command}:as=calm": "",
