@@ -71,6 +71,9 @@ def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     assert [*tm.evaluate(lambda: Plain(), line).runs] == [("<lambda>", "line", 0)]
     trackers = ["static", {"two": Plain, "three": lambda: Plain()}]
     results = tm.evaluate(trackers, [line, "samples/f*"])
+    wild = type("Wild", (Plain,), {"randomness": "process"})  # it runs alone, but not last
+    runs = tm.evaluate(["static", wild, Plain], line).runs
+    assert [tracker for tracker, *_ in runs] == ["static", "Wild", "Plain"]
     names = [key[:2] for key in results.runs]
     assert names[:3] == [("static", "line"), ("two", "line"), ("three", "line")]
     assert {name for _, name in names} == {"line", "samples/face"}
@@ -165,6 +168,9 @@ def test_failed_run_warns_and_can_raise(line):
     wrong = type("Wrong", (Plain,), {"update": lambda tracker, image: [1, 2, -3, 4]})
     with pytest.warns(RuntimeWarning, match=r"2 of 3 runs failed.*no model \(.*test_api\.py, line"):
         results = tm.evaluate([Plain, Broken, wrong], line)
+    keyed = type("Keyed", (Plain,), {"update": lambda tracker, image: {"score": 1}})
+    with pytest.warns(RuntimeWarning, match=r"with the keys 'score'[^/]*results\.failures"):
+        tm.evaluate(keyed, line)  # the adapter's line is not the tracker's
     row, other = results.failures.itertuples()
     assert (row.tracker, row.frame, row.error) == ("Broken", 1, "OwnError: no model")
     assert other.error.startswith("the box [1.0, 2.0, -3.0, 4.0] is invalid")

@@ -258,6 +258,7 @@ def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, workspa
     file.write_text(file.read_text().replace("self.random.random()", "2"))
     done = trackmark(*knob, 2)
     assert "2 runs (replacing stale runs: 2)" in done.stderr
+    assert "replaces 2 stale runs, because the tracker or the sequence has changed" in done.stderr
     scores = bench.load_runs(workspace / "results").query("status == 'finished'")
     assert len(scores) == 2
     assert scores["mean_overlap"].nunique() == 1

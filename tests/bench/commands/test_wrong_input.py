@@ -39,6 +39,7 @@ run --trackers static --sequences nowhere | nowhere
 {STATIC} --quiet --verbose | exclude each other
 rum --trackers static {SMALL} | unknown command 'rum'. Did you mean 'run'?
 {STATIC} --memory-limit much | 'much' is not a valid size
+{STATIC} --memory-limit 4,5GB | '4,5GB' is not a valid size
 {STATIC} --protocol supervise | Did you mean 'supervised'?
 {STATIC} --protocol tre:starts=none | parameter starts=none
 {STATIC} --protocol sre --timing | timing runs are one-pass

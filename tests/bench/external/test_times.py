@@ -2,11 +2,13 @@
 
 import shutil
 
+import pandas as pd
+
 import trackmark as tm
 from trackmark import bench
 from trackmark.bench.comparing.run_summary import summarise, summarise_times
 from trackmark.bench.pages.report import Commands, write_report_page
-from trackmark.bench.reporting.tables import tables
+from trackmark.bench.reporting.tables import clock_notes, clocks, tables
 from trackmark.bench.store.results import Results
 
 CLOCKED = '''
@@ -56,6 +58,12 @@ def test_reported_times_replace_measured_times(folder, run_trial):
     lines = summarise_times(results, Results(results).list_keys())
     assert lines[0].startswith("static is the fastest: ")
     assert lines[-1] == note
+
+
+def test_clock_of_missing_runs_is_unknown():
+    runs = pd.DataFrame({"tracker": ["a", "a", "b"], "clock": ["wall", None, None]})
+    assert clocks(runs) == {"a": "wall"}
+    assert clock_notes({"a": "wall", "b": "wall"}) == ["times of a, b: wall"]
 
 
 def test_times_with_transfer_are_marked(folder, run_trial):

@@ -11,10 +11,11 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.bench.external.conftest import HOME
+from tests.bench.external.conftest import HOME, living
 from trackmark import datasets, trackers
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.external.python import WORKER
 from trackmark.bench.external.trax import format_message, parse_message
 from trackmark.bench.external.trax_server import serve
 from trackmark.trackers import TrackerError
@@ -67,6 +68,18 @@ class Loud:
     def update(self, image):
         return 1 / 0
 """
+
+
+def test_process_of_a_tracker_serves_all_initialisations(environment, folder):
+    served, image = (
+        start(f"{folder}/plain_tracker.py:python={environment}"),
+        np.zeros((9, 9, 3), np.uint8),
+    )
+    for _ in range(3):
+        served.init(image, np.array([1.0, 2, 3, 4]))
+        served.update(image)
+    assert len(living(str(WORKER))) == 1
+    served.close()
 
 
 def test_failure_of_a_tracker_ends_the_session_with_its_reason(tmp_path):
