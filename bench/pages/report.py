@@ -157,7 +157,8 @@ class _Content:
             n_failed = (self.scored["status"] == "failed").sum()
             text = f"{n_failed} of {len(self.scored)} runs failed"
             text += " and count as the worst score" * (len(self.failed) > len(self.left_out))
-            details = (*details, f"{text}; first: {name}, {note.partition('): ')[2] or note}.")
+            reason = (note.partition("): ")[2] or note).removesuffix(".")
+            details = (*details, f"{text}; first: {name}, {reason}.")
         return comparison, Answer(heading, details)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Published scores beside stored runs."""
+"""Published scores that are compared with stored runs."""
 
 import numpy as np
 import pytest
