@@ -6,8 +6,7 @@ Exceptions of a tracker are caught only in this module and stored as the failure
 import traceback
 from collections.abc import Callable, Mapping
 from math import inf, nan
-from statistics import median
-from time import perf_counter, thread_time
+from time import perf_counter
 from typing import Any, TypeVar
 
 import cv2
@@ -23,10 +22,10 @@ from trackmark.bench.evaluation.estimates import (
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
-from trackmark.bench.external.plugin import TRANSFER_CLOCK, ExternalPlugin
+from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
-from trackmark.bench.metrics.times import Times
+from trackmark.bench.metrics.times import Times, time_fields
 from trackmark.bench.protocols import (
     STORED_ONE_PASS,
     TIMING,
@@ -45,6 +44,12 @@ from trackmark.trackers import (
     Tracker,
     TrackerError,
     Watcher,
+)
+from trackmark.trackers.base.call_clock import (
+    CallClock,
+    CallTime,
+    SelfTimed,
+    synchronise,
 )
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
@@ -82,7 +87,7 @@ class Recorder:
     `entry` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds` and
     `raise_errors`, see `run_protocol`. `alone` is whether no other tracker runs in the process;
     otherwise another tracker could have exhausted the memory. `make_rows` creates the buffer for
-    the rows of all segments.
+    the rows of all segments. `clock` can be shared by runs whose calls do not overlap.
 
     `failure` is empty until the run fails. `seconds` is the wall time of all calls of the tracker
     [s].
@@ -101,6 +106,7 @@ class Recorder:
         run_seconds: float = inf,
         raise_errors: bool = False,
         make_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
+        clock: CallClock | None = None,
     ) -> None:
         if repetition < 0:
             raise ValueError(f"the repetition is {repetition}. Expected: 0 or more.")
@@ -124,11 +130,11 @@ class Recorder:
         self._all_rows = make_rows((n, COLUMNS))
         self._stop = 0  # end row of the current segment
         self._trackers_begun = 0
-        self._wall: list[float] = []  # seconds of each update
-        self._cpu: list[float] = []
-        self._initialisation = nan, nan
+        self._clock = clock or CallClock()
+        self._updates: list[CallTime] = []
+        self._inits: list[float] = []  # seconds
+        self._first_updates: list[int] = []  # index in `_updates` after each initialisation
         self._external: ExternalPlugin | None = None
-        self._includes_transfer = False
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._mask: Mask | None = None
@@ -217,10 +223,9 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
-        if self._cpu:
-            circumstances["update_seconds"] = median(self._cpu)
-        if self._includes_transfer:
-            circumstances["clock"] = TRANSFER_CLOCK
+        circumstances |= time_fields(self.times())
+        if self._external is not None and self._external.clock:
+            circumstances["clock"] = self._external.clock
         return Run(
             identity=self.identity,
             boxes=boxes,
@@ -237,19 +242,11 @@ class Recorder:
             circumstances=circumstances,
         )
 
-    def times(self, warm: "Recorder") -> Times:
-        """Return the times of this run, and of the run `warm` on images in memory."""
-        wall, cpu = self._times()
-        warm_wall, warm_cpu = warm._times()
-        return Times(wall, cpu, *self._initialisation, warm_wall, warm_cpu)
-
-    def _times(self) -> NDArray[np.float64]:
-        """Return wall and CPU time by frame, shape (2, n); NaN for frames without an update."""
-        times = np.full((2, len(self._all_rows)), nan)
-        if self._wall:
-            first = self._sequence.first_frame + 1
-            times[:, first : first + len(self._wall)] = self._wall, self._cpu
-        return times
+    def times(self) -> Times:
+        """Return the times of the calls so far."""
+        columns = np.array(self._updates, np.float64).reshape(-1, len(CallTime._fields)).T
+        is_first = np.isin(np.arange(len(self._updates)), self._first_updates)
+        return Times(*columns, is_first, np.array(self._inits))
 
     def _call(self, frame: int, call: Callable[[], R]) -> R | None:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
@@ -280,49 +277,55 @@ class Recorder:
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
-        self._shared, self._external = False, None
-        if self._shares and isinstance(tracker, SharingTracker):
-            self._shared = True
+        self._external = tracker if isinstance(tracker, ExternalPlugin) else None
+        self._timed_by_itself = tracker if isinstance(tracker, SelfTimed) else None
+        self._shared = self._shares and isinstance(tracker, SharingTracker)
+        self._first_updates.append(len(self._updates))
+        self._clock.start()
+        if isinstance(tracker, SharingTracker) and self._shared:
             self._update = tracker.update_shared
             tracker.init_shared(shared_frame, box, mask)
-            return
-        self._update = tracker.update
-        cpu, wall = thread_time(), perf_counter()
-        tracker.init(shared_frame.image, box, mask)
-        times = perf_counter() - wall, thread_time() - cpu
-        if isinstance(tracker, ExternalPlugin):
-            self._external, self._includes_transfer = tracker, tracker.call_times is None
-            times = tracker.call_times or (times[0], times[0])
-        self._initialisation = times
+        else:
+            self._update = tracker.update
+            tracker.init(shared_frame.image, box, mask)
+        synchronise(tracker)
+        call = self._clock.stop()
+        if self._timed_by_itself is not None:
+            call = self._timed_by_itself.call_time
+        self._inits.append(call.seconds)
 
     def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
         """Update the tracker and store its estimate; return the time that it took [s]."""
         update, argument = self._update, shared_frame if self._shared else shared_frame.image
-        began = answered = perf_counter()
-        # The wall clock is read inside: otherwise, reading the CPU clock would count as waiting.
-        cpu = thread_time()
+        saved = shared_frame.saved_seconds
+        began = perf_counter()
+        seconds = 0.0
         try:
-            called_at = perf_counter()
-            estimate = update(argument)
-            answered = perf_counter()
-            times = answered - called_at, thread_time() - cpu
-            if self._external is not None:  # this process is idle meanwhile
-                times = self._external.call_times or (times[0], times[0])
-                answered = began + times[0]
-            self._wall.append(times[0])
-            self._cpu.append(times[1])
+            if self._timed_by_itself is None:
+                self._clock.start()
+                estimate = update(argument)
+                synchronise(self._made)
+                call = self._clock.stop()
+            else:
+                estimate = update(argument)
+                call = self._timed_by_itself.call_time
+            seconds = perf_counter() - began
+            if shared_frame.saved_seconds > saved:  # computed by another tracker before
+                shared = shared_frame.saved_seconds - saved
+                call = call._replace(seconds=call.seconds + shared, cpu=call.cpu + shared)
+            self._updates.append(call)
             self._store_estimate(shared_frame, frame, estimate)
         except _OURS:
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
+            seconds = seconds or perf_counter() - began
             self._fail(frame, error)
-        seconds = answered - began
         self.seconds += seconds
         if self.failure:
             return seconds
         if self.seconds > self._run_seconds:
             self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
-        elif reason := self._controller.on_estimate(frame, self._rows[frame], seconds):
+        elif reason := self._controller.on_estimate(frame, self._rows[frame], call.seconds):
             self.fail(frame, reason)
         return seconds
 

@@ -16,7 +16,6 @@ from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.preset import GroundTruthArrays, PresetResult, RunEstimates
 from trackmark.bench.metrics.regions import segmentation_scores
-from trackmark.bench.metrics.times import time_scores
 from trackmark.bench.protocols import ProtocolError, parse_protocol, stored_protocol, title
 from trackmark.bench.protocols import names as protocol_names
 
@@ -122,7 +121,7 @@ def score(
     -------
     dict of str to float
         Scores of the preset. For online boxes of runs with masks, also
-        `bench.metrics.regions.segmentation_scores`; for timing runs, also times.
+        `bench.metrics.regions.segmentation_scores`.
 
     Raises
     ------
@@ -159,7 +158,7 @@ def score(
     if run.segmentation is not None and trace == "online":
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
         scores |= segmentation_scores(run.segmentation, initialised)
-    return scores if run.times is None else {**scores, **time_scores(run.times)}
+    return scores
 
 
 def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:

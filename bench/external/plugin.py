@@ -15,11 +15,8 @@ from trackmark.bench.external.process import LineProcess
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.trackers import TrackerPlugin
+from trackmark.trackers.base.call_clock import SelfTimed
 from trackmark.trackers.base.parameters import Parameters
-
-TRANSFER_CLOCK = "wall time with transfer"
-"""Value of `clock` in the circumstances of runs whose tracker does not measure itself."""
-
 
 class Definition(Parameters):
     """Keys of each tracker in a process of its own; docs/external.md describes them."""
@@ -31,7 +28,7 @@ class Definition(Parameters):
     version: str = ""
 
 
-class ExternalPlugin(TrackerPlugin):
+class ExternalPlugin(TrackerPlugin, SelfTimed):
     """Base class of plugins that pass frames to a tracker in another process.
 
     Attributes
@@ -42,9 +39,8 @@ class ExternalPlugin(TrackerPlugin):
         Digest of the tracker's files; a process that has read other content is not used.
     version : dict
         Value of `Identity.tracker_version`.
-    call_times : tuple of float, or None
-        Wall and CPU time of the last call of the tracker's `init` or `update` [s]. None if the
-        tracker does not measure itself: then the wall time in this process counts as both.
+    clock : str
+        What the times of calls contain, if this differs from trackers in this process.
     process : LineProcess
         The tracker's process, until `close` is called.
     """
@@ -52,7 +48,7 @@ class ExternalPlugin(TrackerPlugin):
     definition: ClassVar[Definition]
     digest: ClassVar[str]
     version: ClassVar[dict[str, Any]]
-    call_times: tuple[float, float] | None = None
+    clock: ClassVar[str] = ""
     process: LineProcess
 
     @abstractmethod

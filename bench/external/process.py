@@ -12,8 +12,8 @@ import weakref
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from time import monotonic, sleep
-from typing import IO
+from time import clock_gettime, monotonic, sleep
+from typing import IO, NamedTuple
 
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import TrackerError
@@ -38,6 +38,13 @@ def delete_frame_files(pid: int) -> None:
     """Delete the files with frames of a process that was killed."""
     for file in Path(FRAME_FOLDER).glob(FRAME_PREFIX.format(pid=pid) + "*"):
         file.unlink(missing_ok=True)
+
+
+class ProcessCounters(NamedTuple):
+    """Counters of a process since its start [s]."""
+
+    run_delay: float  # of its main thread
+    cpu: float  # of all threads
 
 
 class ExternalTrackerError(TrackerError):
@@ -161,6 +168,16 @@ class LineProcess:
         elif last not in problem:
             text += f" Its last line: {last[:200]}"
         return ExternalTrackerError(f"{text}\nThe end of its output:\n{output}" if output else text)
+
+    def counters(self) -> ProcessCounters:
+        """Return the counters of the process so far; they are 0 if the system has none."""
+        process = self._process.pid
+        try:
+            schedstat = Path(f"/proc/{process}/schedstat").read_bytes()
+            clock = (~process << 3) | 2  # CLOCK_PROCESS_CPUTIME_ID of another process, on Linux
+            return ProcessCounters(int(schedstat.split()[1]) * 1e-9, clock_gettime(clock))
+        except (OSError, IndexError):
+            return ProcessCounters(0.0, 0.0)
 
     def close(self, seconds: float = 0.0) -> None:
         """End the process and all that it started, after up to `seconds` to end by itself."""

@@ -20,6 +20,7 @@ from trackmark.bench.external.plugin import (
 )
 from trackmark.bench.external.process import FRAME_FOLDER, ExternalTrackerError, LineProcess
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
+from trackmark.trackers.base.call_clock import CallTime
 from trackmark.trackers.base.catalogue import in_file
 from trackmark.trackers.base.plain import create_plugin, seed_number
 
@@ -124,7 +125,7 @@ class PythonPlugin(ExternalPlugin):
                 raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
         types = [(array.shape, array.dtype.str) for array in pixels]
         answer = self.process.ask(seconds, method, pixels=types, **arguments)
-        self.call_times = answer["wall"], answer["cpu"]
+        self.call_time = CallTime(*answer["time"])
         return answer
 
 

@@ -34,6 +34,7 @@ from trackmark.bench.external.process import (
     LineProcess,
 )
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
+from trackmark.trackers.base.call_clock import CallClock, CallTime
 from trackmark.trackers.base.plain import create_plugin
 
 MARK = b"@@TRAX:"
@@ -236,11 +237,13 @@ class TraxPlugin(ExternalPlugin):
     """
 
     definition: ClassVar[TraxDefinition]
+    clock = "with reading of images"
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self.process: TraxProcess = take_process(TraxProcess, self.definition, self.digest)
         self._box: Box
+        self._clock = CallClock()
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
@@ -278,7 +281,15 @@ class TraxPlugin(ExternalPlugin):
     def _ask(self, request: bytes, image: Image, seconds: float) -> tuple[Any, Any, str]:
         """Send a request; return box, mask and text of the confidence of the answer."""
         self.process.send(request, seconds)
+        self._clock.start()
+        started = self.process.counters()
         message = self.process.receive("state", seconds)
+        stopped = self.process.counters()
+        call = self._clock.stop()
+        delay = min(stopped.run_delay - started.run_delay, call.seconds)
+        self.call_time = CallTime(
+            call.seconds - delay, call.run_delay + delay, stopped.cpu - started.cpu, 0.0
+        )
         region = "".join(message.values[:1])
         try:
             box, mask = parse_region(region, image.shape)

@@ -28,7 +28,6 @@ import signal
 import sys
 import sysconfig
 import threading
-import time
 import traceback
 from typing import Any, Iterable
 
@@ -51,8 +50,11 @@ def import_file(path: str, name: str) -> Any:
 
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
-RULES = os.path.join(FOLDER, "..", "..", "trackers", "base", "plain_class.py")
-plain_class = import_file(RULES, "trackmark_plain_class")
+BASE = os.path.join(FOLDER, "..", "..", "trackers", "base")
+plain_class = import_file(os.path.join(BASE, "plain_class.py"), "trackmark_plain_class")
+call_clock = import_file(os.path.join(BASE, "call_clock.py"), "trackmark_call_clock")
+
+CLOCK = call_clock.CallClock()
 
 
 def load(path: str) -> Any:
@@ -99,9 +101,10 @@ def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None
     if operation == "init":
         method = plain_class.adapt_init(method)
         arguments += [np.array(box, np.float64), masks[0] if masks else None]
-    wall, cpu = time.perf_counter(), time.process_time()
+    CLOCK.start()
     result = method(*arguments)
-    answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
+    call_clock.synchronise(tracker)
+    answer = {"time": CLOCK.stop()}
     if operation == "update":
         answer["estimate"] = fields = plain_class.estimate_fields(result)
         if fields.get("mask") is not None:

@@ -1,9 +1,9 @@
-"""Times of trackers: seconds in `update` without decoding; the initialisation is separate.
+"""Time of a tracker per frame, from the times of its calls.
 
-Trackers with one thread are compared by CPU time: other load can double the wall time and affects
-the CPU time less. They are compared by *warm* times, on images in memory. The *as-decoded* time is
-that of an update right after decoding, which evicts the CPU caches. In measurements it was 1.4 to
-3.1 times as long.
+The clock is wall time minus run delay (`trackers.base.call_clock`): it shows what a user waits for,
+on a machine without other load. Decoding, conversion of images, transfer to another process and the
+harness are not included. The CPU time of the process tells whether a tracker waits or computes in
+several threads.
 """
 
 from dataclasses import dataclass
@@ -12,48 +12,78 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-DISTURBED_RATIO = 1.1
-"""Ratio of wall time to CPU time above which a pass counts as disturbed by other load."""
+from trackmark.trackers.base.call_clock import MAX_RUN_DELAY, run_delay_share
+
+CPU_FACTOR = 1.5
+"""Ratio between time and CPU time from which a run gets a note."""
+
 
 
 @dataclass(frozen=True)
 class Times:
-    """Times of a timing run, in seconds."""
+    """Times of the calls of a run [s]; arrays of shape (n,) have one value per update."""
 
-    wall: NDArray[Any]  # (n,): as-decoded time of `update`; NaN if it was not called
-    cpu: NDArray[Any]
-    initialisation_wall: float  # time of `init`
-    initialisation_cpu: float
-    warm_wall: NDArray[Any] | None = None  # None in results of older versions of trackmark
-    warm_cpu: NDArray[Any] | None = None
+    seconds: NDArray[Any]  # wall time minus run delay
+    run_delay: NDArray[Any]
+    cpu: NDArray[Any]  # CPU time of all threads of the process
+    children: NDArray[Any]  # CPU time of child processes that ended during an update
+    is_first: NDArray[Any]  # True for the first update after an initialisation
+    init: NDArray[Any]  # (initialisations,): time of `init`, minus run delay
+
+    @property
+    def run_delay_share(self) -> float:
+        """Run delay of all updates as a fraction of their wall time."""
+        return run_delay_share(float(self.seconds.sum()), float(self.run_delay.sum()))
+
+    @property
+    def is_disturbed(self) -> bool:
+        """True if other load took the processor for a considerable time."""
+        return self.run_delay_share > MAX_RUN_DELAY
 
 
-def is_disturbed(times: Times) -> bool:
-    """Return whether a pass took clearly more wall time than CPU time.
+def time_fields(times: Times) -> dict[str, Any]:
+    """Return the numbers that describe the times of a run; empty without an update.
 
-    In this case other load used the core, or the tracker waited or ran several threads. The times
-    then do not show the speed of the tracker.
+    `ms_per_frame` is the mean time of an update, `ms_per_frame_median` and `ms_per_frame_p95` are
+    quantiles, and `fps` is the number of frames per second of the mean. The first update after an
+    initialisation often compiles code. It is therefore not part of these numbers, unless there is
+    no other update. `ms_first_update` and `ms_init` are means over the initialisations of the run.
+    `cpu_ms_per_frame` is the mean CPU time of the process and its children. `run_delay_share` is
+    defined in `Times`. `time_note` says what a reader must know about the times.
     """
-    passes = [(times.wall, times.cpu)]
-    if times.warm_wall is not None and times.warm_cpu is not None:
-        passes.append((times.warm_wall, times.warm_cpu))
-    return any(np.nansum(wall) > DISTURBED_RATIO * np.nansum(cpu) for wall, cpu in passes)
+    if not len(times.seconds):
+        return {}
+    usual = ~times.is_first if not times.is_first.all() else times.is_first
+    seconds = times.seconds[usual]
+    mean = float(seconds.mean())
+    fields: dict[str, float | str] = {
+        "ms_per_frame": 1e3 * mean,
+        "ms_per_frame_median": 1e3 * float(np.median(seconds)),
+        "ms_per_frame_p95": 1e3 * float(np.quantile(seconds, 0.95)),
+        "fps": 1 / mean if mean > 0 else np.inf,
+        "ms_first_update": 1e3 * float(times.seconds[times.is_first].mean()),
+        "ms_init": 1e3 * float(times.init.mean()),
+        "cpu_ms_per_frame": 1e3 * float((times.cpu + times.children)[usual].mean()),
+        "run_delay_share": times.run_delay_share,
+    }
+    note = _note(times.seconds[usual], times.cpu[usual], times.children[usual])
+    return fields | ({"time_note": note} if note else {})
 
 
-def time_scores(times: Times) -> dict[str, float]:
-    """Return median and upper quantiles of the times per frame, and the initialisation time [s].
+def _note(seconds: NDArray[Any], cpu: NDArray[Any], children: NDArray[Any]) -> str:
+    """Return what a reader must know about the times; empty for one computing thread."""
+    in_process, in_children, total = float(cpu.sum()), float(children.sum()), float(seconds.sum())
+    if in_children > in_process:
+        return "computes in another process"
+    if in_process + in_children > CPU_FACTOR * total:
+        return "computes in several threads"
+    if total > CPU_FACTOR * (in_process + in_children):
+        return "waits"
+    return "a few frames take most of the time" if _has_rare_peaks(seconds) else ""
 
-    Scores `warm_seconds_…` are CPU times of the warm pass, if there is one. Other scores are
-    as-decoded times. All are NaN if a pass was disturbed.
-    """
-    disturbed = is_disturbed(times)
-    scores = {"disturbed": float(disturbed)}
-    for clock, values in (("warm", times.warm_cpu), ("cpu", times.cpu), ("wall", times.wall)):
-        if values is None:
-            continue
-        seconds = values[np.isfinite(values)]
-        for key, q in (("median", 0.5), ("p95", 0.95), ("p99", 0.99)):
-            usable = len(seconds) and not disturbed
-            scores[f"{clock}_seconds_{key}"] = float(np.quantile(seconds, q)) if usable else np.nan
-    scores["initialisation_seconds"] = np.nan if disturbed else times.initialisation_cpu
-    return scores
+
+def _has_rare_peaks(seconds: NDArray[Any]) -> bool:
+    """Return whether less than 5 % of the frames raise the mean above 1.5 times the median."""
+    median = float(np.median(seconds))
+    usual = seconds[seconds <= np.quantile(seconds, 0.95)]
+    return float(seconds.mean()) > 1.5 * median and float(usual.mean()) <= 1.25 * median

@@ -1,10 +1,10 @@
-"""CPU times of methods that take turns on equal images in memory, in one thread.
+"""Times of methods that take turns on equal images in memory, in one thread.
 
     times = kept_times(context, plain, "as-written", ["CamShift"], ["hand"])
-    times["hand"]["CamShift"] -> CPU seconds per frame, shape (12,)
+    times["hand"]["CamShift"] -> seconds per frame, shape (12,)
 
-Other load then slows all methods equally and hardly changes ratios of times. Times are warm
-(`bench.metrics.times`). A paper's `timing.py` defines the methods. Its functions with the decorator
+Times do not include run delay (`trackers.base.call_clock`). Other load then slows all methods
+equally and hardly changes ratios of times. A paper's `timing.py` defines the methods. Its functions with the decorator
 `@measure` return pairs of longer and shorter times for claims.
 """
 
@@ -16,7 +16,6 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from functools import partial
 from pathlib import Path
-from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -25,9 +24,14 @@ from numpy.typing import NDArray
 
 from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.interleaved_timing import Reference, one_thread, take_turns
+from trackmark.bench.evaluation.interleaved_timing import (
+    Reference,
+    TurnTime,
+    one_thread,
+    take_turns,
+    time_updates,
+)
 from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
-from trackmark.bench.metrics.times import DISTURBED_RATIO
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.datasets.source_digest import source_digest
@@ -39,6 +43,7 @@ PACKAGE = Path(str(trackers.__file__)).parent
 ROUNDS = 12  # number of pairs of times for a verdict
 SECONDS = 2.0  # minimum total time of the slowest method [s]
 FRAMES = 20
+STEADY_RATIO = 1.1  # of the median to the minimum time of `reference`, for times that are kept
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 Values = NDArray[np.float64]
@@ -47,7 +52,7 @@ Pairs = list[tuple[Values, Values]]
 """Longer and shorter times, each of shape (`ROUNDS`,)."""
 
 Times = dict[str, dict[str, Values]]
-"""CPU seconds per frame by sequence and method, each of shape (`ROUNDS`,)."""
+"""Seconds per frame by sequence and method, each of shape (`ROUNDS`,)."""
 
 Methods = Mapping[str, Callable[[], Any]]
 """Functions that create timed objects with `init(image, box)` and `update(image)`, by name."""
@@ -94,18 +99,14 @@ class _Side:
             method.init(images[0], box)  # only once: initialisation can be slow
         self._method: Any = None
 
-    def turn(self, number: int, start: int, stop: int) -> float:
-        """Return the CPU time of the updates on images `start` to `stop` of a clip [s].
+    def turn(self, number: int, start: int, stop: int) -> TurnTime:
+        """Return the time of the updates on images `start` to `stop` of a clip.
 
         If `start` is 0, the method restarts from its state after `init`.
         """
         if start == 0:
             self._method = deepcopy(self._initialised[number])
-        update, images = self._method.update, self._clips[number][1][start + 1 : stop + 1]
-        began = thread_time()
-        for image in images:
-            update(image)
-        return thread_time() - began
+        return time_updates(self._method, self._clips[number][1][start + 1 : stop + 1])
 
 
 def turn_times(methods: Methods, clips: Sequence[Clip]) -> Times:
@@ -166,7 +167,7 @@ def kept_times(
         machine: Values = np.sum(
             [sequence_times["reference"] for sequence_times in times.values()], axis=0
         )
-        if np.median(machine) <= DISTURBED_RATIO * machine.min():
+        if np.median(machine) <= STEADY_RATIO * machine.min():
             text = json.dumps(times, default=lambda values: values.tolist())
             write_file(file, lambda path: path.write_text(text, "utf-8"))
     return _measured[file]

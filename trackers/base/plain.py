@@ -11,13 +11,14 @@ import numpy as np
 from pydantic import create_model
 
 from trackmark.trackers.base import plain_class
+from trackmark.trackers.base.call_clock import CallClock, SelfTimed, synchronise
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness, TrackerPlugin
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 _Plugin = TypeVar("_Plugin", bound=TrackerPlugin)
 
 
-class PlainTracker(TrackerPlugin):
+class PlainTracker(TrackerPlugin, SelfTimed):
     """Plugin that calls a plain tracker; see `to_plugin`.
 
     `make` creates the plain tracker.
@@ -35,14 +36,23 @@ class PlainTracker(TrackerPlugin):
         except ValueError as error:
             raise TrackerError(f"tracker {type(self).__name__!r}: {error}") from None
         self._tracker = tracker
+        self._clock = CallClock()
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
-        self._init(image, box, mask)
+        self._call(self._init, image, box, mask)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        return to_estimate(self._tracker.update(image))
+        return to_estimate(self._call(self._tracker.update, image))
+
+    def _call(self, method: Callable[..., Any], *arguments: Any) -> Any:
+        """Return the result of a method of the plain tracker; measure its time."""
+        self._clock.start()
+        result = method(*arguments)
+        synchronise(self._tracker)
+        self.call_time = self._clock.stop()
+        return result
 
 
 def to_plugin(make: Callable[..., Any], name: str = "") -> type[PlainTracker]:

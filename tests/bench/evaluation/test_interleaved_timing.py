@@ -12,7 +12,17 @@ from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 from trackmark.bench.evaluation import interleaved_timing
 
 ticks = 0.0
-interleaved_timing.thread_time = lambda: ticks
+
+
+class Clock:
+    def start(self):
+        self.started = ticks
+
+    def stop(self):
+        return interleaved_timing.TurnTime(ticks - self.started, 0.0)
+
+
+interleaved_timing.CLOCK = Clock()
 
 
 class Mine(TrackerPlugin):
