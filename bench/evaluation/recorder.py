@@ -20,6 +20,7 @@ from trackmark.bench.evaluation.estimates import (
     validate_mask,
 )
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
+from trackmark.bench.evaluation.machine import machine_name
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import ExternalPlugin
@@ -49,6 +50,7 @@ from trackmark.trackers.base.call_clock import (
     CallClock,
     CallTime,
     SelfTimed,
+    device_name,
     synchronise,
 )
 from trackmark.trackers.base.seeds import run_seed
@@ -65,6 +67,10 @@ COLUMNS = 6
 MAX_REASON_CHARACTERS = 1_000
 MAX_TRACEBACK_CHARACTERS = 20_000
 """Maximum number of stored characters of the traceback of an exception."""
+
+RUN_DELAY_CLOCK = "wall time minus run delay"
+WALL_CLOCK = "wall time"
+"""Clocks of runs. Only times of equal clocks are compared."""
 
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
@@ -133,6 +139,8 @@ class Recorder:
         self._clock = clock or CallClock()
         self._updates: list[CallTime] = []
         self._inits: list[float] = []  # seconds
+        self._clock_name = RUN_DELAY_CLOCK if self._clock.has_run_delay else WALL_CLOCK
+        self._device = ""
         self._first_updates: list[int] = []  # index in `_updates` after each initialisation
         self._external: ExternalPlugin | None = None
         self._details: dict[str, NDArray[np.float64]] = {}
@@ -223,9 +231,10 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
-        circumstances |= time_fields(self.times())
-        if self._external is not None and self._external.clock:
-            circumstances["clock"] = self._external.clock
+        if self._updates:
+            circumstances |= time_fields(self.times())
+            circumstances["clock"] = self._clock_name
+            circumstances["machine"] = ", ".join(filter(None, [machine_name(), self._device]))
         return Run(
             identity=self.identity,
             boxes=boxes,
@@ -263,7 +272,10 @@ class Recorder:
 
     def _release(self) -> None:
         """Drop the tracker, which the run no longer needs."""
+        if self._made is not None:
+            self._device = device_name(self._made) or self._device
         if isinstance(self._made, ExternalPlugin):
+            self._clock_name = self._made.clock or self._clock_name
             self._made.close()
         self._made = None
 

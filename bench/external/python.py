@@ -125,7 +125,7 @@ class PythonPlugin(ExternalPlugin):
                 raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
         types = [(array.shape, array.dtype.str) for array in pixels]
         answer = self.process.ask(seconds, method, pixels=types, **arguments)
-        self.call_time = CallTime(*answer["time"])
+        self.call_time, self.device = CallTime(*answer["time"]), answer["device"]
         return answer
 
 

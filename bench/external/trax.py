@@ -237,7 +237,7 @@ class TraxPlugin(ExternalPlugin):
     """
 
     definition: ClassVar[TraxDefinition]
-    clock = "with reading of images"
+    clock = "wall time minus run delay, with reading of images"
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)

@@ -104,7 +104,7 @@ def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None
     CLOCK.start()
     result = method(*arguments)
     call_clock.synchronise(tracker)
-    answer = {"time": CLOCK.stop()}
+    answer = {"time": CLOCK.stop(), "device": call_clock.device_name(tracker)}
     if operation == "update":
         answer["estimate"] = fields = plain_class.estimate_fields(result)
         if fields.get("mask") is not None:

@@ -108,25 +108,37 @@ class CallClock:
 class SelfTimed:
     """Base class of trackers that measure the time of their calls without conversion or transfer.
 
-    `call_time` has the times of the last call of `init` or `update`.
+    `call_time` has the times of the last call of `init` or `update`; `device` is the name of the
+    accelerator that it used, or empty.
     """
 
     call_time: CallTime
+    device = ""
 
 
 def synchronise(tracker: Any) -> None:
     """Wait until the accelerator has done the work of a tracker's call.
 
-    The method `synchronise` of the tracker waits, if there is one. Otherwise PyTorch waits for
-    CUDA, if the process uses it.
+    If the class of the tracker has a method `synchronise`, this method waits. Otherwise PyTorch
+    waits for CUDA, if the process uses it.
     """
-    wait = getattr(tracker, "synchronise", None)
-    if wait is not None:
-        wait()
+    if getattr(type(tracker), "synchronise", None) is not None:
+        tracker.synchronise()
         return
     torch = sys.modules.get("torch")
     if torch is not None and torch.cuda.is_initialized():
         torch.cuda.synchronize()
+
+
+def device_name(tracker: Any) -> str:
+    """Return the accelerator of a tracker: its text `device`, or PyTorch's device; else empty."""
+    device = getattr(tracker, "device", "")
+    if isinstance(device, str) and device:
+        return device
+    torch = sys.modules.get("torch")
+    if torch is not None and torch.cuda.is_initialized():
+        return str(torch.cuda.get_device_name())
+    return ""
 
 
 def _count_switches() -> int:

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import create_model
 
 from trackmark.trackers.base import plain_class
-from trackmark.trackers.base.call_clock import CallClock, SelfTimed, synchronise
+from trackmark.trackers.base.call_clock import CallClock, SelfTimed, device_name, synchronise
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness, TrackerPlugin
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
@@ -37,6 +37,11 @@ class PlainTracker(TrackerPlugin, SelfTimed):
             raise TrackerError(f"tracker {type(self).__name__!r}: {error}") from None
         self._tracker = tracker
         self._clock = CallClock()
+
+    @property
+    def device(self) -> str:
+        """Name of the accelerator that the plain tracker uses; empty if unknown."""
+        return device_name(self._tracker)
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
