@@ -16,6 +16,7 @@ import pandas as pd
 from trackmark.bench.comparing.comparable_runs import compared_measure, same_boxes, scored_runs
 from trackmark.bench.comparing.comparison import Comparison
 from trackmark.bench.comparing.comparison import compare as compare_runs
+from trackmark.bench.comparing.families import Families, read_families
 from trackmark.bench.comparing.tables import pair_table, screen_lines
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
@@ -23,7 +24,12 @@ from trackmark.bench.pages.notebook import complete_name
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
 from trackmark.bench.reporting.by_preset import measures_of, presets_for, runs_by
 from trackmark.bench.reporting.failed_runs import with_worst_scores
-from trackmark.bench.reporting.tables import PRESET, mean_table, not_repeatable
+from trackmark.bench.reporting.tables import (
+    PRESET,
+    mean_table,
+    not_repeatable,
+    without_undefined,
+)
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, experiment_folders, run_key
@@ -214,6 +220,8 @@ class Results:
     def _mean_table(self, preset: str, runs: pd.DataFrame) -> Table:
         undefined = preset != PRESET  # scores that are undefined in some runs, as in `report`
         measures = measures_of(preset)
+        if not undefined:
+            runs, _ = without_undefined(runs, measures[0].name)
         return mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
 
     def __str__(self) -> str:
@@ -316,6 +324,7 @@ def compare(
     *,
     metrics: str | None = None,
     margin: float | None = None,
+    families: Mapping[str, str] | str | Path | None = None,
 ) -> Comparison:
     """Compare trackers pairwise on the same sequences, as `trackmark compare` does.
 
@@ -331,6 +340,9 @@ def compare(
         One of `trackmark.metrics.names()`; the metrics of `results` by default.
     margin : float, optional
         Largest irrelevant difference, in the unit of the score.
+    families : mapping of str to str, or path, optional
+        Family of each sequence, such as the video of a clip, or a CSV file with the columns
+        `sequence` and `family`. A family counts as one unit.
 
     Returns
     -------
@@ -348,11 +360,16 @@ def compare(
     preset = results.metrics if metrics is None else preset_for(metrics, stored)
     runs = load_runs(folder)
     measure = compared_measure(preset, metric, margin)
+    if isinstance(families, str | Path):
+        declared = read_families(families)
+    else:
+        declared = None if families is None else Families(families, "families")
     table, measure = scored_runs(folder, runs, stored, preset, measure)
     comparison = compare_runs(
         table,
         measure,
         against=baseline,
+        families=declared,
         attributes=find_attributes(folder, runs[runs["status"] == "finished"]),
         same_boxes=same_boxes(folder, runs, stored),
         not_repeatable=not_repeatable(runs),

@@ -330,5 +330,5 @@ def _data(row: ScoreChange) -> dict[str, Any]:
         "same_boxes": sum(row.same),
         "failed": len(row.failures),
         "failure": next(iter(row.failures.values()), ""),
-        "seeds_needed": change.needed if isfinite(change.needed) else None,
+        "seeds_needed": change.needed,
     }
