@@ -75,7 +75,6 @@ class WorkerProcess(LineProcess):
         self.is_usable = True
         return answer
 
-
     def _parse(self, line: bytes) -> dict[str, Any]:
         """Return the answer to the last request; only code of a tracker can write another line."""
         try:

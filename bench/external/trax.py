@@ -311,7 +311,7 @@ class TraxPlugin(ExternalPlugin):
 
 
 def _is_answer(line: bytes) -> bool:
-    """Return whether a line has the message `state`; vot-trax of some versions calls it `status`."""
+    """Return whether a line has the message `state`, which some versions call `status`."""
     return parse_message(line).name in ("state", "status")
 
 
@@ -335,6 +335,11 @@ def open_plugin(
         command = shlex.split(definition.trax)
     except ValueError as error:
         raise TrackerError(f"{owner}: command {definition.trax!r}: {error}.") from None
+    if not any(command):
+        raise TrackerError(
+            f"{owner}: the command {definition.trax!r} names no program. Give a program with its "
+            "arguments."
+        )
     files = _command_files(command, definition)
     digest = "-".join(map(digest_file, files))
     process = take_process(TraxProcess, definition, digest)

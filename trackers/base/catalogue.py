@@ -194,7 +194,7 @@ def resolve_plugin(
     if issubclass(plugin, AdaptedTracker):
         images = parameters.pop("images", plugin.images)
         if images != plugin.images:
-            plugin, options = plugin.with_images(images), {"images": images}
+            plugin, options = plugin.with_images(images, label), {"images": images}
     default = _default_preset(plugin)
     preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}

@@ -63,8 +63,8 @@ def read_box(box: Any, no_target: bool = False) -> Optional[List[float]]:
     numbers_or_none = [_number(value) for value in values] if is_list else [None]
     if None in numbers_or_none:
         raise MalformedEstimateError(
-            "the box is %s. Expected: four numbers [x, y, width, height] as an array, list or "
-            "tuple" % value_text(box)
+            f"the box is {value_text(box)}. Expected: four numbers [x, y, width, height] as an "
+            "array, list or tuple"
         )
     if no_target and numbers_or_none == NO_TARGET:
         return None
@@ -73,8 +73,7 @@ def read_box(box: Any, no_target: bool = False) -> Optional[List[float]]:
     is_finite = -math.inf < x < math.inf and -math.inf < y < math.inf
     if not (is_finite and 0 < width < math.inf and 0 < height < math.inf):
         raise MalformedEstimateError(
-            "the box %s is invalid. Expected: finite numbers, positive width and height"
-            % box_numbers
+            f"the box {box_numbers} is invalid. Expected: finite numbers, positive width and height"
         )
     return box_numbers
 
@@ -84,11 +83,11 @@ def value_text(value: Any) -> str:
     if hasattr(type(value), "__array__"):
         array = _array_of(value)
         if isinstance(array, np.ndarray) and array.shape != (4,):
-            return "an array of shape %s and type %s" % (array.shape, array.dtype)
+            return f"an array of shape {array.shape} and type {array.dtype}"
     try:
         text = " ".join(repr(value).split())
-    except Exception:  # noqa: BLE001  # code of the tracker
-        text = "an object of type %s" % type(value).__name__
+    except Exception:  # code of the tracker
+        text = f"an object of type {type(value).__name__}"
     return text if len(text) <= _MAX_TEXT else text[: _MAX_TEXT - 3] + "..."
 
 
@@ -104,13 +103,13 @@ def _fields(answer: Any) -> Dict[str, Any]:
     first, second = answer
     if _is_truth(first):
         raise MalformedEstimateError(
-            "update returned %s. This looks like (ok, box), as OpenCV's trackers return it. "
-            "Return the box, or (box, confidence); return None if the target is lost"
-            % value_text(answer)
+            f"update returned {value_text(answer)}. This looks like (ok, box), as OpenCV's "
+            "trackers return it. Return the box, or (box, confidence); return None if the target "
+            "is lost"
         )
     if _number(first) is not None:
         raise MalformedEstimateError(
-            "update returned %s. Expected: (box, confidence), in this order" % value_text(answer)
+            f"update returned {value_text(answer)}. Expected: (box, confidence), in this order"
         )
     return {"box": first, "confidence": second}
 
@@ -120,9 +119,10 @@ def _mapping_fields(fields: Dict[Any, Any]) -> Dict[str, Any]:
     is_lost = "visible" in fields and fields["visible"] is not None
     is_lost = is_lost and not _read_visible(fields["visible"])
     if not set(fields) <= set(FIELDS) or not ("box" in fields or is_lost):
+        keys = ", ".join(map(value_text, fields)) or "(none)"
         raise MalformedEstimateError(
-            "update returned a dict with the keys %s. Expected: 'box', and only the keys %s"
-            % (", ".join(map(value_text, fields)) or "(none)", ", ".join(FIELDS))
+            f"update returned a dict with the keys {keys}. Expected: 'box', and only the keys "
+            f"{', '.join(FIELDS)}"
         )
     return fields
 
@@ -131,10 +131,10 @@ def _attributes(answer: Any) -> Dict[str, Any]:
     """Return the fields of an estimate that are attributes of an object."""
     try:
         return {name: getattr(answer, name) for name in FIELDS if hasattr(answer, name)}
-    except Exception as error:  # noqa: BLE001  # code of the tracker, such as `__getattr__`
+    except Exception as error:  # code of the tracker, such as `__getattr__`
         raise MalformedEstimateError(
-            "update returned an object of type %s, whose attributes raise %s"
-            % (type(answer).__name__, value_text(error))
+            f"update returned an object of type {type(answer).__name__}, whose attributes raise "
+            f"{value_text(error)}"
         ) from None
 
 
@@ -145,7 +145,7 @@ def _read_visible(visible: Any) -> bool:
     if _number(visible) in (0.0, 1.0):
         return _number(visible) == 1.0
     raise MalformedEstimateError(
-        "visible is %s. Expected: true or false (bool)" % value_text(visible)
+        f"visible is {value_text(visible)}. Expected: true or false (bool)"
     )
 
 
@@ -161,10 +161,10 @@ def _read_confidence(confidence: Any) -> float:
     number = _number(confidence)
     if number is None:
         raise MalformedEstimateError(
-            "the confidence is %s. Expected: a number in [0, 1], or NaN" % value_text(confidence)
+            f"the confidence is {value_text(confidence)}. Expected: a number in [0, 1], or NaN"
         )
     if not (0.0 <= number <= 1.0 or math.isnan(number)):
-        raise MalformedEstimateError("the confidence %s is not in [0, 1] or NaN" % number)
+        raise MalformedEstimateError(f"the confidence {number} is not in [0, 1] or NaN")
     return number
 
 
@@ -172,12 +172,12 @@ def _read_mask(mask: Any, shape: Tuple[int, ...]) -> Any:
     array = _array_of(mask)
     if not isinstance(array, np.ndarray):
         raise MalformedEstimateError(
-            "the mask is of type %s. Expected: an array of bool" % type(mask).__name__
+            f"the mask is of type {type(mask).__name__}. Expected: an array of bool"
         )
     if array.dtype != np.bool_ or array.shape != tuple(shape[:2]):
         raise MalformedEstimateError(
-            "the mask is %s of shape %s. Expected: bool of the image's shape %s"
-            % (array.dtype, array.shape, tuple(shape[:2]))
+            f"the mask is {array.dtype} of shape {array.shape}. Expected: bool of the image's "
+            f"shape {tuple(shape[:2])}"
         )
     return array
 
@@ -185,7 +185,7 @@ def _read_mask(mask: Any, shape: Tuple[int, ...]) -> Any:
 def _read_details(details: Any) -> Dict[str, float]:
     if not isinstance(details, Mapping):
         raise MalformedEstimateError(
-            "the details are %s. Expected: a dict of numbers by name" % value_text(details)
+            f"the details are {value_text(details)}. Expected: a dict of numbers by name"
         )
     values = {}
     for name, value in details.items():
@@ -194,8 +194,8 @@ def _read_details(details: Any) -> Dict[str, float]:
             number = float(value)
         if number is None or not isinstance(name, str):
             raise MalformedEstimateError(
-                "details[%s] is %s. Expected: a number by its name; details are numbers"
-                % (value_text(name), value_text(value))
+                f"details[{value_text(name)}] is {value_text(value)}. Expected: a number by its "
+                "name; details are numbers"
             )
         values[name] = number
     return values
@@ -216,7 +216,7 @@ def _number(value: Any) -> Optional[float]:
         is_real = hasattr(type(value), "__float__") and not isinstance(value, np.generic)
     try:
         return float(value) if is_real else None
-    except Exception:  # noqa: BLE001  # code of the tracker; or an integer above the range of float
+    except Exception:  # code of the tracker; or an integer above the range of float
         return None
 
 
@@ -226,8 +226,8 @@ def _array_of(value: Any) -> Any:
         return value
     try:
         return np.asarray(value)
-    except Exception as error:  # noqa: BLE001  # a tensor on a GPU
+    except Exception as error:  # a tensor on a GPU
         raise MalformedEstimateError(
-            "a value of type %s cannot be converted to an array (%s)"
-            % (type(value).__name__, value_text(error))
+            f"a value of type {type(value).__name__} cannot be converted to an array "
+            f"({value_text(error)})"
         ) from None

@@ -32,10 +32,13 @@ class AdaptedTracker(TrackerPlugin):
     _last_box: Box
 
     @classmethod
-    def with_images(cls, images: Any) -> "type[AdaptedTracker]":
-        """Return the class with other `images`; raise `TrackerError` for an unknown value."""
+    def with_images(cls, images: Any, owner: str) -> "type[AdaptedTracker]":
+        """Return the class with other `images`; raise `TrackerError` for an unknown value.
+
+        `owner`: name of the tracker in messages.
+        """
         if images not in plain_class.IMAGES:
-            raise unknown_name_error("value of images", str(images), plain_class.IMAGES)
+            raise unknown_name_error(f"value of images of {owner}", str(images), plain_class.IMAGES)
         same = {"images": images, "__doc__": cls.__doc__, "__module__": cls.__module__}
         return type(cls.__name__, (cls,), same)
 
@@ -155,7 +158,9 @@ def create_plugin(
             f"{', '.join(Randomness)}."
         ) from None
     for name in description["parameters"]:
-        if name in ("checked", "images") or (name.startswith("model_") and hasattr(Parameters, name)):
+        if name in ("checked", "images") or (
+            name.startswith("model_") and hasattr(Parameters, name)
+        ):
             raise TrackerError(
                 f"tracker {owner!r}: the argument {name!r} has a reserved name. Choose another one."
             )

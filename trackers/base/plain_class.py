@@ -25,7 +25,7 @@ def missing_methods(tracker: Any) -> List[str]:
     abstract = getattr(tracker, "__abstractmethods__", ()) if isinstance(tracker, type) else ()
     try:
         methods = {name: getattr(tracker, name, None) for name in ("init", "update")}
-    except Exception as error:  # noqa: BLE001  # code of the tracker, such as `__getattr__`
+    except Exception as error:  # code of the tracker, such as `__getattr__`
         raise ValueError(f"its attributes raise {type(error).__name__}: {error}.") from None
     return [name for name in methods if not callable(methods[name]) or name in abstract]
 
