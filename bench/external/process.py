@@ -152,6 +152,15 @@ class LineProcess:
             start = len(self._unread)
             self._wait(limit, f"did not answer in {seconds:g} s")
 
+    def unread_line(self, mark: bytes) -> bytes:
+        """Return a line that contains `mark` and that is already there; empty if there is none."""
+        poller = select.poll()
+        poller.register(self._stdout, select.POLLIN)
+        if self._end.alive and poller.poll(0):
+            self._unread += os.read(self._stdout, _CHUNK)
+        lines = self._unread.splitlines(keepends=True)
+        return next((bytes(line.rstrip()) for line in lines if mark in line), b"")
+
     def fail(self, problem: str) -> ExternalTrackerError:
         """End the process; return the error, whose text is the command and `problem`."""
         os.write(self._output, self._unread)

@@ -27,7 +27,7 @@ PYTHON = {
     "signal": r"the process ended by signal 11 .*last words.*in misbehave",
     "nan": r"an invalid estimate: the box \[nan, 1\.0, 2\.0, 3\.0\] is invalid.*last words",
     "garbage": r"an invalid estimate: the box is 'nonsense'\. Expected: four numbers.*last words",
-    "key": r"the process raised ValueError: update returned .* 'score'.*details\. The end",
+    "key": r"an invalid estimate: update returned .* 'score'.*details\. Its last line",
     "hang": r"did not answer in 60 s\. Its last call: .*plain_tracker\.py.* in hang.*last words",
     "slow start": r"the process did not answer in 300 s\..*waiting.* in __init__",
 }
@@ -58,6 +58,79 @@ def test_failure_of_a_command_names_command_end_and_last_output(mode):
     run = bench.evaluate_run(f"trax:command={command}:as=mine", "Noise")
     assert_failed(run, 1 if mode == "confidence" else 3, command, COMMAND[mode])
     assert not living("plain.py")
+
+
+@pytest.mark.parametrize(("mode", "frame"), [("twice", 4), ("later", 5), ("last", 7)])
+def test_answer_too_many_of_a_command_is_a_failure(mode, frame):
+    """An answer that is taken for that of the next frame would shift all later boxes."""
+    run = bench.evaluate_run(f"trax:command={sys.executable} plain.py 4 {mode}:as=mine", "Noise")
+    assert run.failure.startswith(f"000{frame + 1}.png: "), run.failure
+    assert "sent '@@TRAX:state" in run.failure
+    assert "without a request. Expected: one answer per frame" in run.failure
+
+
+WRITING = """
+import os
+class Writing:
+    def init(self, image, box): self.box = box
+    def update(self, image):
+        for number in range(3, 20):
+            try: os.write(number, TEXT)
+            except OSError: pass
+        return self.box
+"""
+
+
+@pytest.mark.parametrize("text", [b"@@TRACKMARK:nonsense\n", b'@@TRACKMARK:[1, {"wall": 0}]\n'])
+def test_output_on_the_channel_of_answers_is_a_failure(folder, text):
+    (folder / "writing.py").write_text(f"TEXT = {text!r}{WRITING}")
+    run = bench.evaluate_run(f"writing.py:python={sys.executable}", "Noise")
+    assert "which is not the answer to request 4. Write to stdout or stderr only" in run.failure
+
+
+FORKING = """
+import os
+class Forking:
+    def __init__(self, place="update"):
+        self.place, self.shift = place, 0
+        self.fork("constructor")
+    def init(self, image, box):
+        self.box = box
+        self.fork("init")
+    def update(self, image):
+        self.fork("update")
+        return [self.box[0] + self.shift, *self.box[1:]]
+    def fork(self, place):
+        if self.place == place and not os.fork():
+            self.shift = 100
+            if os.environ.get("CHILD_RAISES"):
+                raise RuntimeError
+if os.environ.get("FORKS_AT_IMPORT"):
+    os.fork()
+"""
+
+
+@pytest.mark.parametrize("place", ["constructor", "init", "update"])
+@pytest.mark.parametrize("raises", ["", "1"])
+def test_forked_process_that_returns_gives_no_boxes(folder, monkeypatch, place, raises):
+    monkeypatch.setenv("CHILD_RAISES", raises)
+    (folder / "forking.py").write_text(FORKING)
+    texts = [f"forking.py:place={place}{python}" for python in ("", f":python={sys.executable}")]
+    for outcome in perform(texts).values():
+        (run,) = outcome.values()
+        assert not run.failure
+        assert (run.boxes == run.boxes[0]).all()
+
+
+def test_fork_at_import_gives_one_run(folder, monkeypatch):
+    monkeypatch.setenv("FORKS_AT_IMPORT", "1")
+    (folder / "forking.py").write_text(FORKING)
+    code = "import trackmark; print(trackmark.evaluate('forking.py', 'Noise').runs)"
+    command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(HOME)!r}); {code}"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.count("finished") == 1
+    for outcome in perform(["forking.py", f"forking.py:python={sys.executable}"]).values():
+        assert not next(iter(outcome.values())).failure
 
 
 def assert_failed(run, frames, program, error):
