@@ -28,9 +28,9 @@ def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "p
     -------
     DataFrame
         One row per run, in the order of the requests. Columns: `experiment`, the fields of
-        `bench.store.run_rows.list_runs` (texts as pandas categories), and one float column per
-        score. Requested runs that are not stored come last and have the status `missing`. Stored
-        runs have the status `stale` if another version of the tracker or sequence is requested.
+        `bench.store.run_rows.list_runs` (texts as objects), and one float column per score.
+        Requested runs that are not stored come last and have the status `missing`. Stored runs
+        have the status `stale` if another version of the tracker or sequence is requested.
 
     Raises
     ------
@@ -57,10 +57,9 @@ def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
     columns: dict[str, Any] = {}
     further = dict.fromkeys(name for row in rows for name in row if name not in _FIELDS)
     for name in (*further, *TEXT_FIELDS):
-        values = [row.get(name) for row in rows]
-        stored = {str(row[name]) for row in rows if row["status"] != "missing"}
-        ordered = dict.fromkeys([*sorted(stored), *values])
-        columns[name] = pd.Categorical(values, [v for v in ordered if v is not None])
+        # No categories: pandas cannot reindex groups of more than 127 categories. Objects share
+        # equal texts; the type `str` copies them.
+        columns[name] = pd.Series([row.get(name) for row in rows], dtype=object)
     missing = any(row["status"] == "missing" for row in rows)
     kinds: dict[str, Any] = dict.fromkeys(NUMBER_FIELDS, "float64") | {"repetition": "int32"}
     kinds["frames"] = "float64" if missing else "int32"

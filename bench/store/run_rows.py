@@ -1,6 +1,5 @@
 """Rows of stored runs with scores, which are computed once per run and version of the scorer."""
 
-import hashlib
 import json
 import logging
 from collections.abc import Callable, Iterable, Mapping
@@ -18,9 +17,7 @@ from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results, sort_key
 from trackmark.bench.store.truth import read_truth
-
-SCORED_BY = ("centre_error", "native", "overlap", "regions", "times")
-"""Modules of `bench.metrics` that define the stored scores."""
+from trackmark.datasets.source_digest import tree_digest
 
 TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
@@ -192,8 +189,16 @@ def _scores(run: Run, truth: Any) -> dict[str, float]:
 
 @cache
 def _scorer_version() -> str:
-    """Return a digest of the source files that define the scores."""
-    bench = Path(__file__).parents[1]
-    files = [bench / "metrics" / f"{name}.py" for name in SCORED_BY]
-    files.append(bench / "evaluation/scoring.py")
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    return scorer_digest(Path(__file__).parents[1])
+
+
+def scorer_digest(bench: Path) -> str:
+    """Return a digest of the code that computes the stored scores: this file and its imports.
+
+    `bench` is the folder of the package. Presets and protocols are found by their file names, so
+    that no import statement names them.
+    """
+    found = [
+        file for part in ("metrics/presets", "protocols") for file in bench.glob(f"{part}/*.py")
+    ]
+    return tree_digest(bench / "store" / Path(__file__).name, bench, found)
