@@ -26,7 +26,7 @@ class GroundTruthLike(Protocol):
 
     @property
     def annotated(self) -> NDArray[np.bool_]:
-        """Frames for which box or absence is known, shape (n,), or () if all; others do not count."""
+        """Frames with known box or absence, shape (n,), or () if all; others are not used."""
         ...
 
     @property
