@@ -161,7 +161,8 @@ def _paths_matching(text: str) -> list[str]:
     paths = [
         str(sequence)
         for match in sorted(matches, key=lambda match: natural_order(str(match)))
-        for sequence in readers.sequence_paths(match) or readers.sequences_in(match)
+        for sequence in readers.sequence_paths(match, is_named=not is_pattern)
+        or readers.sequences_in(match)
     ]
     if is_pattern and not paths:  # the sequences can be in subfolders
         paths = [str(sequence) for sequence in readers.sequences_in(path.parent, path.name)]

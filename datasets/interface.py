@@ -86,11 +86,15 @@ class Sequence:
     frames : Frames
         Images. Images after the last ground-truth row are not part of the sequence.
     boxes : array of float64, shape (n, 4), optional
-        Ground-truth boxes `[x, y, width, height]` in pixels from 0. A NaN row means that the
-        target is absent. Without boxes, every row is NaN: such a sequence can be opened and
-        shown, but not evaluated.
+        Ground-truth boxes `[x, y, width, height]` in pixels from 0. In an annotated frame, a NaN
+        row means that the target is absent. Without boxes, no frame is annotated: such a sequence
+        can be opened and shown, but not evaluated.
     fingerprint : str or callable
         Digest of pixels and ground truth. A callable is called once, at the first access.
+    annotated : bool array of shape (n,), optional
+        Flags of the frames for which the ground truth states box or absence; by default all. Other
+        frames are shown to trackers, but not scored: their boxes and regions become NaN, and they
+        have no mask.
     regions : mapping of str to array of shape (n, 4), optional
         Further ground-truth boxes by name (`full`, `tight`, …).
     visibility : array of shape (n,), optional
@@ -140,6 +144,7 @@ class Sequence:
         boxes: ArrayLike | None = None,
         *,
         fingerprint: str | Callable[[], str],
+        annotated: ArrayLike | None = None,
         regions: Mapping[str, ArrayLike] | None = None,
         visibility: ArrayLike | None = None,
         attributes: Mapping[str, ArrayLike] | None = None,
@@ -173,11 +178,13 @@ class Sequence:
                 f"{self.truth_source}: {n} ground-truth rows for {n_images} images of {name}. "
                 "Remove the rows without image, or add the missing images."
             )
-        self.boxes: Array = _frozen(rows, (n, 4), f"{name}: boxes")
+        flags = np.full(n, boxes is not None) if annotated is None else annotated
+        self.annotated: NDArray[np.bool_] = _frozen(flags, (n,), f"{name}: annotated", np.bool_)
+        self.boxes: Array = self._annotated_rows(rows, f"{name}: boxes")
         self._check_coordinates()
         self.images_beyond_truth = n_images - n
         self.regions: dict[str, Array] = {
-            key: _frozen(rows, (n, 4), f"{name}: region {key}")
+            key: self._annotated_rows(rows, f"{name}: region {key}")
             for key, rows in (regions or {}).items()
         }
         self.values: dict[str, Array] = {
@@ -262,7 +269,10 @@ class Sequence:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Flags of the frames in which the target is present, shape (n,)."""
+        """Flags of the frames in which the target is present, shape (n,).
+
+        The target is absent in the other frames that are `annotated`.
+        """
         return np.asarray(np.isfinite(self.boxes).all(axis=1))
 
     @property
@@ -322,11 +332,18 @@ class Sequence:
 
     def mask(self, frame: int) -> Mask | None:
         """Return the target's pixels in a frame, shape (height, width), or None if unknown."""
-        return None if self._masks is None else self._masks(frame)
+        return None if self._masks is None or not self.annotated[frame] else self._masks(frame)
 
     def frame_name(self, frame: int) -> str:
         """Return the name of a frame in messages: its file name, or `frame i`."""
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
+
+    def _annotated_rows(self, rows: ArrayLike, label: str) -> Array:
+        """Return boxes as a read-only array, with NaN rows in frames that are not annotated."""
+        array = np.array(_frozen(rows, (len(self.annotated), 4), label))
+        array[~self.annotated] = np.nan
+        array.flags.writeable = False
+        return array
 
     def _check_coordinates(self) -> None:
         """Check that no coordinate exceeds MAX_COORDINATE, so that box areas cannot overflow."""
@@ -348,6 +365,7 @@ class Sequence:
             _FrameSelection(self.frames, selection),
             self.boxes[frames],
             fingerprint=lambda: f"{self.fingerprint}{label}",
+            annotated=self.annotated[frames],
             regions={key: rows[frames] for key, rows in self.regions.items()},
             visibility=self.visibility[frames],
             attributes={key: flags[frames] for key, flags in self.attributes.items()},

@@ -23,6 +23,8 @@ class SequenceMetadata:
         Frame rate [frames/s].
     present : int
         Number of frames in which the target is present; 0 without ground truth.
+    annotated : int
+        Number of frames for which the ground truth states box or absence; others are not scored.
     regions : list of str
         Names of further ground-truth boxes.
     attributes : mapping of str to int
@@ -44,6 +46,7 @@ class SequenceMetadata:
     size: tuple[int, int]
     fps: float | None
     present: int
+    annotated: int
     regions: list[str]
     attributes: Mapping[str, int]
     truth_source: str
@@ -74,6 +77,7 @@ def sequence_metadata(sequence: Sequence, size: tuple[int, int] | None = None) -
         name=sequence.name,
         length=len(sequence),
         size=size,
+        annotated=int(sequence.annotated.sum()),
         truth_source=sequence.truth_source,
         truth_missing=sequence.truth_missing,
         images_beyond_truth=sequence.images_beyond_truth,

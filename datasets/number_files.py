@@ -74,15 +74,25 @@ def check_line(line: str, number: int, path: Path) -> None:
 def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
     """Check that a file has a row for every image, because a missing row could be an inner row.
 
+    A file with one row is valid: in test sets, only the first box is public.
+
     Raises `SequenceError` naming file and counts.
     """
-    if rows < len(images):
+    if 1 < rows < len(images):
         raise SequenceError(
             f"{path}: {rows} rows for {len(images)} images: a missing row would shift the ground "
-            "truth of all later frames. Expected: one row per image. Add the missing row; if "
-            "only the last images have no annotation, add rows nan,nan,nan,nan, or move the images "
-            f"after {images[rows - 1].name} to another folder."
+            "truth of all later frames. Expected: one row per image. Add the missing row; if only "
+            f"the last images have no annotation, move the images after {images[rows - 1].name} "
+            "to another folder."
         )
+
+
+def frames_with_values(rows: int, images: SequenceOf[Path]) -> int:
+    """Return the number of frames with flags or labels, for a number of ground-truth rows.
+
+    If only the first box is public, flags and labels may still exist for all images.
+    """
+    return len(images) if rows == 1 else rows
 
 
 def as_boxes(
@@ -117,13 +127,6 @@ def read_boxes(path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
     """Read boxes from rows x, y, width, height; see `read_rows` and `as_boxes`."""
     rows = read_rows(path, {4}, "four numbers, x y width height")
     return as_boxes(rows, path, origin, minus_is_absent=minus_is_absent)
-
-
-def pad_first_box(boxes: Array, n: int) -> Array:
-    """Add NaN rows up to n frames if only the first box is public, as in test sets."""
-    if len(boxes) > 1:
-        return boxes
-    return np.vstack([boxes, np.full((max(0, n - 1), 4), nan)])
 
 
 def read_integers(

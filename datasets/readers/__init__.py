@@ -4,7 +4,7 @@ import importlib
 import os
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from copy import copy
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -56,6 +56,9 @@ class Reader(Protocol):
         Glob patterns of files and folders that only this format has in a sequence's folder. A
         pattern of folders ends with `/`; `NAME` stands for the name of the sequence's folder. A
         folder with a match that no reader recognises is an incomplete sequence.
+    PATH_IS_ONE_TARGET : bool, optional
+        True if the path of a sequence selects one target of many; a folder or a pattern selects
+        all of them.
     """
 
     EXPECTS: str
@@ -119,13 +122,21 @@ def path_format(path: Path) -> str:
     return "" if reader is None else reader.EXPECTS
 
 
-def sequence_paths(path: Path) -> list[Path]:
-    """Return the path itself or one path per target; empty if no reader recognises the path."""
+def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
+    """Return the path itself or one path per target; empty if no reader recognises the path.
+
+    `is_named`: the user gave this path, and not a folder or a pattern that selects it.
+    """
     reader = _find_reader(path)
     with _named_errors(path):
         if reader is None:
             return []
-        return reader.list_sequences(path) if isinstance(reader, ReaderOfSplits) else [path]
+        is_one = is_named and getattr(reader, "PATH_IS_ONE_TARGET", False)
+        if not isinstance(reader, ReaderOfSplits) or is_one:
+            return [path]
+        with suppress(SequenceError):  # the error is raised when the sequence is opened
+            return reader.list_sequences(path)
+        return [path]
 
 
 def sequences_in(folder: Path, pattern: str = "*") -> list[Path]:
