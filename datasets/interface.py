@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.box_unit import find_other_unit
 from trackmark.datasets.shapes import Shapes
 
 Array: TypeAlias = NDArray[np.float64]
@@ -313,12 +314,19 @@ class Sequence:
         Raises
         ------
         SequenceError
-            If there is no ground truth, or if the init box has no size or lies completely
-            outside its image.
+            If there is no ground truth, if its rows cannot be boxes in pixels, or if the init box
+            has no size or lies completely outside its image.
         """
         frame = self.first_frame
         x, y, width, height = self.boxes[frame].tolist()
         image_width, image_height = self.image_size
+        if unit := find_other_unit(self.boxes, self.image_size):
+            raise SequenceError(
+                f"{self.truth_source}: the ground truth looks like {unit.name}; the box of "
+                f"{self.frame_name(frame)} is {x:g}, {y:g}, {width:g}, {height:g} in an image of "
+                f"{image_width}x{image_height}. Expected: x, y, width, height in pixels. Convert "
+                f"all rows: {unit.remedy}."
+            )
         if width <= 0.0 or height <= 0.0:
             problem = "has no size"
         elif lies_outside(self.boxes[frame], (image_width, image_height)):

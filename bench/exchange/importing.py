@@ -72,7 +72,8 @@ def open_sequences(sources: Sequence[SequenceSource], folder: Path) -> list[Resu
         write_truth(folder, sequence)
         absolute = source.absolute()
         fields = sequence.name, sequence.fingerprint, sequence.boxes
-        opened.append(ResultSequence(*fields, absolute.text, str(absolute.truth or "")))
+        source = absolute.text, str(absolute.truth or "")
+        opened.append(ResultSequence(*fields, *source, sequence.image_size))
     return opened
 
 
@@ -137,8 +138,9 @@ def copy_with_imports(
         for row in rows:
             if sequences is None or row["sequence"] in sequences:
                 key = row["sequence"], row["fingerprint"]
-                boxes = read_truth(experiment, *key).boxes
-                selected.append(ResultSequence(*key, boxes, row["source"], row["truth"]))
+                truth = read_truth(experiment, *key)
+                source = row["source"], row["truth"]
+                selected.append(ResultSequence(*key, truth.boxes, *source, truth.image_size))
         import_results(trackers, selected, folder, on_message)
         yield folder
 
@@ -265,7 +267,8 @@ def _convert_boxes(
         first_boxes.append(FirstBox(place, expected, rows.boxes[row]))
         boxes[start:row] = np.nan
         init_rows.append(row)
-    message = check_first_boxes(first_boxes, rows.boxes, result_format.rounding)
+    by_row = dict(zip(init_rows, first_boxes, strict=True))
+    message = check_first_boxes(by_row, rows.boxes, result_format.rounding, sequence.image_size)
     origin = find_origin(first_boxes, result_format.rounding)
     if origin is None and any(np.isfinite(box.stored).all() for box in first_boxes):
         message += message and " "

@@ -33,6 +33,7 @@ class ResultSequence:
     boxes: NDArray[np.float64]
     source: str
     truth: str = ""
+    image_size: tuple[int, int] | None = None  # width and height [pixels]; None if unknown
 
 
 @dataclass(frozen=True)

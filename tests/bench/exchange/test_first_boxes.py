@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.bench.exchange.import_builder import import_runs
-from trackmark.bench.exchange.result_format import ExchangeError
+from trackmark.bench.exchange.result_format import ExchangeError, ResultSequence
 
 TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44, 26, 60]], float)
 ONE_BASED = TRUTH + [1, 1, 0, 0]
@@ -40,15 +40,38 @@ def test_import_refuses_corners(kind, offset, tmp_path):
     corners = to_corners(ONE_BASED) + ([0, 0, -1, -1] if offset == -1 else [offset or 0] * 4)
     if offset is None:  # in lost frames
         corners[2] = 0
-    with pytest.raises(ExchangeError, match=r"as corners x1, y1.*subtract x1 from x2") as error:
+    with pytest.raises(ExchangeError, match=r"corners x1, y1.*subtract x1 from x2") as error:
         import_boxes(tmp_path, corners, kind)
     assert str(error.value).startswith(str(tmp_path / "theirs" / "Couple"))
 
 
 def test_import_refuses_inclusive_corners_of_a_small_box(tmp_path):
     truth = np.array([[50, 46, 6, 8]] * 4, float)
-    with pytest.raises(ExchangeError, match="as corners"):
+    with pytest.raises(ExchangeError, match="look like corners"):
         import_boxes(tmp_path, to_corners(truth + [1, 1, 0, 0]) - [0, 0, 1, 1], truth=truth)
+
+
+@pytest.mark.parametrize(
+    ("convert", "words"),
+    [
+        (lambda boxes: boxes / [100, 200, 100, 200], "shares of the image size"),
+        (lambda boxes: boxes + np.column_stack([boxes[:, 2:] / 2, 0 * boxes[:, 2:]]), "centres"),
+        (lambda boxes: boxes[:, [1, 0, 3, 2]], "y, x, height, width"),
+    ],
+)
+def test_import_refuses_other_units(convert, words, tmp_path):
+    truth = np.array([[50, 16, 25, 62]] * 4, float)
+    sequence = ResultSequence("Couple", "fingerprint", truth, "/data", image_size=(100, 200))
+    (tmp_path / "Couple.txt").write_text(text(convert(truth)))
+    with pytest.raises(ExchangeError, match=f"the boxes look like {words}"):
+        import_runs("otb", tmp_path, sequence, tmp_path / "results")
+
+
+def test_import_refuses_corners_after_a_first_box(tmp_path):
+    truth = np.array([[50 + 5 * i, 46, 25, 62] for i in range(9)], float)
+    boxes = np.vstack([truth[:1], to_corners(truth)[1:]])
+    with pytest.raises(ExchangeError, match="the boxes look like corners"):
+        import_boxes(tmp_path, boxes, truth=truth)
 
 
 def test_import_reads_boxes_near_the_origin_as_boxes(tmp_path):

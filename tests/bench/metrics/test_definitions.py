@@ -95,21 +95,25 @@ def slow_lasot(truth, boxes):
 
 
 def slow_trackingnet(truth, boxes):
+    formed = [True, *map(is_box, boxes[1:].tolist())]
     rows = [
-        (t, b if is_box(b) else [nan] * 4)
+        ([whole(v) for v in t], [whole(v) for v in b])
         for t, b in zip(truth.tolist(), boxes.tolist(), strict=True)
     ]
-    rows = [([whole(v) for v in t], [whole(v) for v in b]) for t, b in rows]
     rows[0] = rows[0][0], rows[0][0]
 
     def area(values, hit, most):
         steps = [share(hit(v, k / 20 * most) for v in values) for k in range(21)]
         return sum((a + b) / 40 for a, b in pairwise(steps))
 
-    far = [apart(t, b) for t, b in rows]
-    sized = [apart(t, b, True) for t, b in rows]
+    far = [apart(t, b) if good else nan for good, (t, b) in zip(formed, rows, strict=True)]
+    sized = [apart(t, b, True) if good else nan for good, (t, b) in zip(formed, rows, strict=True)]
+    overlaps = [iou(t, b) for t, b in rows]
+    for frame, (t, _) in enumerate(rows):
+        if isnan(overlaps[frame]) and not any(map(isnan, t)):
+            overlaps[frame] = 0.0  # malformed
     return {
-        "success_auc": area([iou(t, b) for t, b in rows], lambda o, k: o > k + 1e-12, 1),
+        "success_auc": area(overlaps, lambda o, k: o >= k - 1e-12, 1),
         "precision_auc": area(far, lambda d, k: d <= k, 50),
         "normalised_precision_auc": area(sized, lambda d, k: d <= k + 1e-12, 0.5),
     }
@@ -130,6 +134,15 @@ def test_preset_equals_slow_definition(name):
         boxes[bad, random.integers(0, 4, len(bad))] = random.choice([nan, np.inf, -3, 0], len(bad))
         truth[1:][random.random(n - 1) < 0.2] = nan
         assert scores(name, truth, boxes) == pytest.approx(slow(truth, boxes), abs=1e-12)
+
+
+@pytest.mark.parametrize(("lost", "success"), [(0, 1.0), (4, 0.5125), (7, 0.146875)])
+def test_trackingnet_counts_overlaps_at_their_threshold(lost, success):
+    """Check the shares of 8 frames: a lost frame counts at threshold 0, as in the devkit."""
+    truth = np.array([[10 + i, 12, 20, 16] for i in range(8)], float)
+    boxes = truth.copy()
+    boxes[8 - lost :] = [120, 70, 20, 16]
+    assert scores("trackingnet", truth, boxes)["success_auc"] == pytest.approx(success)
 
 
 @pytest.mark.parametrize(
