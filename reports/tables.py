@@ -369,17 +369,6 @@ def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
     return notes
 
 
-def timed_by(runs: pd.DataFrame) -> str:
-    """Return the prefix of the time columns by which trackers are compared; empty without times.
-
-    It is `warm_seconds` if all timing runs have warm times, else `cpu_seconds`.
-    """
-    decoded, warm = (runs.get(f"{key}_seconds_median", pd.Series()) for key in ("cpu", "warm"))
-    if decoded.isna().all():
-        return ""
-    return "warm_seconds" if warm.notna().sum() == decoded.notna().sum() else "cpu_seconds"
-
-
 def text_columns(table: Table) -> list[bool]:
     """Return for each column whether it has texts: labels, or mostly cells without a number.
 

@@ -118,9 +118,8 @@ def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, st
     rows = list_scored_runs(Results(execution.folder))
     plan = execution.plan.seen_in(rows)
     failed = plan.count(State.FAILED)
-    end = f", {failed} failed." if failed else "."
-    return (
-        rows,
-        plan,
-        f"{plan.count(State.DONE)} of {len(plan)} runs are in {execution.folder}{end}",
-    )
+    disturbed = plan.count(State.DISTURBED)
+    end = f", {failed} failed" if failed else ""
+    end += f", {disturbed} disturbed by other load" if disturbed else ""
+    n_finished = plan.count(State.DONE) + disturbed
+    return rows, plan, f"{n_finished} of {len(plan)} runs are in {execution.folder}{end}."

@@ -280,9 +280,12 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
 
     plan, units = execution.plan, execution.units
     result = estimate(units, execution.output)
-    states = [state.name.lower() for state in (State.DONE, State.FAILED, State.STALE, State.LEFT)]
+    kinds = [State.DONE, State.FAILED, State.STALE, State.LEFT]
+    if execution.experiment.timing:
+        kinds.insert(2, State.DISTURBED)
+    states = [state.name.lower() for state in kinds]
     by_tracker = {
-        spec.label: dict(zip(states, reversed(counts), strict=True))
+        spec.label: {state.name.lower(): counts[state] for state in kinds}
         for spec, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
     }
     if as_json:
@@ -301,9 +304,9 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
         return
     total = {state: sum(counts[state] for counts in by_tracker.values()) for state in states}
     width = max(len(label) for label in [*by_tracker, "in all"])
-    click.echo(f"{'tracker':{width}}" + "".join(f"{state:>9}" for state in states))
+    click.echo(f"{'tracker':{width}}" + "".join(f"{state:>10}" for state in states))
     for label, counts in [*by_tracker.items(), ("in all", total)]:
-        click.echo(f"{label:{width}}" + "".join(f"{counts[state]:9}" for state in states))
+        click.echo(f"{label:{width}}" + "".join(f"{counts[state]:10}" for state in states))
     randomness = {spec.randomness for spec in plan.trackers.values()}
     if execution.experiment.repetitions > 1 and Randomness.NONE in randomness:
         click.echo("\nDeterministic trackers run once on each sequence.")

@@ -22,7 +22,8 @@ from trackmark.bench.comparing.comparable_runs import (
 from trackmark.bench.comparing.families import Families
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs
-from trackmark.bench.reporting.tables import clocks, update_times, without_undefined
+from trackmark.bench.reporting.tables import without_undefined
+from trackmark.bench.reporting.times import TIME, clock_of, time_mark, time_notes, with_times
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
@@ -32,7 +33,7 @@ from trackmark.bench.statistics.rules import (
     loser_of,
 )
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.reports.tables import ScoreMeasure, timed_by
+from trackmark.reports.tables import ScoreMeasure
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
@@ -50,9 +51,9 @@ class Standing:
     interval: tuple[float, float] | None  # interval of the mean at 95 %; None for too few units
     contender: bool  # True: no answer calls another tracker better; the tracker gets a star
     kept: float  # share of runs that never lost the target; the name is a key of --json
-    milliseconds: float  # per frame
-    timed: bool  # True: measured in timing runs; False: in accuracy runs, which share the machine
-    clock: str  # clock of a tracker that is not timed by its CPU time; otherwise empty
+    ms_per_frame: float  # mean over the sequences [ms]
+    fps: float  # frames per second of this mean
+    clock: str  # only times of equal clocks are comparable
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,8 @@ class Comparison:
     left_out: Collection[str]  # trackers whose runs all failed
     not_repeatable: Collection[str]  # trackers that gave different boxes with equal seeds
     attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
+    time_mark: str = ""  # mark of the times per frame; see `reporting.times`
+    time_notes: Sequence[str] = ()
     undefined: Sequence[str] = ()  # sequences without a score of any tracker, which are left out
 
     @property
@@ -239,7 +242,11 @@ def compare(
     declared = families and families.of(sequences)
     units = units_of(sequences, "scene" if by_scene else None, declared)
     pairs = _pairs(means, units, measure, against, same_boxes or {})
-    standings = _standings(runs, means, units, measure, _unbeaten(means, pairs, units))
+    compared = runs[runs["tracker"].isin(labels)]
+    one_pass, timed = (compared[compared["protocol"] == p] for p in (STORED_ONE_PASS, TIMING))
+    times, measured = with_times(one_pass, timed)
+    unbeaten = _unbeaten(means, pairs, units)
+    standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)
     best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
     return Comparison(
         measure=measure,
@@ -255,6 +262,8 @@ def compare(
         not_repeatable=[name for name in labels if name in not_repeatable],
         attributes=[(attributes or {}).get(name, ()) for name in sequences],
         undefined=undefined,
+        time_mark=time_mark(measured),
+        time_notes=time_notes(measured),
     )
 
 
@@ -268,21 +277,22 @@ def _unbeaten(means: Means, pairs: Sequence[Pair], units: StatisticalUnits) -> C
 
 def _standings(
     runs: pd.DataFrame,
+    clocks: Mapping[str, str],
     means: Means,
     units: StatisticalUnits,
     measure: ScoreMeasure,
     unbeaten: Collection[str],
 ) -> list[Standing]:
-    columns, clock_of = _clock(runs[runs["tracker"].isin(list(means))]), clocks(runs)
+    by_sequence = runs.groupby(["tracker", "sequence"], observed=True)[TIME.name].mean()
+    times = by_sequence.groupby("tracker", observed=True).mean().to_dict()
     standings = []
     for name, values in zip(means, units.means(list(means.values())), strict=True):
         interval = interval_or_none(values, 1, measure.least, measure.most)
         own_runs = runs[runs["tracker"] == name]
-        survival, times = _survival(own_runs), _times(own_runs, columns)
-        mean = float(values.mean())
-        clock = clock_of.get(name, "")
-        mark = name in unbeaten
-        standings.append(Standing(name, mean, interval, mark, survival, *times, clock))
+        mean, mark, survival = float(values.mean()), name in unbeaten, _survival(own_runs)
+        time = times.get(name, nan)
+        fps, clock = 1e3 / time if time > 0 else nan, clocks.get(name, "")
+        standings.append(Standing(name, mean, interval, mark, survival, time, fps, clock))
     return standings
 
 
@@ -321,30 +331,5 @@ def _sign(measure: ScoreMeasure) -> float:
 
 def _survival(runs: pd.DataFrame) -> float:
     """Return the share of one-pass runs that never lost the target; NaN if it is unknown."""
-    scored = runs[runs["protocol"] == STORED_ONE_PASS]
-    ended = scored.reindex(columns=["first_loss", "frames"]).dropna()
+    ended = runs.reindex(columns=["first_loss", "frames"]).dropna()
     return float((ended["first_loss"] >= ended["frames"]).mean())
-
-
-def _clock(runs: pd.DataFrame) -> str:
-    """Return the columns of `timed_by`; empty if a tracker has no time on one of its sequences."""
-
-    def pairs(rows: pd.DataFrame) -> set[tuple[str, str]]:
-        return set(zip(rows["tracker"], rows["sequence"], strict=True))
-
-    timings, scored = (runs[runs["protocol"] == name] for name in (TIMING, STORED_ONE_PASS))
-    clock = timed_by(timings)
-    # Times of accuracy runs, which share the machine, are longer: the two kinds are never mixed.
-    complete = clock and pairs(scored) <= pairs(timings.dropna(subset=[f"{clock}_median"]))
-    return clock if complete else ""
-
-
-def _times(runs: pd.DataFrame, clock: str) -> tuple[float, bool]:
-    """Return the milliseconds per frame by the columns of `clock`, and whether runs were timed."""
-    if clock:
-        timed = runs[(runs["protocol"] == TIMING) & runs[f"{clock}_median"].notna()]
-        if len(timed):
-            by_sequence = timed.groupby("sequence", observed=True)[f"{clock}_median"].mean()
-            return 1e3 * float(by_sequence.mean()), True
-    scored = runs[(runs["protocol"] == STORED_ONE_PASS) & runs["seconds"].notna()]
-    return 1e3 * float(update_times(scored).mean()) if len(scored) else nan, False

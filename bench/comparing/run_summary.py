@@ -13,19 +13,26 @@ import pandas as pd
 
 from trackmark.bench.comparing.answer import Answer, answer_of
 from trackmark.bench.comparing.comparison import Comparison, compare
-from trackmark.bench.comparing.tables import milliseconds_text
 from trackmark.bench.metrics.overlap import overlap as overlap_of
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.tables import (
     PRESET,
     SUMMARY,
-    TIMES,
-    clock_notes,
-    clocks,
     mean_table,
     not_repeatable,
     summary_of,
+)
+from trackmark.bench.reporting.times import (
+    TIME,
+    TIMES,
+    clock_of,
+    fps_text,
+    time_mark,
+    time_notes,
+    time_text,
+    with_fps,
+    with_times,
 )
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.layout import RunKey, run_key
@@ -86,13 +93,15 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
     scored = with_worst_scores(folder, runs)
     means = summary_of(scored, timed, "")
     by_tracker = means_by_tracker(means)
+    _, measured = with_times(scored, timed)
+    notes = [note for note in means.notes if " runs failed (" not in note]
     comparable = pd.concat([scored, timed[timed["tracker"].isin(list(by_tracker))]])
     warnings = [*not_repeatable(selected).values(), *corner_boxes(folder, scored)]
     answered, _ = answer_on(comparable, by_tracker)
     return RunSummary(
         answered,
         failure_lines(runs, folder),
-        _table(by_tracker, [note for note in means.notes if " runs failed (" not in note]),
+        _table(by_tracker, time_mark(measured), notes),
         warnings,
     )
 
@@ -129,7 +138,7 @@ def _interval(entry: Mapping[Any, Any]) -> tuple[float, float] | None:
     return (entry["low"], entry["high"]) if isfinite(entry["low"]) else None
 
 
-def _table(means: MeansByTracker, notes: Sequence[str]) -> Table:
+def _table(means: MeansByTracker, mark: str, notes: Sequence[str]) -> Table:
     """Return the short table; a narrow terminal shows no bar, a narrower one no centre error."""
     rows = []
 
@@ -149,11 +158,13 @@ def _table(means: MeansByTracker, notes: Sequence[str]) -> Table:
             "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
             _number(100 * values["success_share"], ".0f", " %"),
             _number(values["centre_error"], ".1f", " px"),
-            milliseconds_text(values["milliseconds"]),
+            time_text(values[TIME.name], mark),
+            fps_text(values[TIME.name]),
         ]
         rows.append([Cell(text) for text in texts])
-    heads = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error", "time"]
-    ranks = [0, 9, 3, 1, 4, 2]
+    heads = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
+    heads += [TIME.head, "fps"]
+    ranks = [0, 9, 3, 1, 4, 2, 5]
     if not any(_interval(entries["mean_overlap"]) for entries in means.values()):
         del heads[3], ranks[2]
         for row in rows:
@@ -167,22 +178,20 @@ def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
     """Return lines on timing runs: the fastest tracker, and a table of the times."""
     runs = load_runs(folder, cells)
     lines = failure_lines(runs, folder)
-    table = replace(mean_table(runs, TIMES, "", PRESET), caption="")
-    warm = table.data[table.data["measure"] == TIMES[0].name].set_index("tracker")["mean"].dropna()
-    if warm.empty:
-        head = (
-            "There is no answer: other load disturbed the timing runs, or they failed. Run them "
-            "again."
-        )
+    mark, notes = time_mark(runs), time_notes(runs)
+    table = replace(with_fps(mean_table(runs, TIMES, "", PRESET), mark), caption="")
+    table = replace(table, notes=[*table.notes, *notes])
+    times = table.data[table.data["measure"] == TIME.name].set_index("tracker")["mean"].dropna()
+    if times.empty:
+        head = "There is no answer: the timing runs failed."
     else:
-        clock_of = clocks(runs)
-        if not set(warm.index) <= set(clock_of):
-            warm = warm.drop([*clock_of], errors="ignore")  # only CPU times are compared
-        fastest = str(warm.idxmin())
-        verb = "is the fastest" if len(warm) > 1 else "was timed"
-        head = f"{fastest} {verb}: {milliseconds_text(1e3 * warm.min())} per frame."
-    table_lines = [*terminal_lines(table), *map(one_line, clock_notes(clocks(runs)))]
-    return [*lines, *([""] if lines else []), head, "", *table_lines]
+        clocks = clock_of(runs)
+        most_used = max(clocks.values(), key=list(clocks.values()).count)
+        comparable = times[[name for name in times.index if clocks.get(name) == most_used]]
+        fastest = str(comparable.idxmin())
+        verb = "is the fastest" if len(comparable) > 1 else "was timed"
+        head = f"{fastest} {verb}: {time_text(comparable.min())} ms per frame."
+    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table)]
 
 
 def _number(value: float, form: str, unit: str = "") -> str:

@@ -11,7 +11,7 @@ import pandas as pd
 
 from trackmark.bench.comparing.answer import answer_of, undefined_note
 from trackmark.bench.comparing.comparison import Comparison, Pair, Standing, means_in_part, parts_of
-from trackmark.bench.reporting.tables import clock_notes
+from trackmark.bench.reporting.times import TIME, fps_text, time_text
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
     corrected_level,
@@ -86,29 +86,17 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     short = replace(comparison, measure=replace(measure, decimals=max(0, measure.decimals - 1)))
     ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
     standings = ranked if verbose else ranked[:MAX_LINES]
-    rows = [
-        _standing_cells(short, standing, milliseconds_text(standing.milliseconds))
-        for standing in standings
-    ]
-    heads, ranks = ["tracker", measure.head, "95 %", "survival [%]", "time"], [0, 1, 3, 2]
+    rows = [_standing_cells(short, standing, digits=2) for standing in standings]
+    heads, ranks = _standing_heads(comparison)
     if few:  # there are no intervals
         del heads[2], ranks[1]
         for row in rows:
             del row[2]
-    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
+    notes = [*_star_notes(comparison), *comparison.time_notes]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
     caption = _standings_caption(comparison)
     return Table("comparison", caption, heads, 1, rows, notes, ranks=ranks)
-
-
-def milliseconds_text(milliseconds: float) -> str:
-    """Return a time per frame with two digits.
-
-    >>> milliseconds_text(23.94), milliseconds_text(0.0128), milliseconds_text(1234.5)
-    ('24 ms', '0.013 ms', '1200 ms')
-    """
-    return f"{float(f'{milliseconds:.2g}'):g} ms" if isfinite(milliseconds) else MISSING
 
 
 def files(comparison: Comparison) -> list[Table]:
@@ -166,38 +154,41 @@ def shown_pairs(comparison: Comparison) -> list[Pair]:
     return list(comparison.pairs) if few else comparison.main_pairs
 
 
-def _standing_cells(comparison: Comparison, standing: Standing, time: str) -> list[Cell]:
+def _standing_heads(comparison: Comparison) -> tuple[list[str], list[int]]:
+    """Return the headings of the table of trackers, and the ranks of its columns."""
+    heads = ["tracker", comparison.measure.head, "95 %", "survival [%]", TIME.head, "fps"]
+    return heads, [0, 1, 3, 2, 4]
+
+
+def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> list[Cell]:
+    """Return the cells of a tracker; its time has a number of digits."""
     remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
     return [
         Cell(standing.tracker + remark),
         Cell(_number(comparison, standing.mean), standing.contender),
         Cell(_interval(comparison, standing.interval)),
         Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
-        Cell(time),
+        Cell(time_text(standing.ms_per_frame, comparison.time_mark, digits)),
+        Cell(fps_text(standing.ms_per_frame)),
     ]
 
 
 def _standings(comparison: Comparison) -> Table:
     rows, data = [], []
     for standing in comparison.standings:
-        time = f"{'' if standing.timed else '~'}{standing.milliseconds:.3g}"
-        time = time if isfinite(standing.milliseconds) else MISSING
-        rows.append(_standing_cells(comparison, standing, time))
+        rows.append(_standing_cells(comparison, standing, digits=3))
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
-    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
+    notes = [*_star_notes(comparison), *comparison.time_notes]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
-    if not all(standing.timed for standing in comparison.standings):
-        notes.append(
-            "~: time in accuracy runs, which share the machine; `run --timing` measures times."
-        )
+    heads, ranks = _standing_heads(comparison)
     return Table(
         name="comparison",
         caption=_standings_caption(comparison),
-        heads=["tracker", comparison.measure.head, "95 %", "survival [%]", "ms a frame"],
+        heads=heads,
         n_labels=1,
         rows=rows,
-        ranks=[0, 1, 3, 2],
+        ranks=ranks,
         notes=notes,
         data=pd.DataFrame(data).drop(columns="interval"),
     )
@@ -211,11 +202,6 @@ def _star_notes(comparison: Comparison) -> list[str]:
         return []
     pairs = f", in the pairs with {comparison.main}" if comparison.against else ""
     return [f"*: no other tracker is better{pairs}"]
-
-
-def _clock_notes(comparison: Comparison) -> list[str]:
-    clock_of = {entry.tracker: entry.clock for entry in comparison.standings if entry.clock}
-    return clock_notes(clock_of)
 
 
 def _standings_caption(comparison: Comparison) -> str:

@@ -257,9 +257,10 @@ class Recorder:
 
     def times(self) -> Times:
         """Return the times of the calls so far."""
-        columns = np.array(self._updates, np.float64).reshape(-1, len(CallTime._fields)).T
-        is_first = np.isin(np.arange(len(self._updates)), self._first_updates)
-        return Times(*columns, is_first, np.array(self._inits))
+        calls = np.array(self._updates, np.float64).reshape(-1, len(CallTime._fields))
+        seconds, run_delay, cpu, children = calls.T
+        is_first = np.isin(np.arange(len(calls)), self._first_updates)
+        return Times(seconds, run_delay, cpu, children, is_first, np.array(self._inits))
 
     def _call(self, frame: int, call: Callable[[], R]) -> R | None:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""

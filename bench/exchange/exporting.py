@@ -113,7 +113,7 @@ def _run_rows(run: Run, origin: int, trace: Trace) -> ResultRows:
         run.boxes_in(trace) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
-        run.circumstances.get("update_seconds", nan),
+        run.circumstances.get("ms_per_frame", nan) / 1e3,
     )
 
 

@@ -54,7 +54,7 @@ class ResultRows:
     boxes: NDArray[np.float64]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows if missing
     confidence: NDArray[np.float64] | None = None  # (n,): NaN if missing
     states: NDArray[Any] | None = None  # (n,): `FrameState` of a supervised run
-    # Median time of an update [s]; NaN if unknown. It is exported but not imported: times of other
+    # Mean time of an update [s]; NaN if unknown. It is exported but not imported: times of other
     # machines are not comparable.
     update_seconds: float = nan
     simplification: str = ""  # message on regions that were simplified when the file was read

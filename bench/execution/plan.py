@@ -16,7 +16,7 @@ from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.maintenance import RecordedData, find_different_data, group_recorded_data
 from trackmark.bench.store.manifest import Manifest
@@ -24,6 +24,7 @@ from trackmark.bench.store.results import MAX_RUNS, Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness
+from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
 MIN_SEQUENCES_FOR_WORKERS = 12
 """Minimum number of sequences for which worker processes are started to open them."""
@@ -38,10 +39,13 @@ class State(IntEnum):
     STALE = 1
     """The stored run has another version: it will be executed again."""
 
-    FAILED = 2
+    DISTURBED = 2
+    """The stored timing run was disturbed by other load: it will be measured again."""
+
+    FAILED = 3
     """The run is stored, and its tracker failed."""
 
-    DONE = 3
+    DONE = 4
     """The run is stored and finished."""
 
 
@@ -73,7 +77,7 @@ class Plan:
     repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
     versions: list[list[str]]  # `Identity.version` by sequence and tracker
-    stored: Mapping[RunKey, tuple[str, str]]  # version and status of the stored runs
+    stored: Mapping[RunKey, tuple[str, str]]  # version and status
 
     def __len__(self) -> int:
         return len(self.sequences) * len(self.run_trackers)
@@ -118,7 +122,7 @@ class Plan:
             return State.LEFT
         if version != self.requested[cell]:
             return State.STALE
-        return State.FAILED if status == "failed" else State.DONE
+        return _STATES.get(status, State.DONE)
 
     @property
     def frames(self) -> NDArray[np.int64]:
@@ -141,8 +145,17 @@ class Plan:
 
     def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
         """Return the plan with states determined from the stored runs (`rows` of `list_runs`)."""
-        stored = {run_key(row): (row["version"], row["status"]) for row in rows}
+        stored = {run_key(row): (row["version"], _stored_status(row)) for row in rows}
         return replace(self, stored=stored)
+
+
+_STATES = {"failed": State.FAILED, "disturbed": State.DISTURBED}
+
+
+def _stored_status(row: Mapping[str, Any]) -> str:
+    """Return the status of a stored run; `disturbed` for a timing run under other load."""
+    is_disturbed = row["protocol"] == TIMING and (row["run_delay_share"] or 0.0) > MAX_RUN_DELAY
+    return "disturbed" if is_disturbed and row["status"] == "finished" else str(row["status"])
 
 
 def make_plan(

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain, zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -54,14 +55,23 @@ class Units:
         )
 
     def __iter__(self) -> Iterator[Unit]:
-        for group in self._groups:
-            wanted = self.wanted & group.runs
-            parts = self._parts(group)
-            work = self.plan.frames * wanted.sum(axis=1)
-            for sequence in np.argsort(-work, kind="stable")[: np.count_nonzero(work)].tolist():
-                runs = np.flatnonzero(wanted[sequence]).tolist()
-                whole = self._unit(sequence, runs, group.owner)
-                yield from whole.split(int(parts[sequence]))
+        by_group = map(self._group_units, self._groups)
+        if not self.plan.experiment.timing:
+            yield from chain.from_iterable(by_group)
+            return
+        # Timed trackers take turns, so that slow changes of the machine affect all of them.
+        for turn in zip_longest(*by_group):
+            yield from filter(None, turn)
+
+    def _group_units(self, group: _Group) -> Iterator[Unit]:
+        """Yield the units of a group; the longest sequences come first."""
+        wanted = self.wanted & group.runs
+        parts = self._parts(group)
+        work = self.plan.frames * wanted.sum(axis=1)
+        for sequence in np.argsort(-work, kind="stable")[: np.count_nonzero(work)].tolist():
+            runs = np.flatnonzero(wanted[sequence]).tolist()
+            whole = self._unit(sequence, runs, group.owner)
+            yield from whole.split(int(parts[sequence]))
 
     @cached_property
     def _groups(self) -> list[_Group]:
@@ -133,4 +143,4 @@ def missing_units(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -
     `workers` is the number of units that run at the same time. `retry_failed` is whether failed
     runs count as missing.
     """
-    return Units(plan, plan.states <= (State.FAILED if retry_failed else State.STALE), workers)
+    return Units(plan, plan.states <= (State.FAILED if retry_failed else State.DISTURBED), workers)

@@ -97,6 +97,7 @@ class PythonPlugin(ExternalPlugin):
     """Plugin of a class in another interpreter; see `open_plugin`."""
 
     definition: ClassVar[PythonDefinition]
+    _device = ""
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
@@ -128,6 +129,11 @@ class PythonPlugin(ExternalPlugin):
             fields["mask"] = np.frombuffer(data, dtype).reshape(shape)
         return self.estimate(fields)
 
+    @property
+    def device(self) -> str:
+        """See `SelfTimed.device`."""
+        return self._device
+
     def close(self) -> None:
         """See `ExternalPlugin.close`."""
         process = vars(self).pop("process", None)
@@ -147,7 +153,7 @@ class PythonPlugin(ExternalPlugin):
                 raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
         types = [(array.shape, array.dtype.str) for array in pixels]
         answer = self.process.ask(seconds, method, pixels=types, **arguments)
-        self.call_time, self.device = CallTime(*answer["time"]), answer["device"]
+        self.call_time, self._device = CallTime(*answer["time"]), answer["device"]
         return answer
 
 

@@ -14,9 +14,14 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.call_clock import MAX_RUN_DELAY, run_delay_share
 
+TIME_FIELDS = (
+    *("ms_per_frame", "fps", "ms_per_frame_median", "ms_per_frame_p95", "ms_first_update"),
+    *("ms_init", "cpu_ms_per_frame", "run_delay_share"),
+)
+"""Names of the numbers of `time_fields`."""
+
 CPU_FACTOR = 1.5
 """Ratio between time and CPU time from which a run gets a note."""
-
 
 
 @dataclass(frozen=True)

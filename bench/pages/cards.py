@@ -12,9 +12,8 @@ import pandas as pd
 
 from trackmark.bench.comparing.comparison import Comparison, Pair
 from trackmark.bench.comparing.run_summary import means_by_tracker
-from trackmark.bench.comparing.tables import milliseconds_text
 from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
-from trackmark.bench.reporting.tables import clock_notes
+from trackmark.bench.reporting.times import TIME, fps_text, time_text
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.reports.page.cards import (
     FailureCard,
@@ -49,20 +48,23 @@ _MAX_REASON = 140  # characters
 
 
 def leaderboard(
-    summary: Table, runs: PageRuns, notes: Mapping[str, str], clock_of: Mapping[str, str]
+    summary: Table,
+    runs: PageRuns,
+    notes: Mapping[str, str],
+    time_mark: str,
+    time_notes: Sequence[str],
 ) -> Leaderboard:
     """Return the trackers by mean overlap.
 
-    `summary`: table of means. `notes`: notes on failed runs by tracker. `clock_of`: result of
-    `clocks`.
+    Scores and times come from `summary`, the table of means. `notes` gives the text for trackers
+    with failed runs. For `time_mark` and `time_notes`, see `bench.reporting.times`.
     """
     rows = []
-    approximately = "~" if any(head.startswith("~") for head in summary.heads) else ""
     for tracker, measures in means_by_tracker(summary).items():
         overlap = measures["mean_overlap"]
         success, error, time = (
             measures.get(name, {}).get("mean", np.nan)
-            for name in ("success_share", "centre_error", "milliseconds")
+            for name in ("success_share", "centre_error", TIME.name)
         )
         row = LeaderRow(
             runs.trackers.index(tracker),
@@ -71,7 +73,8 @@ def leaderboard(
             (overlap["low"], overlap["high"]) if isfinite(overlap["low"]) else None,
             f"{100 * success:.0f} %" if isfinite(success) else MISSING,
             f"{error:.1f} px" if isfinite(error) else MISSING,
-            f"{approximately}{milliseconds_text(time)}" if isfinite(time) else MISSING,
+            time_text(time, time_mark),
+            fps_text(time),
             runs.place(tracker, None, "overlap"),
             notes.get(tracker, "").partition(" (")[0],
             bool(overlap["marked"]),
@@ -81,7 +84,7 @@ def leaderboard(
         rows = [replace(row, marked=False) for row in rows]
     rows.sort(key=lambda row: -row.mean if isfinite(row.mean) else np.inf)
     n = len(runs.stages)
-    over = [f"{n} sequence{'s' * (n != 1)}", *clock_notes(clock_of)]
+    over = [f"{n} sequence{'s' * (n != 1)}", *time_notes]
     return Leaderboard(rows, "; ".join(over))
 
 

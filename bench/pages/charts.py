@@ -1,6 +1,6 @@
 """Charts of an experiment's page; their points open frames in the player."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite, nan
 
@@ -9,7 +9,8 @@ import pandas as pd
 
 from trackmark.bench.comparing.run_summary import means_by_tracker
 from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRun, PageRuns
-from trackmark.bench.reporting.tables import SUMMARY, clock_notes
+from trackmark.bench.reporting.tables import SUMMARY
+from trackmark.bench.reporting.times import TIME
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.statistics.survival import kaplan_meier
 from trackmark.bench.statistics.units import units_of
@@ -167,31 +168,30 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
     return [chart] if lines else []
 
 
-def speed_charts(summary: Table, runs: PageRuns, clock_of: Mapping[str, str]) -> list[Chart]:
+def speed_charts(summary: Table, runs: PageRuns, time_notes: Sequence[str]) -> list[Chart]:
     """Return the plot of mean overlap against the time per frame; none for a single tracker.
 
-    `clock_of`: result of `clocks`.
+    For `time_notes`, see `bench.reporting.times`.
     """
     quantity, dots = SUMMARY[0], []
     for name, measures in means_by_tracker(summary).items():
-        score, time = (measures.get(key, {}) for key in (quantity.name, "milliseconds"))
+        score, time = (measures.get(key, {}) for key in (quantity.name, TIME.name))
         if isfinite(score.get("mean", nan) + time.get("mean", nan)):
             place = runs.place(name, None, "overlap")
             point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [place]
             dots.append(Line(name, runs.trackers.index(name), *point))
     if len(dots) < 2:
         return []
-    (head,) = (head for head in summary.heads if "time a frame" in head)
     units = units_of([stage.name for stage in runs.stages])
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
-    bars = "; ".join([bars, *clock_notes(clock_of)])
+    bars = "; ".join([bars, *time_notes])
     words = f"{quantity.title.capitalize()} against time per frame; {bars}. "
     words += "Up and to the left is better."
     chart = Chart(
         "",
-        head,
+        TIME.head,
         quantity.head,
         dots,
         words,

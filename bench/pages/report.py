@@ -37,7 +37,8 @@ from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.by_preset import table_prefix
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.stored_runs import judged_runs
-from trackmark.bench.reporting.tables import clocks, not_repeatable, summary_of
+from trackmark.bench.reporting.tables import not_repeatable, summary_of
+from trackmark.bench.reporting.times import time_mark, time_notes, with_times
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
@@ -135,8 +136,12 @@ class _Content:
             self.summary = summary or summary_of(self.scored, self.timed, "")
         self.comparison, self.answer = self._compare()
         self.curves = share_charts(self.runs, self.whole)
-        clock_of = clocks(self.scored)
-        self.speed = [] if self.summary is None else speed_charts(self.summary, self.runs, clock_of)
+        self.speed: list[Any] = []
+        self.time_mark, self.time_notes = "", []
+        if self.summary is not None:
+            _, measured = with_times(self.scored, self.timed)
+            self.time_mark, self.time_notes = time_mark(measured), time_notes(measured)
+            self.speed = speed_charts(self.summary, self.runs, self.time_notes)
         self.survival = survival_charts(self.scored, self.runs)
 
     def _compare(self) -> tuple[Comparison | None, Answer]:
@@ -180,7 +185,7 @@ class _Content:
         sheets = {name: self._sheet(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
         if summary is not None and runs.stages:
-            board = leaderboard(summary, runs, self.failed, clocks(self.scored))
+            board = leaderboard(summary, runs, self.failed, self.time_mark, self.time_notes)
             yield PageSection("summary", "Leaderboard", blocks=[board], span=7)
         if self.curves:
             yield PageSection("curves", "Success and precision", blocks=[self.curves], span=5)
@@ -236,8 +241,6 @@ class _Content:
                 "is after the tracker's name. Frames that are not scored have no curve; a triangle "
                 "marks a restart. Charts show one-pass runs."
             )
-        if self.timed.empty and len(self.scored):
-            words.append("Not measured: times without other load (`trackmark run --timing`).")
         return words
 
     def _counts(self) -> str:

@@ -4,8 +4,8 @@
     times["hand"]["CamShift"] -> seconds per frame, shape (12,)
 
 Times do not include run delay (`trackers.base.call_clock`). Other load then slows all methods
-equally and hardly changes ratios of times. A paper's `timing.py` defines the methods. Its functions with the decorator
-`@measure` return pairs of longer and shorter times for claims.
+equally and hardly changes ratios of times. A paper's `timing.py` defines the methods. Its functions
+with the decorator `@measure` return pairs of longer and shorter times for claims.
 """
 
 import hashlib

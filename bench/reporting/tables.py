@@ -1,6 +1,6 @@
 """Tables of stored results."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +10,14 @@ from numpy.typing import NDArray
 
 from trackmark.bench.reporting import MARGINS
 from trackmark.bench.reporting.failed_runs import with_worst_scores
+from trackmark.bench.reporting.times import (
+    TIME,
+    TIMES,
+    time_mark,
+    time_notes,
+    with_fps,
+    with_times,
+)
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.data_frames import load_runs, with_revised_scores
@@ -21,7 +29,6 @@ from trackmark.reports.tables import (
     Uncertainty,
     sequence_table,
     summary_table,
-    timed_by,
 )
 
 PRESET = "native"
@@ -62,9 +69,6 @@ MASKS = (
 )
 """Columns of runs with masks, in addition to the scores of boxes."""
 
-TIME = ScoreMeasure("milliseconds", "time a frame", "ms", None, 3, least=0.0)
-"""Warm CPU time of timing runs; with `~` the time of the scored runs, under other load."""
-
 SEGMENTATION = (
     ScoreMeasure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
     ScoreMeasure("region_recall", "J, recall", "%", "higher", 1, scale=100),
@@ -74,23 +78,6 @@ SEGMENTATION = (
     ScoreMeasure("contour_decay", "F, decay", direction="lower", decimals=3, rank=1),
 )
 """Columns of runs with masks: mean, recall and decay of J and F, as DAVIS defines them."""
-
-TIMES = (
-    ScoreMeasure("warm_seconds_median", "CPU a frame, warm, median", "ms", "lower", 4, scale=1e3),
-    ScoreMeasure("warm_seconds_p95", "95th percentile", "ms", "lower", 4, scale=1e3),
-    ScoreMeasure("cpu_seconds_median", "as decoded, median", "ms", "lower", 4, scale=1e3),
-    ScoreMeasure(
-        "cpu_seconds_p95", "as decoded, 95th percentile", "ms", "lower", 4, scale=1e3, rank=4
-    ),
-    ScoreMeasure(
-        "cpu_seconds_p99", "as decoded, 99th percentile", "ms", "lower", 4, scale=1e3, rank=4
-    ),
-    ScoreMeasure("wall_seconds_median", "as decoded, wall, median", "ms", "lower", 4, 1e3, rank=2),
-    ScoreMeasure("initialisation_seconds", "initialisation", "ms", "lower", 3, scale=1e3, rank=1),
-    ScoreMeasure("disturbed", "disturbed passes", "share", None, 2, rank=3),
-    ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3),
-)
-"""Columns of timing runs, with their mean overlap."""
 
 
 def title_of(folder: Path, *, named: bool = False) -> str:
@@ -123,11 +110,9 @@ def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "
     result += _table_of("segmentation", segmenting, SEGMENTATION, masks)
     notes = not_repeatable(runs).values()
     result = [replace(table, notes=[*table.notes, *notes]) for table in result]
-    times = (
-        f"{title}, timing runs (no time: other load disturbed a pass; remove the run and repeat it)"
-    )
-    for table in _table_of("times", timed, TIMES, times):
-        result.append(replace(table, notes=[*table.notes, *clock_notes(clocks(timed))]))
+    for table in _table_of("times", timed, TIMES, f"{title}, timing runs"):
+        marked = with_fps(table, time_mark(timed))
+        result.append(replace(marked, notes=[*table.notes, *time_notes(timed)]))
     return result
 
 
@@ -162,24 +147,6 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def clocks(runs: pd.DataFrame) -> dict[str, str]:
-    """Return the clock of each tracker that is not timed by its CPU time.
-
-    Times are comparable only if their clocks are equal.
-    """
-    pairs = runs.reindex(columns=["tracker", "clock"]).dropna().astype(str).drop_duplicates()
-    pairs = pairs[pairs["clock"] != ""]
-    return dict(pairs.itertuples(index=False))
-
-
-def clock_notes(clock_of: Mapping[str, str]) -> list[str]:
-    """Return a note per clock in the result of `clocks`, for tables and charts with times."""
-    trackers: dict[str, list[str]] = {}
-    for tracker, clock in clock_of.items():
-        trackers.setdefault(clock, []).append(tracker)
-    return [f"times of {', '.join(names)}: {clock}" for clock, names in trackers.items()]
-
-
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:
     """Make the summary, if there are several sequences, and the table of every sequence.
 
@@ -196,10 +163,11 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
 def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
     scored, undefined = without_undefined(scored, SUMMARY[0].name)
-    runs, time = _with_times(scored, timed)
-    table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), time), title, PRESET)
+    runs, measured = with_times(scored, timed)
+    table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), TIME), title, PRESET)
+    table = with_fps(table, time_mark(measured))
     left_out = [f"left out: {name}, {SUMMARY[0].title} is undefined" for name in undefined]
-    return replace(table, notes=[*table.notes, *left_out, *clock_notes(clocks(scored))])
+    return replace(table, notes=[*table.notes, *left_out, *time_notes(measured)])
 
 
 def without_undefined(runs: pd.DataFrame, score: str) -> tuple[pd.DataFrame, list[str]]:
@@ -280,33 +248,6 @@ def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncert
             limit=measure.most - measure.least,
         )
     return Uncertainty(intervals, marks.tolist())
-
-
-def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, ScoreMeasure]:
-    """Add the time per frame [ms] of timing runs if all exist, else of the scored runs.
-
-    A failed run has no time and gets the mean of its tracker.
-    """
-    pairs = ["tracker", "sequence"]
-    whole = timed[timed["status"] == "finished"]
-    if clock := timed_by(whole):
-        medians = whole.groupby(pairs)[f"{clock}_median"].mean().to_dict()
-        names = zip(scored["tracker"], scored["sequence"], strict=True)
-        times = np.array([medians.get(name, np.nan) for name in names])
-        if np.isfinite(times).all():
-            return scored.assign(milliseconds=1e3 * times), TIME
-    times_ms = 1e3 * update_times(scored).where(scored["status"] != "failed")
-    means = times_ms.groupby(scored["tracker"]).transform("mean")
-    times_ms = times_ms.where(scored["status"] != "failed", means)
-    return scored.assign(milliseconds=times_ms), replace(TIME, title=f"~{TIME.title}")
-
-
-def update_times(scored: pd.DataFrame) -> pd.Series:
-    """Return the median CPU time of an update in scored runs [s].
-
-    Results of older versions contain the mean wall-clock time instead, which includes other load.
-    """
-    return scored["update_seconds"].fillna(scored["seconds"] / scored["frames"])
 
 
 def _segmenting(scored: pd.DataFrame) -> set[str]:

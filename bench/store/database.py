@@ -44,7 +44,7 @@ _TABLES = {
         "version TEXT NOT NULL REFERENCES tracker, fingerprint TEXT NOT NULL, "
         "status TEXT NOT NULL CHECK (status IN ('finished', 'failed')), failure TEXT NOT NULL, "
         "output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, frame_seconds REAL, "
-        "update_seconds REAL, circumstances TEXT NOT NULL, contents TEXT NOT NULL",
+        "circumstances TEXT NOT NULL, contents TEXT NOT NULL",
         "UNIQUE (tracker, sequence, repetition, protocol)",
     ),
     "content": (  # `frames`, `revised`, `arrays`; not in `run`, so that runs are listed quickly

@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
-from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.database import DamagedError
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, RunKey
@@ -143,13 +142,9 @@ def _read_run(path: Path) -> Run:
     companions = {
         kind: _read_verified(path.with_name(name)) for kind, name in metadata["companions"].items()
     }
-    segmentation = times = revised = None
+    segmentation = revised = None
     if metadata.get("segmented"):
         segmentation = Segmentation(columns["region_similarity"], columns["contour_accuracy"])
-    if "initialisation" in metadata:
-        warm = (columns.get(f"warm_{clock}_seconds") for clock in ("wall", "cpu"))
-        decoded = columns["wall_seconds"], columns["cpu_seconds"]
-        times = Times(*decoded, *metadata["initialisation"], *warm)
     harness_columns = {
         name: columns[name]
         for name in ("state", "answered", "segment")
@@ -171,7 +166,6 @@ def _read_run(path: Path) -> Run:
         revised=revised,
         arrays=_arrays(companions["arrays.npz"]) if "arrays.npz" in companions else {},
         segmentation=segmentation,
-        times=times,
         states=harness_columns.get("state"),
         source_frames=harness_columns.get("answered"),
         segments=segments,

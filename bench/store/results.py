@@ -21,6 +21,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
+from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, RunKey, run_key
@@ -32,7 +33,8 @@ MAX_RUNS = 1_000_000
 """Maximum number of requested runs of an experiment."""
 
 _KEY = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
-_SECONDS = ("seconds", "frame_seconds", "update_seconds")
+_SECONDS = ("seconds", "frame_seconds")
+_METADATA = -2  # index of `circumstances` in the columns of a run
 
 
 class Results:
@@ -228,8 +230,11 @@ def _write(
     for present in database.select(f"SELECT * FROM run WHERE {_KEY}", *key):
         intact = is_intact(present)  # a damaged run counts as missing and is replaced
         if intact and present["version"] == identity.version:
-            # A finished run is never replaced, and always replaces a failed one.
-            if present["status"] != "failed" or (failed and not replaces):
+            # A finished run always replaces a failed one. It is itself replaced only by a timing
+            # run that other load disturbed less.
+            if present["status"] != "failed" and (failed or not _is_quieter(key, columns, present)):
+                return False
+            if present["status"] == "failed" and failed and not replaces:
                 return False
         elif intact and present["version"] != replaces:
             return False
@@ -240,6 +245,15 @@ def _write(
     database.insert("run", [(run_id, *key, *columns)])
     database.insert("content", [(run_id, name, data) for name, data in contents.items()])
     return True
+
+
+def _is_quieter(key: RunKey, columns: tuple[Any, ...], present: Row) -> bool:
+    """Return whether a timing run has a smaller run delay than the stored one."""
+    new, stored = (
+        json.loads(text).get("run_delay_share", 0.0)
+        for text in (columns[_METADATA], present["circumstances"])
+    )
+    return key[3] == TIMING and new < stored
 
 
 def _delete(database: Database, run_id: int) -> None:

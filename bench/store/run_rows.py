@@ -12,6 +12,7 @@ from typing import Any
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
+from trackmark.bench.metrics.times import TIME_FIELDS
 from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
@@ -21,11 +22,12 @@ from trackmark.datasets.source_digest import tree_digest
 
 TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
-    *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth", "clock"),
+    *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth"),
+    *("clock", "machine", "time_note"),
 )
 """Names of the text fields of a row."""
 
-NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", "update_seconds")
+NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", *TIME_FIELDS)
 """Names of the number fields of a row."""
 
 _BATCH = 1000  # runs that are scored in one transaction
@@ -36,10 +38,10 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
 
     The keys are `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on
     tracker, parameters and sequence; `tracker_version` depends on the tracker's code and libraries.
-    `source` and `truth` are the paths from which the sequence was opened. Times are in seconds:
-    `seconds` is the time of all calls of the tracker, `frame_seconds` the mean time to decode or
-    render a frame, and `update_seconds` the median CPU time of an update. `clock` names
-    the clock of a tracker that is not timed by its CPU time; otherwise it is empty.
+    `source` and `truth` are the paths from which the sequence was opened. `seconds` is the wall
+    time of all calls of the tracker, and `frame_seconds` the mean time to decode or render a frame
+    [s]. `bench.metrics.times.time_fields` describes the times per frame and `time_note`. `clock` is
+    the clock of these times, and `machine` the machine on which they were measured.
 
     Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
     with a warning on standard error. Raises `ResultsError` if rows are missing.
@@ -159,7 +161,7 @@ def _fields(
         "failure": failure,
         "source": circumstances.get("source", ""),
         "truth": circumstances.get("truth", ""),
-        "clock": circumstances.get("clock", ""),
+        **{name: circumstances.get(name, "") for name in ("clock", "machine", "time_note")},
         "repetition": repetition,
         "frames": frames,
         **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},

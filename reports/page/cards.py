@@ -55,7 +55,8 @@ class LeaderRow:
     interval: tuple[float, float] | None
     success: str
     error: str
-    time: str
+    time: str  # ms per frame
+    fps: str
     place: PlayerPosition | None = None
     note: str = ""
     marked: bool = False  # best, or not worse than any other tracker

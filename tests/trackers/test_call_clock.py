@@ -64,7 +64,9 @@ def test_work_of_ended_child_counts_as_children():
 def test_run_delay_of_occupied_processor_is_no_time():
     """Two threads of computation on one processor wait for each other."""
     allowed = os.sched_getaffinity(0)
-    code = f"import os\nos.sched_setaffinity(0, {{{min(allowed)}}})\nprint(flush=True)\nwhile 1: pass"
+    code = (
+        f"import os\nos.sched_setaffinity(0, {{{min(allowed)}}})\nprint(flush=True)\nwhile 1: pass"
+    )
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as other:
         other.stdout.readline()
         os.sched_setaffinity(0, {min(allowed)})

@@ -108,12 +108,15 @@ class CallClock:
 class SelfTimed:
     """Base class of trackers that measure the time of their calls without conversion or transfer.
 
-    `call_time` has the times of the last call of `init` or `update`; `device` is the name of the
-    accelerator that it used, or empty.
+    `call_time` has the times of the last call of `init` or `update`.
     """
 
     call_time: CallTime
-    device = ""
+
+    @property
+    def device(self) -> str:
+        """Name of the accelerator; empty if unknown."""
+        return ""
 
 
 def synchronise(tracker: Any) -> None:
