@@ -300,12 +300,14 @@ class TraxPlugin(ExternalPlugin):
         """Send a request; return box, mask and text of the confidence of the answer."""
         if line := self.process.unread_line(MARK):
             raise self.process.fail(_too_many(line))
-        self.process.send(request, seconds)
-        self._clock.start()
+        # The tracker begins at the end of the line. The time does not contain the transfer.
+        self.process.send(request[:-1], seconds)
         started = self.process.counters()
+        self._clock.start()
+        self.process.send(request[-1:], seconds)
         message = self.process.receive("state", seconds)
-        stopped = self.process.counters()
         call = self._clock.stop()
+        stopped = self.process.counters()
         delay = min(stopped.run_delay - started.run_delay, call.seconds)
         self.call_time = CallTime(
             call.seconds - delay, call.run_delay + delay, stopped.cpu - started.cpu, 0.0

@@ -31,6 +31,9 @@ DISTURBED = "!"
 """Mark of times that other load has disturbed."""
 
 
+_COLUMNS = (TIME.name, "clock", "machine", "time_note", "run_delay_share")
+
+
 def with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Set the column `ms_per_frame` of one-pass runs, and return the runs that have these times.
 
@@ -38,6 +41,10 @@ def with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame,
     one for each tracker and sequence, because the two kinds of runs are never mixed. Otherwise they
     are those of the one-pass runs. A failed run has no time and gets the mean of its tracker.
     """
+    # Published scores have no times.
+    scored, timed = (
+        runs.reindex(columns=dict.fromkeys([*runs.columns, *_COLUMNS])) for runs in (scored, timed)
+    )
     pairs = ["tracker", "sequence"]
     whole = timed[timed["status"] == "finished"]
     means = whole.groupby(pairs, observed=True)[TIME.name].mean().to_dict()
@@ -69,15 +76,17 @@ def time_mark(runs: pd.DataFrame) -> str:
 
 def time_notes(runs: pd.DataFrame) -> list[str]:
     """Return notes for tables and charts with the times of runs: machine, clocks, peculiarities."""
-    known = runs[runs["machine"].fillna("").astype(str) != ""]
+    texts = ["clock", "machine", "time_note"]
+    runs = runs.assign(**{name: runs[name].astype(object).fillna("") for name in texts})
+    known = runs[runs["machine"] != ""]
     if known.empty:
         return []
     machines = "ms/frame on " + known["machine"].astype(str)
     notes = [*machines.unique()]
     if len(notes) > 1:
         notes = _by_tracker(known.assign(machine=machines), "machine")
-    notes += _by_tracker(known[known["clock"].astype(str) != RUN_DELAY_CLOCK], "clock")
-    notes += _by_tracker(known[known["time_note"].fillna("").astype(str) != ""], "time_note")
+    notes += _by_tracker(known[known["clock"] != RUN_DELAY_CLOCK], "clock")
+    notes += _by_tracker(known[known["time_note"] != ""], "time_note")
     mark = time_mark(known)
     if mark == DISTURBED:
         most = known["run_delay_share"].max()

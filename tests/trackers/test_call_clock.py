@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -86,18 +87,27 @@ def test_counters_belong_to_the_calling_thread():
     clock.start()
     clock.stop()
 
-    def call():
+    def call(clock):
         clock.start()
         time.sleep(0.01)
         result.append(clock.stop())
 
-    thread = threading.Thread(target=call)
+    thread = threading.Thread(target=call, args=(clock,))
     thread.start()
     thread.join()
     assert result[0].seconds >= 0.01 - result[0].run_delay
-    descriptors = len(os.listdir("/proc/self/fd"))
+
+
+@needs_run_delay
+def test_clock_closes_its_descriptor():
+    def count():
+        return sum(1 for _ in Path("/proc/self/fd").iterdir())
+
+    before, clock = count(), CallClock()
+    clock.start()
+    assert count() == before + 1
     del clock
-    assert len(os.listdir("/proc/self/fd")) == descriptors - 1
+    assert count() == before
 
 
 def test_clock_without_run_delay_is_wall_time(monkeypatch):

@@ -23,7 +23,7 @@ def make_runs():
                 "first_loss": frames if lost_at is None else lost_at[tracker],
                 "frames": frames,
                 "seconds": 0.9,
-                "update_seconds": 0.002,
+                "ms_per_frame": 2.0,
             }
             for tracker, table in scores.items()
             for names in [columns.get("names") or [f"s{n}" for n in range(len(table))]]

@@ -28,7 +28,7 @@ def test_published_scores_are_compared_with_stored_ones(runs, tmp_path, name):
     assert labels == [f"{name} (published)"]
     comparison = compare(whole, OVERLAP)
     assert comparison.pairs[0].difference == pytest.approx(-0.05)
-    assert np.isnan(comparison.standings[1].milliseconds)
+    assert np.isnan(comparison.standings[1].ms_per_frame)
 
 
 @pytest.mark.parametrize(

@@ -1,79 +1,99 @@
-"""Times that trackers in other processes report."""
+"""Times of trackers in this process, in files, with `python=` and by TraX."""
 
-import shutil
+import sys
 
-import pandas as pd
+import pytest
 
 import trackmark as tm
 from trackmark import bench
 from trackmark.bench.comparing.run_summary import summarise, summarise_times
 from trackmark.bench.pages.report import Commands, write_report_page
-from trackmark.bench.reporting.tables import clock_notes, clocks, tables
+from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.results import Results
 
-CLOCKED = '''
-from trackmark.bench.external.plugin import ExternalPlugin
-from trackmark.trackers import Estimate
+WAITING = """
+import time
 
+class Waiting:
+    device = "Accelerator 9"
 
-class Clocked(ExternalPlugin):
-    """Tracker with fixed times."""
-
-    name = "clocked"
-    call_times = (2.0, 2.0)
-
-    def init(self, image, box, mask=None):
-        self.box = box
+    def init(self, image, box):
+        time.sleep(0.03)
+        self.box, self.n = box, 0
 
     def update(self, image):
-        return Estimate(self.box)
+        self.n += 1
+        time.sleep(0.05 if self.n == 1 else 0.01)
+        return self.box
 
-    def close(self):
-        pass
+    def synchronise(self):
+        time.sleep(0.005)
+"""
 
-
-class Unclocked(Clocked):
-    """Tracker that does not measure itself."""
-
-    name = "unclocked"
-    call_times = None
-'''
-
-
-def test_reported_times_replace_measured_times(folder, run_trial):
-    """Tables with times have a note on times that include the transfer."""
-    (folder / "clocked.py").write_text(CLOCKED)
-    shutil.copytree(folder / "Noise", folder / "Other")
-    names = ["static", "clocked.py:Clocked", "clocked.py:Unclocked"]
-    note = "times of unclocked: wall time with transfer"
-    for timing in (False, True):
-        results = run_trial(folder / f"results-{timing}", names, ["Noise", "Other"], timing=timing)
-        runs = bench.load_runs(results).set_index(["tracker", "sequence"])
-        assert runs["update_seconds"].notna().all()
-        for score in ("warm_seconds_p99", "wall_seconds_median", "initialisation_seconds"):
-            assert not timing or runs.loc[("clocked", "Noise"), score] == 2.0
-        assert timing or runs.loc[("clocked", "Noise"), "update_seconds"] == 2.0
-        noted = [table.name for table in tables(results) if note in table.notes]
-        assert noted == ["times" if timing else "summary"]
-    lines = summarise_times(results, Results(results).list_keys())
-    assert lines[0].startswith("static is the fastest: ")
-    assert lines[-1] == note
+TRAX = """
+import sys, time
+print('@@TRAX:hello "trax.version=3" "trax.name=w" "trax.image=path" "trax.region=rectangle"', flush=True)
+for line in sys.stdin:
+    if line.startswith("@@TRAX:quit"):
+        break
+    if line.startswith("@@TRAX:initialize"):
+        region = line.split('"')[3]
+    time.sleep(0.015)
+    print(f'@@TRAX:state "{region}"', flush=True)
+"""
 
 
-def test_clock_of_missing_runs_is_unknown():
-    runs = pd.DataFrame({"tracker": ["a", "a", "b"], "clock": ["wall", None, None]})
-    assert clocks(runs) == {"a": "wall"}
-    assert clock_notes({"a": "wall", "b": "wall"}) == ["times of a, b: wall"]
+@pytest.fixture
+def waiting(folder):
+    """Return specifications of a tracker that waits, for each way to connect it."""
+    (folder / "waiting.py").write_text(WAITING)
+    (folder / "trax_waiting.py").write_text(TRAX)
+    return {
+        "file": "waiting.py",
+        "python": f"waiting.py:python={sys.executable}:as=other",
+        "trax": f"trax:command={sys.executable} trax_waiting.py:as=w",
+    }
 
 
-def test_times_with_transfer_are_marked(folder, run_trial):
-    (folder / "clocked.py").write_text(CLOCKED)
-    results = run_trial(folder / "results", ["static", "clocked.py:Unclocked"], ["Noise"])
-    note = "times of unclocked: wall time with transfer"
+@pytest.mark.parametrize("way", ["class", "file", "python", "trax"])
+def test_waiting_is_time_in_all_ways_in(waiting, folder, way):
+    if way == "class":
+        namespace = {}
+        exec(WAITING, namespace)
+        (run,) = tm.evaluate([namespace["Waiting"]], "Noise").runs.values()
+    else:
+        run = bench.evaluate_run(waiting[way], "Noise")
+    facts = run.circumstances
+    assert not run.failure
+    # Waiting ends when the thread may run again; the delay until it runs is not part of the time.
+    assert 15 <= facts["ms_per_frame"] < 20
+    assert facts["fps"] == pytest.approx(1e3 / facts["ms_per_frame"])
+    assert facts["cpu_ms_per_frame"] < 5
+    assert facts["time_note"] == "waits"
+    if way == "trax":
+        assert facts["clock"] == "wall time minus run delay, with reading of images"
+        return
+    assert facts["clock"] == "wall time minus run delay"
+    assert 55 <= facts["ms_first_update"] < 60
+    assert 35 <= facts["ms_init"] < 40
+    assert facts["machine"].endswith("Accelerator 9")
+
+
+def test_clocks_and_notes_are_shown_with_times(waiting, folder, run_trial):
+    trial = ["static", *waiting.values()]
+    results = run_trial(folder / "results", trial, ["Noise"])
+    note = "wall time minus run delay, with reading of images: w"
     assert note in summarise(results).lines()
+    assert any(line.startswith("waits: ") for line in summarise(results).lines())
     assert note in str(tm.compare(tm.load_results(results))).splitlines()
     page = folder / "page.html"
     write_report_page(results, page, [], "", Commands(), lambda *_: None)
-    in_leaderboard, in_plot = (f"1 sequence; {note}", f"sequences needed; {note}")
-    assert in_leaderboard in page.read_text()
-    assert in_plot in page.read_text()
+    assert note in page.read_text()
+
+
+def test_timing_runs_have_all_columns_of_times(waiting, folder, run_trial):
+    results = run_trial(folder / "timed", ["static", waiting["file"]], ["Noise"], timing=True)
+    (table,) = [table for table in tables(results) if table.name == "times"]
+    assert table.heads[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
+    lines = summarise_times(results, Results(results).list_keys())
+    assert lines[0].startswith("static is the fastest: ")

@@ -44,7 +44,7 @@ def frame(tracker, overlap, protocol="accuracy", n=2, **more):
             "failure": "",
             "frames": 10,
             "seconds": 0.5,
-            "update_seconds": 0.002,
+            "ms_per_frame": 2.0,
             **{measure.name: overlap for measure in SUMMARY},
             **more,
         }
@@ -52,34 +52,32 @@ def frame(tracker, overlap, protocol="accuracy", n=2, **more):
     ]
 
 
-WARM = {"warm_seconds_median": 0.002, "cpu_seconds_median": 0.007}
-DECODED = {"cpu_seconds_median": 0.007}
-
-
 @pytest.mark.parametrize(
-    ("a", "b", "head", "times"),
+    ("a", "b", "times", "rates"),
     [
-        (DECODED, None, "~time a frame [ms]", ["2.000", "2.000"]),  # of the runs themselves
-        (DECODED, {"cpu_seconds_median": 0.003}, "time a frame [ms]", ["7.000", "3.000"]),
-        (WARM, WARM, "time a frame [ms]", ["2.000", "2.000"]),
-        (WARM, DECODED, "time a frame [ms]", ["7.000", "7.000"]),
+        (7.0, None, ["2.000", "2.000"], ["500", "500"]),  # of the runs themselves
+        (7.0, 3.0, ["7.000", "3.000"], ["140", "330"]),
     ],
 )
-def test_times_are_of_timing_runs_if_all_trackers_have_them(a, b, head, times):
+def test_times_are_of_timing_runs_if_all_trackers_have_them(a, b, times, rates):
     scored = pd.DataFrame(frame("a", 0.5) + frame("b", 0.6))
-    timed = frame("a", 0.5, "timing", **a) + (frame("b", 0.6, "timing", **b) if b else [])
+    timed = frame("a", 0.5, "timing", ms_per_frame=a)
+    timed += frame("b", 0.6, "timing", ms_per_frame=b) if b else []
     summary, _ = score_tables(scored, pd.DataFrame(timed), "T")
-    assert summary.heads[-1] == head
-    assert [row[-1].text for row in summary.rows] == times
+    assert summary.heads[-2:] == ["ms/frame", "fps"]
+    assert [row[-2].text for row in summary.rows] == times
+    assert [row[-1].text for row in summary.rows] == rates
+    fps = summary.data[summary.data["measure"] == "fps"]
+    assert fps["mean"].tolist() == pytest.approx([1e3 / float(time) for time in times])
 
 
 def test_tables_of_some_runs_have_times_of_any_timing_runs(monkeypatch, tmp_path):
     scored = pd.DataFrame(frame("a", 0.5))
-    stored = pd.concat([scored, pd.DataFrame(frame("a", 0.5, "timing", **DECODED))])
+    stored = pd.concat([scored, pd.DataFrame(frame("a", 0.5, "timing", ms_per_frame=7.0))])
     load = lambda folder, cells=None: scored if cells else stored  # noqa: E731
     monkeypatch.setattr(reporting, "load_runs", load)
     summary, _ = reporting.tables(tmp_path, [("a", "s0", 0, "accuracy")], "T")
-    assert summary.heads[-1] == "time a frame [ms]"
+    assert summary.rows[0][-2].text == "7.000"
 
 
 def compared(n, spread, generator):

@@ -37,11 +37,11 @@ def full_run(sequence, repetition=2):
             3: {"cloud": rng.random((5, 2)), "mask": np.eye(3, dtype=bool)},
             5: {"cloud/x": np.ones(1), "number": np.array(7), "none": np.empty((0, 2))},
         },
-        times=Times(rng.random(n), rng.random(n), 0.5, 0.25, rng.random(n), rng.random(n)),
+        times=Times(*rng.random((4, n)), np.arange(n) == 0, np.array([0.5])),
         states=np.arange(n, dtype=np.int32),
         source_frames=np.arange(n, dtype=np.int32),
         segments=(np.arange(5, dtype=np.int32), np.arange(n - 5, dtype=np.int32)),
-        circumstances={"seconds": 1.5, "update_seconds": np.nan},
+        circumstances={"seconds": 1.5, "frame_seconds": np.nan},
     )
 
 

@@ -46,7 +46,7 @@ def assert_same(a, b):
         assert len(a) == len(b)
         for first, second in zip(a, b, strict=True):
             assert_same(first, second)
-    elif hasattr(a, "wall"):
+    elif hasattr(a, "run_delay"):
         assert_same(vars(a), vars(b))
     else:
         assert a == b
