@@ -27,7 +27,6 @@ from trackmark.bench.commands._options import (
 from trackmark.bench.commands._progress import (
     print_hint,
     print_message,
-    progress_bar,
     score_stored_runs,
 )
 
@@ -220,29 +219,6 @@ def check_results(options: FolderOptions) -> int:
             f"{experiment}: damaged" if messages else f"{experiment}: {runs} runs, undamaged"
         )
     return EXIT_NEGATIVE if total else 0
-
-
-@command.command("convert")
-@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
-def convert(folders: tuple[Path, ...]) -> None:
-    """Convert Parquet files of an older trackmark to runs.db.
-
-    FOLDERS are results folders. The old files are kept. The command needs the extra `parquet`.
-
-    For example:
-      trackmark results convert results/*
-
-    Exit codes: 0 success; 2 invalid usage or input.
-    """
-    from trackmark.bench.store.parquet_layout import convert_results
-
-    for folder in folders:
-        with progress_bar("Converting runs", None, "run") as progress:
-            number = convert_results(folder, progress)
-        click.echo(
-            f"{folder}: converted {number} runs. The old files are no longer needed: plan.json, "
-            "index.arrow, _truth, and the folders of trackers. Logs in _log are not converted."
-        )
 
 
 @command.command("merge")

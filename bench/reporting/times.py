@@ -43,7 +43,8 @@ def with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame,
     """
     # Published scores have no times.
     scored, timed = (
-        runs.reindex(columns=dict.fromkeys([*runs.columns, *_COLUMNS])) for runs in (scored, timed)
+        runs.reindex(columns=[*dict.fromkeys([*runs.columns, *_COLUMNS])])
+        for runs in (scored, timed)
     )
     pairs = ["tracker", "sequence"]
     whole = timed[timed["status"] == "finished"]

@@ -16,13 +16,13 @@ from typing import Any
 from urllib.parse import quote
 
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, refuse_parquet_layout
+from trackmark.bench.store.layout import DATABASE
 
 APPLICATION_ID = 0x74726D6B
 """SQLite application id of trackmark's files: "trmk" in ASCII."""
 
-SCHEMA_VERSION = 3
-"""Version of the schema. Versions 1 and 2 were folders of Parquet files."""
+SCHEMA_VERSION = 4
+"""Version of the schema."""
 
 _BUSY_SECONDS = 60.0
 
@@ -255,7 +255,6 @@ def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
 def _open(path: Path, *, write: bool) -> sqlite3.Connection:
     """Open the file and begin a transaction."""
     if not path.exists():
-        refuse_parquet_layout(path.parent)
         if not write:
             return _in_memory()
         try:

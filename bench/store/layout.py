@@ -28,23 +28,12 @@ def run_key(row: Any) -> RunKey:
     return fields["tracker"], fields["sequence"], int(fields["repetition"]), fields["protocol"]
 
 
-def refuse_parquet_layout(folder: Path) -> None:
-    """Raise `ResultsError` for a folder with Parquet files of an older version of trackmark."""
-    if (folder / "plan.json").is_file() and not (folder / DATABASE).exists():
-        raise ResultsError(
-            f"{folder} contains Parquet files of an older version of trackmark. Expected: "
-            f"{DATABASE}. Convert them by `trackmark results convert {folder}`."
-        )
-
-
 def experiment_folders(folder: Path) -> list[Path]:
     """Return the experiments' folders: the folder itself, and its subfolders with results.
 
-    Raises `ResultsError` if there are none, or if one has results of an older version of trackmark.
+    Raises `ResultsError` if there are none.
     """
     candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
-    for path in candidates:
-        refuse_parquet_layout(path)
     folders = [path for path in candidates if (path / DATABASE).is_file()]
     if not folders:
         raise ResultsError(

@@ -35,7 +35,7 @@ def test_every_command_is_listed_and_has_complete_help(trackmark):
             assert f"{command} {summary.strip()}" in unwrapped(overview)
 
 
-HEAVY = {"numba", "pandas", "pyarrow", "matplotlib", "av", "scipy"}
+HEAVY = {"numba", "pandas", "matplotlib", "av", "scipy"}
 IMPORTS = [  # each command runs in the process of those before it
     (["--help"], {*HEAVY, "numpy", "cv2"}),
     (["compare", "--help"], {*HEAVY, "cv2"}),

@@ -69,7 +69,9 @@ def test_timing_run_warms_up_and_gives_the_same_boxes(make_sequence):
     sequence = make_sequence(n=30)
     Counting.instances.clear()
     run = time_run(Counting, sequence)
-    assert [tracker.updates for tracker in Counting.instances] == [WARM_UP_FRAMES - 1, 29]
+    warm_up, *passes = [tracker.updates for tracker in Counting.instances]
+    assert warm_up == WARM_UP_FRAMES - 1
+    assert set(passes) == {29}  # other load can cause more than one pass
     assert run.identity.protocol == "timing"
     np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Counting, sequence).boxes)
     assert run.times.seconds.shape == (29,)

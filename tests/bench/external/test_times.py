@@ -32,7 +32,8 @@ class Waiting:
 
 TRAX = """
 import sys, time
-print('@@TRAX:hello "trax.version=3" "trax.name=w" "trax.image=path" "trax.region=rectangle"', flush=True)
+hello = '"trax.version=3" "trax.name=w" "trax.image=path" "trax.region=rectangle"'
+print("@@TRAX:hello " + hello, flush=True)
 for line in sys.stdin:
     if line.startswith("@@TRAX:quit"):
         break

@@ -356,12 +356,3 @@ def test_read_only_folder_is_read(several, monkeypatch):
     with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
         several.write(make_run(0))
     assert database.read_bytes() == before
-
-
-def test_parquet_results_are_refused_with_convert_command(tmp_path):
-    folder = tmp_path / "trial"
-    folder.mkdir()
-    (folder / "plan.json").write_text("{}")
-    for read in (Results(folder).manifest, lambda: bench.load_runs(tmp_path)):
-        with pytest.raises(ResultsError, match=f"trackmark results convert {folder}"):
-            read()
