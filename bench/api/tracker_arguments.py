@@ -3,8 +3,8 @@
 import ast
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
+from types import MethodType
 from typing import Any
 
 from trackmark import IMPORT_TIME
@@ -28,17 +28,37 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     `TypeError` for an object that is not a tracker.
     """
     by_label: dict[str, tuple[Any, TrackerSpec]] = {}
+    labels_of_objects: dict[int, str] = {}
     for name, tracker in _named(trackers):
         spec = _resolve(tracker, name, repetitions)
+        if not isinstance(tracker, str | Path | type) and not missing_methods(tracker):
+            if id(tracker) in labels_of_objects:
+                raise _shared_object(labels_of_objects[id(tracker)], spec.label)
+            labels_of_objects[id(tracker)] = spec.label
         other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
-        if other != tracker and not _equal_texts(spec, other_spec, tracker, other):
+        if not _is_same(tracker, other) and not _equal_texts(spec, other_spec, tracker, other):
             raise TrackerError(
                 f"two different trackers are called {spec.label!r}. Give them names by a dict: "
                 f"{{'first': ..., 'second': ...}}."
             )
     if not by_label:
         raise TrackerError("no tracker is given. Give at least one.")
-    return [_changed(spec, base_seed=base_seed) for _, spec in by_label.values()]
+    return [spec.changed(base_seed=base_seed) for _, spec in by_label.values()]
+
+
+def _shared_object(label: str, other: str) -> TrackerError:
+    """Return the error for an object that is given twice."""
+    return TrackerError(
+        f"trackers {label!r} and {other!r} are one object, whose runs would share its state. Give "
+        "the class, or a new object for each."
+    )
+
+
+def _is_same(tracker: Any, other: Any) -> bool:
+    """Return whether two arguments are one tracker; `==` of a user's object can do anything."""
+    if isinstance(tracker, MethodType) and isinstance(other, MethodType):
+        return tracker.__self__ is other.__self__ and tracker.__func__ is other.__func__
+    return tracker is other or (isinstance(tracker, str | Path) and tracker == other)
 
 
 def _equal_texts(spec: TrackerSpec, other_spec: TrackerSpec, *trackers: Any) -> bool:
@@ -92,7 +112,7 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
 def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     if isinstance(tracker, str | Path):
         spec = parse_tracker(str(tracker))
-        return _changed(spec, label=name) if name else spec
+        return spec.changed(label=name) if name else spec
     is_class, missing = isinstance(tracker, type), missing_methods(tracker)
     if not is_class and missing and (len(missing) == 1 or not callable(tracker)):
         raise TypeError(
@@ -156,10 +176,3 @@ def unsaved_reason(spec: TrackerSpec) -> str:
         if checked and file.stat().st_mtime > IMPORT_TIME:
             return f"uses {file}, which has changed since trackmark was imported"
     return ""
-
-
-def _changed(spec: TrackerSpec, **fields: Any) -> TrackerSpec:
-    """Return a tracker with other fields and the same version, which it may have been given."""
-    changed = replace(spec, **fields)
-    vars(changed)["version"] = spec.version  # value of the `cached_property`
-    return changed

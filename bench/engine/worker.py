@@ -56,9 +56,9 @@ _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
 _NO_MEMORY = "the memory is exhausted"
 _GLOBAL_NUMBERS = (
-    "it used the global random generators (numpy.random or random), so its boxes are not "
-    "repeatable. Use the seed that the tracker receives, or declare Randomness.PROCESS "
-    "(in a plain class: randomness = 'process')."
+    "it used the global random generators (numpy.random or random), which are not seeded for "
+    "trackers of the package. Use the seed that the tracker receives, or declare "
+    "Randomness.PROCESS."
 )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.engine.work_unit import Entry, Unit
 from trackmark.bench.execution.plan import Plan, State
-from trackmark.bench.experiments.tracker_spec import PACKAGE, TrackerSpec
+from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.trackers import Randomness
 
 
@@ -122,9 +122,7 @@ def owner_of(spec: TrackerSpec) -> str:
 
     The text is empty for the package's trackers, which do not change the state of the process.
     """
-    if spec.file is not None and spec.file.parent == PACKAGE:
-        return ""
-    return f"{spec.file}:{spec.name}"
+    return "" if spec.is_built_in else f"{spec.file}:{spec.name}"
 
 
 def missing_units(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -> Units:

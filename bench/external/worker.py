@@ -8,21 +8,20 @@ traceback is on stderr, and the process ends.
 | operation and arguments | answer |
 |---|---|
 | describe | class, name, doc, parameters, randomness, libraries |
-| create: parameters, seed, entropy, spawn_key | |
-| init: pixels, box | wall, cpu |
-| update: pixels | wall, cpu, estimate |
+| create: parameters, seed, entropy, spawn_key | drawn |
+| init: pixels, box | wall, cpu, drawn |
+| update: pixels | wall, cpu, drawn, estimate |
 
 FRAMES is the descriptor of a file with the image of each request (BGR), and after it the mask of
 `init`. `pixels` is a list of their shapes and types. The mask of an estimate is written to the same
 file; `estimate` has its shape and type. `wall` and `cpu` are the times of the tracker's method [s];
-`cpu` counts all threads.
+`cpu` counts all threads. `drawn` has the names of the global generators that the run has changed.
 """
 
 import faulthandler
 import importlib.util
 import json
 import os
-import random
 import select
 import signal
 import sys
@@ -51,8 +50,11 @@ def import_file(path: str, name: str) -> Any:
 
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
-RULES = os.path.join(FOLDER, "..", "..", "trackers", "base", "plain_class.py")
-plain_class = import_file(RULES, "trackmark_plain_class")
+RULES = os.path.join(FOLDER, "..", "..", "trackers", "base")
+plain_class = import_file(os.path.join(RULES, "plain_class.py"), "trackmark_plain_class")
+global_generators = import_file(
+    os.path.join(RULES, "global_generators.py"), "trackmark_global_generators"
+)
 
 
 def load(path: str) -> Any:
@@ -60,7 +62,8 @@ def load(path: str) -> Any:
     path = os.path.abspath(path)
     sys.path[0] = os.path.dirname(path)  # instead of the folder of this file
     stem = os.path.splitext(os.path.basename(path))[0]
-    return import_file(path, "trackmark_plugin_" + stem)
+    with global_generators.GlobalGenerators(0):  # equal numbers in each process
+        return import_file(path, "trackmark_plugin_" + stem)
 
 
 def libraries() -> Any:
@@ -80,10 +83,7 @@ def libraries() -> Any:
 
 
 def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
-    """Return a new tracker; the global random generators are seeded."""
-    # Code of users often draws from the global generators, which then repeat with the run.
-    random.seed(seed)
-    np.random.seed(seed)
+    """Return a new tracker."""
 
     def sequence() -> Any:
         return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
@@ -127,7 +127,7 @@ def to_json(value: Any) -> Any:
 
 def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Iterable[Any]:
     """Yield the answer to each request; `name` is the class, and can be empty if there is one."""
-    kind = tracker = None  # type: Any
+    kind = tracker = generators = None  # type: Any
     for line in requests:
         operation, arguments = json.loads(line)
         if operation == "describe":
@@ -139,10 +139,14 @@ def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Ite
                 yield {"unusable": "%s: %s" % (":".join(owner), error)}
         elif operation == "create":
             tracker = None  # releases the memory of the last one first
-            tracker = create(kind, **arguments)
-            yield {}
+            generators = global_generators.GlobalGenerators(arguments["seed"])
+            with generators:
+                tracker = create(kind, **arguments)
+            yield {"drawn": generators.drawn}
         else:
-            yield call(tracker, operation, frames, **arguments)
+            with generators:
+                answer = call(tracker, operation, frames, **arguments)
+            yield dict(answer, drawn=generators.drawn)
 
 
 def end_with_harness(requests: int) -> None:

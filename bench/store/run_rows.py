@@ -25,6 +25,7 @@ SCORED_BY = ("centre_error", "native", "overlap", "regions", "times")
 TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
     *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth", "clock"),
+    "generators",
 )
 """Names of the text fields of a row."""
 
@@ -42,7 +43,8 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
     `source` and `truth` are the paths from which the sequence was opened. Times are in seconds:
     `seconds` is the time of all calls of the tracker, `frame_seconds` the mean time to decode or
     render a frame, and `update_seconds` the median CPU time of an update. `clock` names
-    the clock of a tracker that is not timed by its CPU time; otherwise it is empty.
+    the clock of a tracker that is not timed by its CPU time; otherwise it is empty. `generators`
+    are the global random generators from which the tracker has drawn.
 
     Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
     with a warning on standard error. Raises `ResultsError` if rows are missing.
@@ -163,6 +165,7 @@ def _fields(
         "source": circumstances.get("source", ""),
         "truth": circumstances.get("truth", ""),
         "clock": circumstances.get("clock", ""),
+        "generators": ", ".join(circumstances.get("generators", ())),
         "repetition": repetition,
         "frames": frames,
         **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},

@@ -20,6 +20,7 @@ from typing import Annotated, Any, Literal, Protocol, get_args, get_origin
 import numpy as np
 
 from trackmark.trackers.base.former_imports import allow_former_imports, warn_of_former_imports
+from trackmark.trackers.base.global_generators import GlobalGenerators, preserved_generators
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackmark.trackers.base.parameters import (
     Parameters,
@@ -393,7 +394,8 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         sys.path.append(folder)  # for modules next to the file, also those that a run imports
     allow_former_imports()
     try:
-        with contextlib.chdir(Path.cwd()):  # the file may change the working directory
+        # The file may change the working directory, and draw from the global generators.
+        with contextlib.chdir(Path.cwd()), preserved_generators(), GlobalGenerators(0):
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
         hint = ""
