@@ -11,7 +11,12 @@ from typing import Any
 
 from trackmark import datasets
 from trackmark.bench.api.results import Results, load_experiment, preset_for
-from trackmark.bench.api.tracker_arguments import resolve_trackers, tracker_texts, unsaved_reason
+from trackmark.bench.api.tracker_arguments import (
+    quote,
+    resolve_trackers,
+    tracker_texts,
+    unsaved_reason,
+)
 from trackmark.bench.comparing.run_summary import tracker_line
 from trackmark.bench.engine.process_state import ProcessState
 from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_protocol
@@ -92,8 +97,10 @@ def evaluate(
         runs, errors = _run_all(entries, opened, stored, raise_errors)
         # Only a run can show that its tracker draws from global generators.
         drew = {run.identity.tracker for run in runs if "generators" in run.circumstances}
-        found = [spec for spec in specs if _runs_once(spec) and spec.label in drew]
-        missing = [(spec, repetition) for spec in found for repetition in range(1, repetitions)]
+        stochastic = [spec for spec in specs if _runs_once(spec) and spec.label in drew]
+        missing = [
+            (spec, repetition) for spec in stochastic for repetition in range(1, repetitions)
+        ]
         readable = [pair for pair in opened if pair[0].name not in errors]
         more, more_errors = _run_all(missing, readable, stored, raise_errors)
     finally:
@@ -107,7 +114,7 @@ def evaluate(
         raise SequenceError(f"{first} None of the {len(opened)} sequences can be read.") from first
     for error in errors.values():
         warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
-    _warn_of_drawing(runs, found)
+    _warn_of_drawing(runs, stochastic)
     sequences_run = [sequence for sequence, _ in opened]
     by_key = _by_key([*runs, *more], specs, sequences_run)
     results = Results(by_key, stored, metrics, sequences_run, in_memory)
@@ -155,6 +162,8 @@ def run(
         If a part cannot be executed. Finished runs stay stored.
     """
     _check(protocol, metrics, repetitions=repetitions, jobs=1 if jobs is None else jobs)
+    if not isinstance(output, str | Path | None):
+        raise TypeError(f"output is {quote(output)}. Expected: a folder as text or Path.")
     texts, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
     default = Path("results") / default_name(texts, [text for text, _ in selected])
     folder = (default if output is None else Path(output)).expanduser().absolute()
@@ -178,10 +187,16 @@ def _check(protocol: str, metrics: str, **numbers: int) -> str:
             "a file that trackmark imports as a tracker starts runs itself. Put them below "
             "if __name__ == '__main__':"
         )
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        raise FileNotFoundError(
+            "the working directory was removed. Change to an existing folder by os.chdir."
+        ) from None
     for name, value in numbers.items():
         least = 0 if name == "seed" else 1
-        if not isinstance(value, Integral) or value < least:
-            raise ValueError(f"{name} is {value!r}. Expected: an integer of {least} or more.")
+        if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+            raise ValueError(f"{name} is {quote(value)}. Expected: an integer of {least} or more.")
     stored = parse_protocol(protocol).text
     if not can_score(preset := preset_for(metrics, stored), stored):
         raise ValueError(f"{preset} cannot score runs by the protocol {protocol}.")
@@ -197,8 +212,8 @@ def _sequence_texts(sequences: Any) -> Iterator[tuple[str, str]]:
     for entry in _listed(sequences):
         if not isinstance(entry, str | Path):
             raise TypeError(
-                f"{entry!r} is not a name or path of a sequence. trackmark.evaluate also takes a "
-                "Sequence."
+                f"{quote(entry)} is not a name or path of a sequence. trackmark.evaluate also "
+                "takes a Sequence."
             )
         text = str(entry.expanduser().absolute()) if isinstance(entry, Path) else entry
         for name in datasets.matching(text):

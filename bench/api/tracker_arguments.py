@@ -1,15 +1,21 @@
 """Trackers as arguments of functions: texts, classes, functions, objects, dicts and lists."""
 
 import ast
+import reprlib
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from types import MethodType
 from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
 
 from trackmark import IMPORT_TIME
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker, source_file
-from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
     PLUGIN_MODULE,
     check_name,
@@ -28,13 +34,13 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     `TypeError` for an object that is not a tracker.
     """
     by_label: dict[str, tuple[Any, TrackerSpec]] = {}
-    labels_of_objects: dict[int, str] = {}
+    owners = _Owners()
     for name, tracker in _named(trackers):
         spec = _resolve(tracker, name, repetitions)
-        if not isinstance(tracker, str | Path | type) and not missing_methods(tracker):
-            if id(tracker) in labels_of_objects:
-                raise _shared_object(labels_of_objects[id(tracker)], spec.label)
-            labels_of_objects[id(tracker)] = spec.label
+        if not isinstance(tracker, str | Path):
+            if not isinstance(tracker, type) and not missing_methods(tracker):
+                owners.add(tracker, spec.label, is_new=True)
+            spec = spec.changed(make=partial(owners.create, spec))
         other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
         if not _is_same(tracker, other) and not _equal_texts(spec, other_spec, tracker, other):
             raise TrackerError(
@@ -46,12 +52,35 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     return [spec.changed(base_seed=base_seed) for _, spec in by_label.values()]
 
 
-def _shared_object(label: str, other: str) -> TrackerError:
-    """Return the error for an object that is given twice."""
-    return TrackerError(
-        f"trackers {label!r} and {other!r} are one object, whose runs would share its state. Give "
-        "the class, or a new object for each."
-    )
+class _Owners:
+    """Labels of the trackers to which objects belong."""
+
+    def __init__(self) -> None:
+        self._labels: dict[int, str] = {}
+        self._objects: WeakValueDictionary[int, Any] = WeakValueDictionary()
+
+    def add(self, tracker: Any, label: str, *, is_new: bool = False) -> None:
+        """Note the label of an object.
+
+        A function can return one object for several runs of a tracker; if `is_new`, the object is
+        an argument. Raises `TrackerError` if the object belongs to another tracker.
+        """
+        other = self._labels.get(id(tracker), "")
+        is_same = self._objects.get(id(tracker)) is tracker
+        if is_same and (is_new or other != label):
+            raise TrackerError(
+                f"trackers {other!r} and {label!r} are one object, whose runs would share its "
+                "state. Give the class, or a new object for each."
+            )
+        with suppress(TypeError):  # a class with `__slots__`
+            self._objects[id(tracker)] = tracker
+            self._labels[id(tracker)] = label
+
+    def create(self, spec: TrackerSpec, seed: np.random.SeedSequence) -> Tracker:
+        """Create a tracker; raise `TrackerError` if it is the object of another tracker."""
+        plugin = spec.make(seed)
+        self.add(vars(plugin).get("_tracker", plugin), spec.label)
+        return plugin
 
 
 def _is_same(tracker: Any, other: Any) -> bool:
@@ -68,6 +97,13 @@ def _equal_texts(spec: TrackerSpec, other_spec: TrackerSpec, *trackers: Any) -> 
     in_process = not (spec.call_seconds or other_spec.call_seconds)
     equal = spec.version == other_spec.version and spec.parameters == other_spec.parameters
     return is_text and in_process and equal
+
+
+def quote(value: Any) -> str:
+    """Return an argument as one line of text for a message; its `__repr__` may raise."""
+    form = reprlib.Repr()
+    form.maxother = form.maxstring = 80
+    return " ".join(form.repr(value).split())
 
 
 def tracker_texts(trackers: Any) -> tuple[str, ...]:
@@ -116,8 +152,8 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     is_class, missing = isinstance(tracker, type), missing_methods(tracker)
     if not is_class and missing and (len(missing) == 1 or not callable(tracker)):
         raise TypeError(
-            f"{tracker!r} is not a tracker: it lacks {', '.join(missing)}. Expected: a name, a "
-            "file, a class with the methods init(image, box) and update(image), a function that "
+            f"{quote(tracker)} is not a tracker: it lacks {', '.join(missing)}. Expected: a name, "
+            "a file, a class with the methods init(image, box) and update(image), a function that "
             "creates such an object, or an object."
         )
     kind = tracker if is_class or missing else type(tracker)

@@ -51,8 +51,10 @@ def write_live_page(
         counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all
         latest = {spec.label: count - 1 for spec, count in zip(specs, counts, strict=True)}
         judged = judged_runs(execution.folder)
-        shown = (entry for entry in judged if entry[0]["repetition"] == latest[entry[0]["tracker"]])
-        runs = collect_runs(shown, list(latest), with_numbers=True)
+        last_runs = (
+            entry for entry in judged if entry[0]["repetition"] == latest[entry[0]["tracker"]]
+        )
+        runs = collect_runs(last_runs, list(latest), with_numbers=True)
         page = _page(runs, watch)
         failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]

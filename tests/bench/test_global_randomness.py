@@ -59,11 +59,11 @@ def file(tmp_path, monkeypatch):
     return file
 
 
-def execute(file, names, output, jobs, repetitions=3, **options):
+def execute(file, names, output, jobs=1, repetitions=2):
     """Return execution and boxes by key."""
     texts = tuple(f"{file}:{name}" for name in names)
-    sources = (SequenceSource("plain/target:scene=1"), SequenceSource("samples/bow-tie"))
-    experiment = Experiment("e", texts, sources[: 1 + (jobs > 0)], repetitions, **options)
+    sources = (SequenceSource("plain/target:length=12:scene=1"),)
+    experiment = Experiment("e", texts, sources, repetitions)
     execution = Execution(experiment, output, jobs)
     list(execution.rows())
     runs = tm.load_results(execution.folder).runs
@@ -86,39 +86,34 @@ def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
     assert not np.array_equal(*alone)
 
 
-def test_stochastic_trackers_are_found_and_repeated(file, tmp_path, caplog):
-    one, boxes = execute(file, NAMES, tmp_path / "one", 1)
-    assert len(boxes) == len(one.plan) == 18
-    assert sorted(message.split()[0] for message in caplog.messages) == sorted(
-        f"drawing.py:{name}" for name in NAMES
-    )
-    _, others = execute(file, NAMES[::-1], tmp_path / "two", 2)
+def test_stochastic_trackers_are_repeated_and_reported(file, tmp_path, caplog):
+    _, first = execute(file, ["Numpy"], tmp_path / "first", repetitions=1)
+    assert len(first) == 1
+    caplog.clear()
+    names = ["OpenCV", "Numpy"]
+    execution, boxes = execute(file, names, tmp_path / "first")
+    assert len(boxes) == len(execution.plan) == 4
+    drew = [message.split()[0] for message in caplog.messages if "draws from" in message]
+    assert drew == ["drawing.py:OpenCV"]  # the other tracker is known
+    (key,) = first
+    np.testing.assert_array_equal(boxes[key], first[key])
+    _, others = execute(file, names[::-1], tmp_path / "second", jobs=2)
     assert others.keys() == boxes.keys()
     for key in boxes:
         np.testing.assert_array_equal(boxes[key], others[key])
 
 
-def test_run_before_the_discovery_stays_valid(file, tmp_path):
-    _, first = execute(file, ["Numpy"], tmp_path, 1, repetitions=1)
-    assert {repetition for *_, repetition in first} == {0}
-    later, boxes = execute(file, ["Numpy"], tmp_path, 1)
-    assert len(boxes) == 6
-    assert later.units.runs == 4
-    for key in first:
-        np.testing.assert_array_equal(boxes[key], first[key])
-
-
 def test_evaluate_repeats_and_reports_stochastic_classes(file, tmp_path):
     texts = [f"{file}:{name}" for name in NAMES]
     with pytest.warns(RuntimeWarning) as warned:
-        results = tm.evaluate([*texts, "static"], "plain/target:scene=1", repetitions=2)
+        results = tm.evaluate([*texts, "static"], "plain/target:length=12:scene=1", repetitions=2)
     assert [str(warning.message) for warning in warned] == [
         f"drawing.py:{name} draws from global random generators ({generator}), so it counts as "
         "stochastic. They are seeded for each run."
         for name, generator in zip(NAMES, ("random", "numpy.random", "OpenCV"), strict=True)
     ]
     assert len(results.runs) == 7
-    _, stored = execute(file, NAMES, tmp_path, 0, repetitions=2)
+    _, stored = execute(file, NAMES, tmp_path)
     for key, boxes in stored.items():
         np.testing.assert_array_equal(results.runs[key].boxes, boxes)
 

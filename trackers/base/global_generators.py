@@ -20,10 +20,10 @@ _TORCH_SEED = 67280421310721  # seed of PyTorch before anything has set another 
 class GlobalGenerators:
     """Context of each call of a tracker: the generators have the state of its run.
 
-    Equal seeds give equal numbers, whatever else runs in the process. The state is that after the
-    last call of the run; in the first call, the generators are seeded. The generators of OpenCV and
-    C cannot return their state, so they get another seed in each call. Each OpenCV thread has
-    a generator of its own: only that of the calling thread is seeded. PyTorch is seeded if it was
+    Equal seeds give equal numbers, independent of other runs in the process. The state is that
+    after the last call of the run. In the first call, the generators are seeded. The generators of
+    OpenCV and C cannot return their state, so they get another seed in each call. Each thread has
+    a generator of OpenCV: only that of the calling thread is seeded. PyTorch is seeded if it was
     imported before the call.
     """
 
