@@ -61,6 +61,7 @@ def load(path: str) -> Any:
     """Return the module of a tracker's file."""
     path = os.path.abspath(path)
     sys.path[0] = os.path.dirname(path)  # instead of the folder of this file
+    sys.argv = [path]  # those of this process are not for the file
     stem = os.path.splitext(os.path.basename(path))[0]
     with global_generators.GlobalGenerators(0):  # equal numbers in each process
         return import_file(path, "trackmark_plugin_" + stem)
@@ -162,7 +163,9 @@ def main() -> None:
     faulthandler.register(signal.SIGUSR1, all_threads=False)  # if the harness waits too long
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
     threading.Thread(target=end_with_harness, args=(requests.fileno(),), daemon=True).start()
-    frames = os.fdopen(int(sys.argv[1]), "r+b", buffering=0)
+    descriptor, file = sys.argv[1:3]
+    name = "".join(sys.argv[3:])
+    frames = os.fdopen(int(descriptor), "r+b", buffering=0)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
 
@@ -171,7 +174,7 @@ def main() -> None:
         answers.flush()
 
     try:
-        for answer in respond(requests, frames, load(sys.argv[2]), "".join(sys.argv[3:])):
+        for answer in respond(requests, frames, load(file), name):
             write(answer)
     except SystemExit:
         raise

@@ -393,12 +393,19 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     if (folder := str(file.absolute().parent)) not in sys.path:
         sys.path.append(folder)  # for modules next to the file, also those that a run imports
     allow_former_imports()
+    arguments = sys.argv
     try:
         # The file may change the working directory, and draw from the global generators.
         with contextlib.chdir(Path.cwd()), preserved_generators(), GlobalGenerators(0):
+            sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
         hint = ""
+        if isinstance(error, SystemExit):
+            hint = (
+                ". The file ends the process when it is imported, for example because it parses "
+                "arguments. Put this below if __name__ == '__main__':"
+            )
         if isinstance(error, ModuleNotFoundError):
             hint = (
                 ". If another Python environment has this module: --trackers FILE:python=PATH "
@@ -407,6 +414,8 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         raise TrackerError(
             f"{file}: the file cannot be imported: {_error_text(error, path)}{hint}"
         ) from error
+    finally:
+        sys.argv = arguments
     try:
         kind = tracker_class(module, class_name)
     except ValueError as error:
