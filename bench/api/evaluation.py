@@ -9,6 +9,8 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
+import numpy as np
+
 from trackmark import datasets
 from trackmark.bench.api.results import Results, load_experiment, preset_for
 from trackmark.bench.api.tracker_arguments import (
@@ -236,7 +238,8 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
             ]
         for sequence, source in pairs:
             other, _ = opened.setdefault(sequence.name, (sequence, source))
-            if other.fingerprint != sequence.fingerprint:
+            same_boxes = np.array_equal(other.boxes, sequence.boxes, equal_nan=True)
+            if other.fingerprint != sequence.fingerprint or not same_boxes:
                 raise SequenceError(
                     f"two different sequences are called {sequence.name!r}. Evaluate them in two "
                     "calls."

@@ -129,6 +129,15 @@ def test_unreadable_sequences_raise_the_first_error(otb, tmp_path):
         tm.evaluate(["static", Plain], folders)
 
 
+def test_sequences_of_one_name_with_other_boxes_are_refused(make_sequence):
+    moved = make_sequence(n=6)
+    moved.boxes = moved.boxes + 1  # the fingerprint is that of the first one
+    with pytest.raises(
+        tm.datasets.SequenceError, match="two different sequences are called 'line'"
+    ):
+        tm.evaluate("static", [make_sequence(n=6), moved])
+
+
 def test_exceptions_of_a_tracker_cost_its_own_runs(line):
     raised = [MemoryError("9 GB"), GeneratorExit("end"), SystemExit(3), BaseException("base")]
     classes = []

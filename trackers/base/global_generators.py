@@ -104,6 +104,8 @@ class _NumPy:
         self.drawn = False
         self._seed = seed
         self._bits = _bit_generator()
+        if self._bits is not None and type(self._bits).__name__ != "MT19937":
+            self._bits = np.random.MT19937()  # the user's session has replaced the algorithm
         self._state = None  # type: Any
         self._first = int(np.random.RandomState(seed).randint(0, 1 << 32, dtype=np.uint32))
 
