@@ -14,7 +14,7 @@ from trackmark import datasets
 from trackmark.bench.engine import Engine, engine
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.evaluation.run_record import Run, drawing_note
-from trackmark.bench.execution.plan import KnownSequences, Plan, make_plan
+from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
 from trackmark.bench.store.layout import run_key
@@ -136,12 +136,16 @@ class Execution:
                 return
             drew = yield from self._execute(partial(_report_sum, report, done))
             done += self.units.work
-            plan = self.plan.seen_in(list_runs(self._results)) if drew else self.plan
-            if len(plan) == len(self.plan):
+            if not drew:
                 return
-            new = [key not in self.plan.requested for key in plan.requested]
-            wanted = np.array(new).reshape(plan.states.shape)
-            self.plan, self.units = plan, replace(self.units, plan=plan, wanted=wanted)
+            before, self.plan = self.plan, self.plan.seen_in(list_runs(self._results))
+            if len(self.plan) == len(before):
+                return
+            new = [key not in before.requested for key in self.plan.requested]
+            wanted = np.array(new).reshape(self.plan.states.shape) & (
+                self.plan.states <= State.STALE
+            )
+            self.units = replace(self.units, plan=self.plan, wanted=wanted)
 
     def _execute(self, report: Callable[[int], None]) -> Generator[dict[str, Any], None, set[str]]:
         """Execute the present units; yield the row of each stored run.
