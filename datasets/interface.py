@@ -52,12 +52,15 @@ class Origin:
         Paper to cite.
     description : str
         Target or scene in words, as stated in the data.
+    unread_files : tuple of str
+        Files with flags per frame, such as `absent.txt`, that the reader of the format ignores.
     """
 
     format: str = ""
     licence: str = ""
     citation: str = ""
     description: str = ""
+    unread_files: tuple[str, ...] = ()
 
 
 class Frames(Protocol):
@@ -276,6 +279,24 @@ class Sequence:
         return np.asarray(np.isfinite(self.boxes).all(axis=1))
 
     @property
+    def remarks(self) -> list[str]:
+        """Sentences on images, frames and files that are not read or not scored."""
+        beyond, unknown = self.images_beyond_truth, int((~self.annotated).sum())
+        remarks = []
+        if beyond:
+            images = "1 image" if beyond == 1 else f"{beyond} images"
+            remarks.append(f"ignored {images} after the ground truth.")
+        if 0 < unknown < len(self):
+            remarks.append(f"{unknown} of {len(self)} frames are not annotated and not scored.")
+        if self.origin.unread_files:
+            files = ", ".join(self.origin.unread_files)
+            remarks.append(
+                f"{files} is not read: this format defines no such flags. If the target is absent "
+                "in the flagged frames, write empty boxes into a ground-truth file (--truth)."
+            )
+        return remarks
+
+    @property
     def first_frame(self) -> int:
         """First frame in which the target is present; trackers are initialised there.
 
@@ -379,6 +400,22 @@ class Sequence:
             origin=self.origin,
             shapes=None if self.shapes is None else self.shapes[index],
         )
+
+
+def unusable_sequences(errors: Mapping[str, str], n_sequences: int) -> SequenceError:
+    """Return one error for all sequences of a command that cannot be used.
+
+    `errors` are messages by the name or path of the sequence; `n_sequences` is the number of all
+    sequences of the command. If there are others, the message says how to go on without these.
+    """
+    lines = list(errors.values())
+    if len(errors) > 1:
+        lines = [f"{len(errors)} of {n_sequences} sequences cannot be used.", *lines]
+    if len(errors) < n_sequences:
+        names = ",".join(f"!{name.rstrip('/').rpartition('/')[2]}" for name in errors)
+        them = "it" if len(errors) == 1 else "them"
+        lines.append(f"To go on without {them}, add {names} to the sequences.")
+    return SequenceError("\n".join(lines))
 
 
 def lies_outside(box: ArrayLike, size: tuple[int, int]) -> bool:

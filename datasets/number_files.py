@@ -16,6 +16,7 @@ from trackmark.datasets.truth_file import read_text
 # `float` also accepts 1_0, infinity and digits of other scripts, which are invalid here.
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan)", re.ASCII | re.IGNORECASE)
 _SEPARATOR = re.compile(r"\s*,\s*|\s+")
+_PADDED = re.compile(r"0[0-9]+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
 
 _MAX_FPS = 100_000.0
@@ -24,6 +25,34 @@ _MAX_FPS = 100_000.0
 def words(line: str) -> list[str]:
     """Split a line at commas, tabs or spaces; a word between two commas may be empty."""
     return _SEPARATOR.split(line.strip()) if line.strip() else []
+
+
+def check_form(line: str, number: int, path: Path) -> None:
+    """Check that a line has one separator and no decimal commas; `number` counts from 1.
+
+    Decimal commas turn a box of four numbers into a polygon of eight. They show as commas together
+    with other separators, or as second halves such as 05 that no integer has.
+
+    Raises `SequenceError` naming file and line.
+    """
+    separators = {
+        "a comma and a space" if match.strip() and match != match.strip() else match.strip()
+        for match in _SEPARATOR.findall(line.strip())
+    }
+    halves = words(line)[1::2] if "," in line and "." not in line else []
+    if len(separators) > 1:
+        names = sorted(
+            {"": "a space or tab", ",": "a comma"}.get(sign, sign) for sign in separators
+        )
+        problem = f"mixes separators ({'; '.join(names)})"
+    elif any(_PADDED.fullmatch(half) for half in halves):
+        problem = "has numbers with leading zeros, as after decimal commas"
+    else:
+        return
+    raise SequenceError(
+        f"{path}: line {number}: {quote(line.strip())} {problem}. Expected: one separator between "
+        "all numbers, and decimal points. Write 12.5 instead of 12,5."
+    )
 
 
 def numbers(line: str) -> list[float]:
@@ -47,6 +76,7 @@ def read_rows(path: Path, counts: Collection[int], expected: str, row_name: str 
     rows: list[list[float]] = []
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
         check_line(line, number, path)
+        check_form(line, number, path)
         row = numbers(line)
         if len(row) not in ({len(rows[0])} if rows else counts):
             raise SequenceError(
@@ -143,6 +173,7 @@ def read_integers(
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
         if padded:
             check_line(line, number, path)
+        check_form(line, number, path)
         for word, value in zip(words(line), numbers(line), strict=False):
             if value not in range(maximum + 1):
                 raise SequenceError(

@@ -31,6 +31,7 @@ TRUTH, FIELDS, COVER = "groundtruth.txt", "meta_info.ini", "cover.label"
 FLAGS = ("absence", "cut_by_image")
 EXPECTS = f"a folder of images with {TRUTH} and {FIELDS} or {COVER} (GOT-10k)"
 MARKS = (TRUTH, FIELDS, COVER, *(f"{flag}.label" for flag in FLAGS))
+FLAG_FILES = (COVER, *(f"{flag}.label" for flag in FLAGS))
 CITATION = (
     "Huang, Zhao, Huang, GOT-10k: a large high-diversity benchmark for generic object tracking in "
     "the wild, IEEE TPAMI 43(5), 2021"

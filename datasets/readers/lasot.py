@@ -27,6 +27,7 @@ MARKS = ("img/", TRUTH, *(f"{flag}.txt" for flag in FLAGS))
 CITATION = (
     "Fan et al., LaSOT: a high-quality benchmark for large-scale single object tracking, CVPR 2019"
 )
+FLAG_FILES = tuple(f"{flag}.txt" for flag in FLAGS)
 LICENCE = "for research only (stated by its authors in HengLan/LaSOT_Evaluation_Toolkit#25)"
 
 
