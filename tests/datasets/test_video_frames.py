@@ -157,6 +157,25 @@ def test_damaged_frame_is_never_returned(tmp_path, write_video, b_frames, hit, f
     assert 0 < refused < 20
 
 
+@pytest.mark.parametrize(
+    ("name", "codec", "options"),
+    [
+        ("checksums.mkv", "ffv1", {}),  # FFmpeg logs a wrong checksum and returns the frame
+        ("hashes.mp4", "libx265", {"x265-params": "hash=1:log-level=none"}),
+    ],
+)
+def test_damage_that_a_checksum_shows_is_refused(tmp_path, write_video, name, codec, options):
+    path = write_video(tmp_path / name, codec, n=15, b_frames=0, options=options)
+    expected = decoded_in_order(path)
+    np.testing.assert_array_equal(VideoFrames(path)[14], expected[14])
+    overwrite_packet(path, 13, b"\x5a", from_middle=True)
+    frames = VideoFrames(path)
+    np.testing.assert_array_equal(frames[12], expected[12])
+    for _ in range(2):  # FFmpeg does not log the same error twice, unless told to
+        with pytest.raises(SequenceError, match=r"frame 13 cannot be decoded"):
+            frames[13]
+
+
 @pytest.mark.parametrize("hit", [21, 24, 35])
 def test_damaged_file_without_times_is_refused(tmp_path, write_video, hit):
     path = write_video(tmp_path / "no-times.avi")

@@ -284,6 +284,24 @@ class TestMot:
         with refused(r"there is no target '12'\. Values: 7, 9"):  # 12 has counts 0
             datasets.load(f"{path}:target=12")
 
+    @pytest.mark.parametrize(
+        "row", ["{0},0,2,3,8,9,1\n", "{0},0,2,3,8,9,1,1\n", "{0},0,2,3,8,9,1,1,-1\n"]
+    )
+    def test_files_of_other_tools_are_read(self, load, row):
+        sequence = load(layouts.mot, {"gt.txt": "".join(map(row.format, (1, 3)))})
+        np.testing.assert_array_equal(sequence.boxes, [[1, 2, 8, 9], NAN, [1, 2, 8, 9]])
+        assert sequence.annotated.all()
+        assert np.isnan(sequence.visibility).all()
+
+    def test_images_named_by_cvat_count_from_zero(self, create):
+        path, _, frame = create(layouts.mot)
+        for file in sorted(frame.parent.iterdir()):
+            file.rename(file.with_stem(f"frame_{int(file.stem) - 1:06}"))
+        assert datasets.load(path).frame_name(0) == "frame_000000.jpg"
+        frame.with_name("frame_000001.jpg").unlink()
+        with refused(r"frame_000001\.jpg: this image is missing between"):
+            datasets.load(path)
+
     def test_missing_last_image_without_target_is_refused(self, create):
         path, _, frame = create(layouts.mot)
         frame.with_name("000003.jpg").unlink()
