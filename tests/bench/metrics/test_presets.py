@@ -65,15 +65,15 @@ def sparse_truth(boxes):
 def test_frames_without_annotation_are_not_scored(name):
     boxes = np.where(np.arange(N)[:, None] % 10 == 0, TRUTH, [300.0, 200.0, 5.0, 5.0])
     preset = metrics.preset(name)
-    found = preset.score(sparse_truth(TRUTH), answer_of(boxes))
+    sparse = preset.score(sparse_truth(TRUTH), answer_of(boxes))
     everywhere = preset.score(truth_of(TRUTH), answer_of(TRUTH))
-    assert shares_of(name, found) == pytest.approx(shares_of(name, everywhere))
+    assert shares_of(name, sparse) == pytest.approx(shares_of(name, everywhere))
     if "vot" not in name:
         for estimates in (noisy(TRUTH), TRUTH + 1.0):
-            found = preset.score(sparse_truth(TRUTH), answer_of(estimates)).scores
+            sparse = preset.score(sparse_truth(TRUTH), answer_of(estimates)).scores
             tenth = preset.score(truth_of(TRUTH[::10]), answer_of(estimates[::10])).scores
-            tenth |= {"first_loss": found["first_loss"]} if "first_loss" in found else {}
-            assert found == pytest.approx(tenth, nan_ok=True)
+            tenth |= {"first_loss": sparse["first_loss"]} if "first_loss" in sparse else {}
+            assert sparse == pytest.approx(tenth, nan_ok=True)
 
 
 @pytest.mark.parametrize("name", ["vot-anchor", "vot-supervised"])
