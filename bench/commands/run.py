@@ -153,6 +153,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     """Execute a plan, print its scores by metrics presets and return the exit status."""
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.layout import run_key
+    from trackmark.datasets import SequenceError
 
     as_json = options.as_json
     print_remarks(execution)
@@ -171,8 +172,11 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     execute_runs(execution, print_row, keep_errors=True)
     rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
-    for error in execution.errors:
-        complain(error)
+    try:
+        execution.raise_errors()
+    except SequenceError as error:
+        for line in str(error).splitlines():
+            complain(line)
     if as_json:
         for row in rows:
             cell = run_key(row)

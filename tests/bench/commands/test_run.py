@@ -213,8 +213,9 @@ def test_damaged_image_costs_only_its_sequence(trackmark, workspace, otb):
     file.write_bytes(content[:90])
     both = (*MINE, "static,knob.py:Knob", "--seeds", 3, "--sequences", "data/Broken,data/Small")
     done = trackmark(*both, status=2)
-    (message,) = [line for line in done.stderr.splitlines() if line.startswith("trackmark: ")]
+    message, remedy = [ln for ln in done.stderr.splitlines() if ln.startswith("trackmark: ")]
     assert "0004.png" in message
+    assert "!Broken" in remedy
     stored = bench.load_runs(workspace / "results").query("status == 'finished'")
     assert set(stored["sequence"]) == {"Small"}
     file.write_bytes(content)
