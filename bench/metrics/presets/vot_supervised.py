@@ -171,7 +171,7 @@ def _expected(pieces: list[_Piece]) -> NDArray[np.float64]:
         is_defined[0] = True  # the init frame, with overlap 0
         total[:until] += (sums / np.maximum(n_annotated, 1))[:until]
         count[:until] += is_defined[:until]
-    return np.divide(total, count, out=np.full(longest, np.nan), where=count > 0)
+    return np.asarray(np.divide(total, count, out=np.full(longest, np.nan), where=count > 0))
 
 
 PRESET = Preset(
