@@ -1,6 +1,6 @@
 """Image sequence with ground truth, the interface between datasets and other packages."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Protocol, TypeAlias, overload
@@ -20,6 +20,38 @@ MAX_COORDINATE = 1e7
 
 class SequenceError(ValueError):
     """Error for a sequence that cannot be opened, read or run; its message names the file."""
+
+
+class UnusableSequencesError(SequenceError):
+    """Error for all sequences of a command that cannot be used.
+
+    If there are other sequences, the message says how to go on without these.
+
+    Parameters
+    ----------
+    errors : mapping of str to str
+        Messages by the name or path of the sequence.
+    n_sequences : int
+        Number of all sequences of the command.
+    others : collection of str
+        Paths of the sequences that were found without an error, if they are not opened yet.
+    """
+
+    def __init__(
+        self, errors: Mapping[str, str], n_sequences: int, others: Collection[str] = ()
+    ) -> None:
+        self.errors, self.n_sequences, self.others = errors, n_sequences, others
+        lines = list(errors.values())
+        if len(errors) > 1:
+            lines = [f"{len(errors)} of {n_sequences} sequences cannot be used.", *lines]
+        if len(errors) < n_sequences:
+            names = ",".join(f"!{name.rstrip('/').rpartition('/')[2]}" for name in errors)
+            them = "it" if len(errors) == 1 else "them"
+            lines.append(f"To go on without {them}, add {names} to the sequences.")
+        super().__init__("\n".join(lines))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.errors, self.n_sequences, self.others)
 
 
 @dataclass(frozen=True)
@@ -400,22 +432,6 @@ class Sequence:
             origin=self.origin,
             shapes=None if self.shapes is None else self.shapes[index],
         )
-
-
-def unusable_sequences(errors: Mapping[str, str], n_sequences: int) -> SequenceError:
-    """Return one error for all sequences of a command that cannot be used.
-
-    `errors` are messages by the name or path of the sequence; `n_sequences` is the number of all
-    sequences of the command. If there are others, the message says how to go on without these.
-    """
-    lines = list(errors.values())
-    if len(errors) > 1:
-        lines = [f"{len(errors)} of {n_sequences} sequences cannot be used.", *lines]
-    if len(errors) < n_sequences:
-        names = ",".join(f"!{name.rstrip('/').rpartition('/')[2]}" for name in errors)
-        them = "it" if len(errors) == 1 else "them"
-        lines.append(f"To go on without {them}, add {names} to the sequences.")
-    return SequenceError("\n".join(lines))
 
 
 def lies_outside(box: ArrayLike, size: tuple[int, int]) -> bool:

@@ -19,7 +19,7 @@ from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import add_scores, run_row
 from trackmark.bench.store.truth import read_truth, write_truth
 from trackmark.datasets import SequenceError
-from trackmark.datasets.interface import unusable_sequences
+from trackmark.datasets.interface import UnusableSequencesError
 
 
 def run_experiment(
@@ -149,7 +149,7 @@ class Execution:
     def raise_errors(self) -> None:
         """Raise one `SequenceError` if sequences could not be read."""
         if self.errors:
-            raise unusable_sequences(self.errors, len(self.plan.sequences))
+            raise UnusableSequencesError(self.errors, len(self.plan.sequences))
 
     def _store(self, unit: Unit, runs: dict[Entry, Run]) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows."""

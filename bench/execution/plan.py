@@ -24,7 +24,7 @@ from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import MAX_RUNS, Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.datasets import Sequence, SequenceError
-from trackmark.datasets.interface import unusable_sequences
+from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.trackers import Randomness
 
 MIN_SEQUENCES_FOR_WORKERS = 12
@@ -234,7 +234,7 @@ def _open_all(
             else:
                 known_sequences[key] = result
     if errors:
-        raise unusable_sequences(errors, len(keys))
+        raise UnusableSequencesError(errors, len(keys))
 
 
 def _try_open(key: tuple[SequenceSource, str]) -> PlannedSequence | SequenceError:

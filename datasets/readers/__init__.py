@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 from trackmark.datasets.decoding import PIXEL_LIMIT_VARIABLE, quote
 from trackmark.datasets.file_digest import TICK_NS
 from trackmark.datasets.image_files import ImageFiles
-from trackmark.datasets.interface import Sequence, SequenceError, unusable_sequences
+from trackmark.datasets.interface import Sequence, SequenceError, UnusableSequencesError
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
 
@@ -170,7 +170,8 @@ def sequences_in(folder: Path, pattern: str = "*", excluded: Collection[str] = (
             raise SequenceError(f"{_not_recognised(folder)} {_ADD_FILES}")
         sequences = list(_walk(folder, search, _MAX_DEPTH))
     if search.problems:
-        raise unusable_sequences(search.problems, len(sequences) + len(search.problems))
+        n = len(sequences) + len(search.problems)
+        raise UnusableSequencesError(search.problems, n, [*map(str, sequences)])
     return sequences
 
 

@@ -138,13 +138,17 @@ class TestFolderOfSequences:
             write_otb(workdir / "ds" / name, "1,1,5,5\n" * 3)
         (workdir / "ds/Dog/groundtruth_rect.txt").unlink()
         (workdir / "ds/Man/groundtruth_rect.txt").unlink()
-        with pytest.raises(SequenceError) as caught:
-            datasets.matching("ds")
-        first, *problems, remedy = str(caught.value).splitlines()
-        assert first == "2 of 3 sequences cannot be used."
-        assert [problem.partition(":")[0] for problem in problems] == ["ds/Dog", "ds/Man"]
-        assert "!Dog,!Man" in remedy
-        assert datasets.matching("ds", ["Dog", "Man"]) == ["ds/Couple"]
+        write_otb(workdir / "ds/Boy", "1,1,0,5\n" * 3)  # complete, but the first box has no size
+        for text in ("ds", "ds/*", "d?/[A-Z]*"):
+            with pytest.raises(SequenceError) as caught:
+                datasets.matching(text)
+            first, *problems, remedy = str(caught.value).splitlines()
+            assert first == "3 of 4 sequences cannot be used."
+            assert {problem.partition(":")[0].split("/")[1] for problem in problems} == {
+                *("Dog", "Man", "Boy")
+            }
+            assert "!Dog,!Man,!Boy" in remedy
+        assert datasets.matching("ds", ["Dog", "Man"]) == ["ds/Boy", "ds/Couple"]
 
     @pytest.mark.parametrize("text", ["ds", "ds/*", "ds/*/*"])
     def test_masks_of_davis_are_not_sequences(self, workdir, write_images, text):
