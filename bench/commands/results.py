@@ -70,11 +70,14 @@ def list_results(options: FolderOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
+    from trackmark.bench.store.data_frames import ordered_rows
     from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import to_json_row
 
     for experiment in experiment_folders(options.folder):
-        rows = score_stored_runs(experiment)
+        score_stored_runs(experiment)
+        rows = ordered_rows(Results(experiment))
         if options.as_json:
             for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **to_json_row(row)}))
@@ -85,8 +88,8 @@ def list_results(options: FolderOptions) -> None:
             counts[row["tracker"], row["sequence"], row["protocol"]][row["status"]] += 1
         for (tracker, sequence, protocol), number in sorted(counts.items()):
             suffix = "" if protocol == "accuracy" else f" ({protocol})"
-            failed = f", {number['failed']} failed" if number["failed"] else ""
-            click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{failed}")
+            others = [f", {number[word]} {word}" for word in ("failed", "stale") if number[word]]
+            click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{''.join(others)}")
 
 
 @command.command("failures")
@@ -252,7 +255,7 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
     """Copy runs of several results folders into one.
 
     SOURCES and TARGET are results folders. Runs that TARGET already contains are kept. If
-    TARGET contains a run with another version of tracker or sequence, the command lists this
+    TARGET contains runs of another version of a tracker or sequence, the command lists this
     conflict and copies nothing.
 
     For example:

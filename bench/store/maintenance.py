@@ -75,8 +75,8 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     `sources` are folders of experiments, or folders that contain experiments. `target` is the
     folder of an experiment; it is created if it is missing.
 
-    Returns the number of copied runs, and messages on conflicts: runs with equal keys and different
-    versions, or different sequences with equal names. If there are conflicts, nothing is copied.
+    Returns the number of copied runs, and messages on conflicts: different versions of a tracker,
+    or different sequences with equal names. If there are conflicts, nothing is copied.
 
     Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """
@@ -84,6 +84,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     present = list_runs(target_results)
     stored = {run_key(row): (row["version"], row["status"], target) for row in present}
     data_by_name = group_recorded_data(present)
+    tracker_versions = {row["tracker"]: (row["tracker_version"], target) for row in present}
     manifest = target_results.manifest()
     missing: dict[RunKey, tuple[Results, dict[str, Any]]] = {}
     conflicts: list[str] = []
@@ -100,6 +101,11 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             ]
             others |= data
         for row in rows:
+            here = row["tracker_version"], folder
+            version, other = tracker_versions.setdefault(row["tracker"], here)
+            if other != folder and version != row["tracker_version"]:
+                conflict = f"the versions of {row['tracker']} differ between {other} and {folder}"
+                conflicts += [] if conflict in conflicts else [conflict]
             key = run_key(row)
             if key in stored:
                 version, status, other = stored[key]

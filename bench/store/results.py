@@ -169,7 +169,7 @@ def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
         flat = {f"{frame}/{k}": a for frame, named in run.arrays.items() for k, a in named.items()}
         contents["arrays"] = pack(flat)
     circumstances = {
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "date": datetime.now(UTC).isoformat(timespec="microseconds"),
         "host": socket.gethostname(),
         "platform": platform.platform(),
         "python": platform.python_version(),
