@@ -7,11 +7,14 @@ from typing import Any, NamedTuple
 
 from trackmark.bench.store.database import open_database
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import RunKey, experiment_folders, run_key
+from trackmark.bench.store.layout import DATABASE, RunKey, experiment_folders, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs, list_scored_runs
-from trackmark.bench.store.truth import read_truth, store_truth
+from trackmark.bench.store.truth import MissingTruthError, read_truth, read_truth_row
 
+_WITHOUT_TRUTH = """
+    SELECT sequence, fingerprint FROM run EXCEPT SELECT sequence, fingerprint FROM truth
+"""
 _BATCH = 200  # runs that are copied in one transaction
 
 
@@ -59,6 +62,8 @@ def find_damage(folder: Path) -> list[str]:
     try:
         with open_database(folder) as database:
             messages = database.find_damage()
+            without_truth = [] if messages else database.select(_WITHOUT_TRUTH)
+        messages += [str(MissingTruthError(folder / DATABASE, *truth)) for truth in without_truth]
         if messages:
             return messages
         for row in list_runs(Results(folder)):
@@ -101,12 +106,11 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             ]
             others |= data
         for row in rows:
-            here = row["tracker_version"], folder
+            key, here = run_key(row), (row["tracker_version"], folder)
             version, other = tracker_versions.setdefault(row["tracker"], here)
-            if other != folder and version != row["tracker_version"]:
-                conflict = f"the versions of {row['tracker']} differ between {other} and {folder}"
+            if key not in stored and other != folder and version != row["tracker_version"]:
+                conflict = f"the versions of {key[0]} differ between {other} and {folder}"
                 conflicts += [] if conflict in conflicts else [conflict]
-            key = run_key(row)
             if key in stored:
                 version, status, other = stored[key]
                 if version != row["version"]:
@@ -121,12 +125,16 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     if conflicts:
         return 0, conflicts
     target_results.prepare(manifest)
-    for results, row in missing.values():
-        truth = row["sequence"], row["fingerprint"]
-        store_truth(target, truth[1], read_truth(results.folder, *truth))
     keys = list(missing)
     for begin in range(0, len(keys), _BATCH):
         batch = keys[begin : begin + _BATCH]
-        target_results.write_all((missing[key][0].read(key), "") for key in batch)
+        truths = {
+            (row["sequence"], row["fingerprint"]): results.folder
+            for results, row in (missing[key] for key in batch)
+        }
+        target_results.write_all(
+            ((missing[key][0].read(key), "") for key in batch),
+            [read_truth_row(folder, *truth) for truth, folder in truths.items()],
+        )
     list_scored_runs(target_results)
     return len(missing), []

@@ -15,8 +15,8 @@ from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results, sort_key
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.results import RemovedError, Results, sort_key
+from trackmark.bench.store.truth import MissingTruthError, read_truth
 from trackmark.datasets.source_digest import tree_digest
 
 TEXT_FIELDS = (
@@ -72,11 +72,12 @@ def list_scored_runs(
             row = rows[number]
             try:
                 run = results.read(run_key(row))
-            except DamagedError as error:  # its contents are damaged
+                truth_of_run = truth(row["sequence"], row["fingerprint"])
+            except (DamagedError, RemovedError) as error:
                 _warn(str(error))
                 del rows[number]
                 continue
-            row["scores"] = _scores(run, truth(row["sequence"], row["fingerprint"]))
+            row["scores"] = _scores(run, truth_of_run)
             scored.append(row)
             progress(done, len(unscored))
         with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
@@ -126,11 +127,12 @@ def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
     """Return the database id and the row of each undamaged run, in order."""
     trackers, tracker_errors = database.intact_rows("tracker")
     identities = {row["version"]: json.loads(row["identity"]) for row in trackers}
-    intact_truths, truth_errors = set(), []
+    intact_truths, truth_errors, damaged_truths = set(), [], set()
     for truth in database.select("SELECT * FROM truth"):
         if is_intact(truth):
             intact_truths.add(truth[:2])
         else:
+            damaged_truths.add(truth[:2])
             truth_errors.append(database.changed_row("truth", truth))
     stored, run_errors = database.intact_rows("run")
     for error in (*tracker_errors, *truth_errors, *run_errors):
@@ -145,7 +147,10 @@ def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
                     continue
                 raise database.damaged(f"the tracker with the version {version} is missing")
             shared[version] = _identity_fields(Identity(**identities[version], repetition=0))
-        if truth_errors and (row["sequence"], row["fingerprint"]) not in intact_truths:
+        truth = row["sequence"], row["fingerprint"]
+        if truth not in intact_truths:
+            if truth not in damaged_truths:
+                _warn(str(MissingTruthError(database.path, *truth)))
             continue
         circumstances = json.loads(row["circumstances"])
         ended = row["status"], row["failure"], row["repetition"], row["frames"]

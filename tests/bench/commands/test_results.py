@@ -277,7 +277,7 @@ def test_requested_runs_of_an_older_version_are_shown(trackmark, two_versions, w
 
 
 def test_merge_refuses_two_versions_of_a_tracker(trackmark, two_versions, workspace):
-    options = ["--trackers", "knob.py", "--output", ".", "--sequences", "data/Small"]
+    options = ["--trackers", "knob.py", "--output", ".", "--sequences", "data/Other"]
     trackmark("run", *options, "--name", "newer")
     trackmark("results", "remove", "trial", "--sequence", "Other", "--yes")
     refused = trackmark("results", "merge", "newer", "trial", "both", status=1).stderr
