@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
+from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE
 from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.datasets import Sequence, SequenceError
@@ -87,12 +88,22 @@ def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
 
 
 def put_truth(database: Database, row: TruthRow) -> None:
-    """Store a ground truth in a transaction, unless it is stored already and undamaged."""
+    """Store a ground truth in a transaction, unless it is stored already and undamaged.
+
+    Raises `ResultsError` if other boxes are stored under the same name and fingerprint.
+    """
     stored = database.select(f"SELECT * FROM truth WHERE {_KEY}", row.sequence, row.fingerprint)
     if not stored:
         database.insert("truth", [row])
     elif not is_intact(stored[0]):
         database.repair("truth", row)
+    elif stored[0]["data"] != row.data:  # equal boxes can be compressed differently
+        before, after = (unpack(data)["boxes"] for data in (stored[0]["data"], row.data))
+        if not np.array_equal(before, after, equal_nan=True):
+            raise ResultsError(
+                f"{database.path} has another ground truth of {row.sequence} with the same "
+                f"fingerprint {row.fingerprint}. Give each sequence its own fingerprint."
+            )
 
 
 def read_truth_row(folder: Path, sequence: str, fingerprint: str) -> TruthRow:
