@@ -5,9 +5,15 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from trackmark.bench.store.database import open_database
+from trackmark.bench.store.database import DamagedError, open_database
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, RunKey, experiment_folders, run_key
+from trackmark.bench.store.layout import (
+    DATABASE,
+    RunKey,
+    experiment_folders,
+    refuse_empty_file,
+    run_key,
+)
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs, list_scored_runs
 from trackmark.bench.store.truth import MissingTruthError, read_truth, read_truth_row
@@ -58,7 +64,14 @@ def find_different_data(
 
 
 def find_damage(folder: Path) -> list[str]:
-    """Return one message per damage; an empty list if the file is intact."""
+    """Return one message per damage; an empty list if the file is intact.
+
+    Raises `ResultsError` if the file cannot be read for another reason, such as a newer schema.
+    """
+    try:
+        refuse_empty_file(folder)
+    except ResultsError as error:
+        return [str(error)]
     try:
         with open_database(folder) as database:
             messages = database.find_damage()
@@ -69,9 +82,20 @@ def find_damage(folder: Path) -> list[str]:
         for row in list_runs(Results(folder)):
             Results(folder).read(run_key(row))
             read_truth(folder, row["sequence"], row["fingerprint"])
-    except ResultsError as error:
+    except DamagedError as error:
         return [str(error)]
     return []
+
+
+def repair_indexes(folder: Path) -> None:
+    """Rebuild the indexes of a file from its tables; indexes hold no data of their own.
+
+    Raises `ResultsError` if the file cannot be read or written, or if it has other damage. Nothing
+    is changed then.
+    """
+    refuse_empty_file(folder)
+    with open_database(folder, write=True) as database:
+        database.rebuild_indexes()
 
 
 def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:

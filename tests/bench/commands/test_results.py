@@ -2,6 +2,8 @@
 
 import re
 import shutil
+import sqlite3
+from contextlib import closing
 
 import av
 import cv2
@@ -11,6 +13,7 @@ import pytest
 
 import trackmark as tm
 from tests.bench.commands.conftest import SMALL, json_lines
+from tests.bench.store.test_durability import drop_last_entry_of_index
 from trackmark import bench
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
@@ -282,3 +285,36 @@ def test_merge_refuses_two_versions_of_a_tracker(trackmark, two_versions, worksp
     trackmark("results", "remove", "trial", "--sequence", "Other", "--yes")
     refused = trackmark("results", "merge", "newer", "trial", "both", status=1).stderr
     assert "the versions of knob.py:Knob differ between newer and trial" in refused
+
+
+def edit_database(folder, statement):
+    with closing(sqlite3.connect(folder / "runs.db")) as database:
+        database.execute(statement)
+        database.commit()
+
+
+def test_check_does_not_call_a_newer_schema_damaged(trackmark, workspace):
+    trackmark(*STATIC, "data/Small", "--output", "results")
+    shutil.copytree("results/mine", "results/newer")
+    edit_database(workspace / "results/newer", "PRAGMA user_version = 9")
+    checked = trackmark("results", "check", "results", status=2)
+    assert "results/mine: 1 runs, undamaged\n" in checked.stdout
+    assert "results/newer: not checked\n" in checked.stdout
+    assert "schema version 9" in checked.stderr
+    assert "damage" not in checked.stderr
+    (_, newer) = json_lines(trackmark("results", "check", "results", "--json", status=2))
+    assert newer["damages"] == []
+    assert "schema version 9" in newer["error"]
+
+
+def test_check_rebuilds_a_damaged_index_and_names_an_empty_file(trackmark, workspace):
+    trackmark(*STATIC, "data/Small", "--output", "results")
+    drop_last_entry_of_index(workspace / "results/mine")
+    checked = trackmark("results", "check", "results")
+    assert "results/mine: 1 runs, undamaged\n" in checked.stdout
+    assert "a damaged index was rebuilt" in checked.stderr
+    (workspace / "results/mine/runs.db").write_bytes(b"")
+    checked = trackmark("results", "check", "results", status=1)
+    assert "results/mine: damaged\n" in checked.stdout
+    assert "it has 0 bytes" in checked.stderr
+    assert "it has 0 bytes" in trackmark("report", "results", status=2).stderr
