@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from difflib import get_close_matches
 from functools import cached_property
+from math import nan
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -38,6 +39,7 @@ from trackmark.reports.tables import Table, sequence_table
 RunName: TypeAlias = tuple[str, str, int]
 """Tracker, sequence and repetition of a run."""
 
+_FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "experiment"}
 _LABELS = ["tracker", "sequence", "repetition", "status"]
 
 
@@ -94,11 +96,12 @@ class Results:
     def table(self, metrics: str | None = None) -> pd.DataFrame:
         """Return one row per run: tracker, sequence, repetition, status, scores and failure.
 
-        Requested runs that are not stored have the status `missing`. Scores of failed and missing
-        runs are NaN. Scores are those of `trackmark.score`; `metrics` selects other metrics.
+        Requested runs that are not stored have the status `missing`. Runs of an older version of a
+        tracker or sequence have the status `stale`. Scores of failed, missing and stale runs are
+        NaN. Scores are those of `trackmark.score`; `metrics` selects other metrics.
         """
         preset, runs = self._scored(metrics)
-        names = [name for name in runs if name not in {*TEXT_FIELDS, *NUMBER_FIELDS, "experiment"}]
+        names = [name for name in runs if name not in _FIELDS]
         if preset != PRESET:
             names = [measure.name for measure in measures_of(preset)]
         texts = {name: runs[name].astype(str) for name in ("tracker", "sequence", "status")}
@@ -203,6 +206,8 @@ class Results:
         preset = self.metrics if metrics is None else preset_for(metrics, self.protocol)
         runs = load_runs(self.stored_folder)
         runs = runs[runs["protocol"] == self.protocol].reset_index(drop=True)
+        scores = [name for name in runs if name not in _FIELDS]
+        runs.loc[runs["status"] == "stale", scores] = nan  # of another version
         if preset != PRESET:
             runs = runs_by(self.stored_folder, preset, runs, self.protocol, strict=False)
         return preset, runs

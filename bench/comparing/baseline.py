@@ -20,10 +20,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from trackmark.bench.experiments.experiment import SequenceSource, read_toml
 from trackmark.bench.statistics.rules import MIN_UNITS
-from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.reports.files import write_file
 
 FORMAT = 2
@@ -139,9 +139,9 @@ def stored_entries(
     """
     results = Results(folder)
     rows: dict[tuple[str, str], dict[int, Mapping[str, Any]]] = {pair: {} for pair in runs}
-    for row in ordered_rows(results, protocol="accuracy"):
+    for row in list_scored_runs(results):  # the runs of the current versions were just stored
         pair = row["tracker"], row["sequence"]
-        if row["repetition"] < runs.get(pair, 0):
+        if row["protocol"] == "accuracy" and row["repetition"] < runs.get(pair, 0):
             rows[pair][row["repetition"]] = row
     entries: dict[str, dict[str, BaselineEntry]] = {}
     for (tracker, name), by_seed in rows.items():

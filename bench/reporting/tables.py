@@ -270,13 +270,13 @@ def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame
     pairs = ["tracker", "sequence"]
     whole = timed[timed["status"] == "finished"]
     if clock := timed_by(whole):
-        medians = whole.groupby(pairs, observed=True)[f"{clock}_median"].mean().to_dict()
+        medians = whole.groupby(pairs)[f"{clock}_median"].mean().to_dict()
         names = zip(scored["tracker"], scored["sequence"], strict=True)
         times = np.array([medians.get(name, np.nan) for name in names])
         if np.isfinite(times).all():
             return scored.assign(milliseconds=1e3 * times), TIME
     times_ms = 1e3 * update_times(scored).where(scored["status"] != "failed")
-    means = times_ms.groupby(scored["tracker"], observed=True).transform("mean")
+    means = times_ms.groupby(scored["tracker"]).transform("mean")
     times_ms = times_ms.where(scored["status"] != "failed", means)
     return scored.assign(milliseconds=times_ms), replace(TIME, title=f"~{TIME.title}")
 
