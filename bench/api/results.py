@@ -1,8 +1,5 @@
 """Results: runs of trackers on sequences, in memory or in a folder, as tables and as HTML."""
 
-import shutil
-import tempfile
-import weakref
 from collections import UserDict
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -34,6 +31,7 @@ from trackmark.bench.store.truth import find_attributes, write_truth
 from trackmark.datasets import Sequence
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table, sequence_table
+from trackmark.reports.temporary_paths import TemporaryPath
 
 RunName: TypeAlias = tuple[str, str, int]
 """Tracker, sequence and repetition of a run."""
@@ -185,10 +183,10 @@ class Results:
         """Folder of the runs; runs in memory are copied to a temporary folder."""
         if self.folder is not None:
             return self.folder
-        temporary = tempfile.mkdtemp(prefix="trackmark-")
-        weakref.finalize(self, shutil.rmtree, temporary, ignore_errors=True)
-        self._write(Path(temporary) / "results")
-        return Path(temporary) / "results"
+        self._temporary = TemporaryPath()  # removed with these results
+        folder = self._temporary.path / "results"
+        self._write(folder)
+        return folder
 
     def _write(self, folder: Path) -> None:
         store, runs = Store(folder), list(self.runs.values())

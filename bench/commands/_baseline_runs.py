@@ -1,7 +1,6 @@
 """Execution of the runs of a baseline, and repetition of seed 0 in fresh processes."""
 
 import os
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -12,6 +11,7 @@ from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import RunProgress, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.reports.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
     from trackmark.bench.comparing.baseline import BaselineEntries
@@ -45,8 +45,8 @@ class BaselineRunner:
         """
         if not sequences:
             return {}
-        with tempfile.TemporaryDirectory(prefix="trackmark-") as folder, _other_hash_seed():
-            local = replace(self.options, output=Path(folder), engine="local", address=None)
+        with temporary_folder() as folder, _other_hash_seed():
+            local = replace(self.options, output=folder, engine="local", address=None)
             return replace(self, options=local).run(sequences, 1, temporary=True)
 
     def run(

@@ -16,6 +16,7 @@ from time import monotonic, sleep
 from typing import IO
 
 from trackmark.bench.process_tree import ProcessTree
+from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
 
 TAIL_CHARACTERS = 2_000
@@ -24,20 +25,14 @@ TAIL_CHARACTERS = 2_000
 FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()  # noqa: S108  # names in it are random
 """Folder of the files with frames: in memory if possible."""
 
-FRAME_PREFIX = "trackmark-frames-{pid}-"
-"""Start of the names of these files; `pid` is the process that deletes them."""
+FRAME_PREFIX = "trackmark-frames-"
+"""Start of the names of these files, if they have names."""
 
 _MAX_OUTPUT = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
 _STACK_SECONDS = 1.0  # in which a stack is written
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
-
-
-def delete_frame_files(pid: int) -> None:
-    """Delete the files with frames of a process that was killed."""
-    for file in Path(FRAME_FOLDER).glob(FRAME_PREFIX.format(pid=pid) + "*"):
-        file.unlink(missing_ok=True)
 
 
 class ExternalTrackerError(TrackerError):
@@ -54,7 +49,7 @@ class LineProcess:
     `command` is the program with its arguments; no shell is used. `name` replaces the command in
     errors. `environment` has variables in
     addition to those of this process; `folder` is the working directory. The process inherits the
-    descriptors of `files`, which are closed when it has ended.
+    descriptors of `files`. When it has ended, `files` and `paths` are closed.
 
     Raises `ExternalTrackerError` if the command cannot be started.
     """
@@ -73,6 +68,7 @@ class LineProcess:
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
         files: Sequence[IO[bytes]] = (),
+        paths: Sequence[TemporaryPath] = (),
     ) -> None:
         self.command = name or shlex.join(command)
         output = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # closed by `_end`
@@ -90,7 +86,7 @@ class LineProcess:
                 pass_fds=[file.fileno() for file in files],
             )
         except (OSError, ValueError) as error:  # ValueError: a null character
-            for file in (output, *files):
+            for file in (output, *files, *paths):
                 file.close()
             raise ExternalTrackerError(
                 f"{self.command}: the command cannot be started: {error}. Check its path."
@@ -98,7 +94,7 @@ class LineProcess:
         self._process, stdin, stdout = tree.process, tree.process.stdin, tree.process.stdout
         assert stdin is not None
         assert stdout is not None
-        self._end = weakref.finalize(self, _end, tree, [stdin, stdout, output, *files])
+        self._end = weakref.finalize(self, _end, tree, [stdin, stdout, output, *files, *paths])
         self._stdin, self._stdout = stdin.fileno(), stdout.fileno()
         os.set_blocking(self._stdin, False)
         self._unread = bytearray()  # output of stdout
@@ -217,7 +213,7 @@ class LineProcess:
         return self.fail(f"ended with status {status}")
 
 
-def _end(tree: ProcessTree, files: Sequence[IO[bytes]]) -> None:
+def _end(tree: ProcessTree, files: Sequence[IO[bytes] | TemporaryPath]) -> None:
     tree.end()
     for file in files:
         file.close()

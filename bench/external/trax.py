@@ -10,7 +10,6 @@ import os
 import re
 import shlex
 import shutil
-import tempfile
 from collections.abc import Collection
 from contextlib import suppress
 from math import isnan, nan
@@ -34,6 +33,7 @@ from trackmark.bench.external.process import (
     ExternalTrackerError,
     LineProcess,
 )
+from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
 from trackmark.trackers.base.plain import create_plugin
@@ -170,14 +170,13 @@ class TraxProcess(LineProcess):
     """
 
     def __init__(self, definition: TraxDefinition) -> None:
-        prefix = FRAME_PREFIX.format(pid=os.getpid())
-        file = tempfile.NamedTemporaryFile(prefix=prefix, suffix=".bmp", dir=FRAME_FOLDER)  # noqa: SIM115  # closed with the process
-        self.file = file.name
+        file = TemporaryPath(FRAME_FOLDER, FRAME_PREFIX, ".bmp", is_file=True)
+        self.file = str(file.path)
         super().__init__(
             shlex.split(definition.trax),
             environment={"TRAX": "1", **definition.environment},  # as vot-toolkit
             folder=Path(definition.folder),
-            files=[file],
+            paths=[file],
         )
         self.hello = self.receive("hello", definition.start_timeout).properties
         self.version = self.hello.get("trax.version", "1")
