@@ -34,6 +34,17 @@ _STACK_SECONDS = 1.0  # in which a stack is written
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
 
+_FRAMES = r"(?:Traceback \(most recent call last\):\n)?(?:[ \t].*\n)*"  # of a traceback
+_EXIT_MESSAGE = re.compile(
+    rf"^(?:Exception ignored |Error in atexit).*\n{_FRAMES}(?:[\w.]+(?:: .*)?\n)?"
+    r"|^\S+:\d+: \w*Warning: .*\n(?:[ \t].*\n)?",
+    re.MULTILINE,
+)
+"""Exception in a destructor or an exit handler, or a warning, as Python prints it."""
+
+_EXCEPTION = re.compile(r"^Traceback \(most recent call last\):\n(?:[ \t].*\n)+(.+)", re.MULTILINE)
+"""Traceback; the group is the first line of the exception."""
+
 
 class ExternalTrackerError(TrackerError):
     """Error of a tracker's process; names the command, the problem and the end of its output."""
@@ -159,13 +170,13 @@ class LineProcess:
         self._end()
         self.is_usable = False
         text = f"{self.command}: the process {problem.removesuffix('.')}."
-        last = output.rpartition("\n")[2].strip()
+        last = _last_line(output, is_exception=self._process.returncode == 1)
         # Lists of failures show the first line. A stack starts with the innermost call.
         if stack := re.search(rf'File "{re.escape(self.source)}", line \d+ in .*', output):
             text += f" Its last call: {stack[0]}."
         elif last not in problem:
             text += f" Its last line: {last[:200]}"
-        return ExternalTrackerError(f"{text}\nThe end of its output:\n{output}" if output else text)
+        return ExternalTrackerError(f"{text}\nThe end of its output:\n{output}" if output != last else text)
 
     def close(self, seconds: float = 0.0) -> None:
         """End the process and all that it started, after up to `seconds` to end by itself."""
@@ -211,6 +222,18 @@ class LineProcess:
         if status < 0:
             return self.fail(f"ended by signal {-status} ({signal.strsignal(-status)})")
         return self.fail(f"ended with status {status}")
+
+
+def _last_line(output: str, *, is_exception: bool) -> str:
+    """Return the last line of a process's output that states a reason.
+
+    Messages that Python writes while it exits are no reasons. If `is_exception`, the process may
+    have ended by an exception of Python, whose message can have several lines: return the first.
+    """
+    output = _EXIT_MESSAGE.sub("", f"{output}\n")
+    if is_exception and (exceptions := _EXCEPTION.findall(output)):
+        return str(exceptions[-1])
+    return output.strip().rpartition("\n")[2].strip()
 
 
 def _end(tree: ProcessTree, files: Sequence[IO[bytes] | TemporaryPath]) -> None:

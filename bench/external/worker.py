@@ -1,10 +1,11 @@
 """Run one tracker class of a file in this interpreter, for a harness in another interpreter.
 
-Usage: python worker.py FRAMES FILE [CLASS]. Needs Python 3.6 or newer and NumPy, but not trackmark.
-Each request on stdin, `[number, operation, arguments]`, is one line of JSON. So is each answer on
-stdout, `[number, answer]` after `MARK`, with the number of the request. Output of the tracker goes
-to stderr. After an exception, the answer is `error` without a number, the traceback is on stderr,
-and the process ends. If the tracker forks the process, only the process that started answers.
+Usage: python worker.py FRAMES FILE [CLASS], or by `start.py`. Needs Python 3.6 or newer and NumPy,
+but not trackmark. Each request on stdin, `[number, operation, arguments]`, is one line of JSON. So
+is each answer on stdout, `[number, answer]` after `MARK`, with the number of the request. Output of
+the tracker goes to stderr. After an exception, the answer is `error` without a number, the
+traceback is on stderr, and the process ends. If the tracker forks the process, only the process
+that started answers.
 
 | operation and arguments | answer |
 |---|---|

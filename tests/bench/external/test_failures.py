@@ -21,8 +21,10 @@ from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import run_identity
 from trackmark.bench.external import trax
+from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.plugin import close_idle_processes
-from trackmark.bench.external.python import WORKER
+from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.external.python import START, WORKER
 from trackmark.reports import temporary_paths
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -73,6 +75,47 @@ def test_answer_too_many_of_a_command_is_a_failure(mode, frame):
     assert run.failure.startswith(f"000{frame + 1}.png: "), run.failure
     assert "sent '@@TRAX:state" in run.failure
     assert "without a request. Expected: one answer per frame" in run.failure
+
+
+LAST_LINES = {
+    "ignored": """
+class Noisy:
+    def __del__(self): raise TypeError("in a destructor")
+noisy = Noisy()
+raise ValueError("broken")
+""",
+    "several lines": 'raise ValueError("broken\\nsecond line\\nthird line")',
+    "at exit": """
+import atexit, warnings
+atexit.register(lambda: 1 / 0)
+atexit.register(lambda: warnings.warn("leaked"))
+raise ValueError("broken")
+""",
+    "printed": "import sys; sys.exit('ValueError: broken')",
+}
+
+
+@pytest.mark.parametrize("code", LAST_LINES.values(), ids=LAST_LINES)
+def test_last_line_of_a_command_is_its_exception(folder, code):
+    (folder / "broken.py").write_text(code)
+    with pytest.raises(ExternalTrackerError) as raised:
+        open_external("trax", {"command": f"{sys.executable} broken.py", "as": "mine"})
+    first = str(raised.value).partition("\n")[0]
+    assert first.endswith("(no TraX hello). Its last line: ValueError: broken")
+
+
+def test_old_version_of_python_is_named(folder):
+    """A process with the version number of Python 2 runs the same file."""
+    (folder / "python2").write_text(
+        f"#!/bin/sh\nshift; exec {sys.executable} -c 'import sys; sys.version_info = (2, 7, 18); "
+        'exec(compile(open(sys.argv[1]).read(), sys.argv[1], "exec"))\' "$@"\n'
+    )
+    (folder / "python2").chmod(0o755)
+    with pytest.raises(ExternalTrackerError, match=r"is Python 2\.7\. Expected: Python 3\.6"):
+        open_external("plain_tracker.py", {"python": "./python2"})
+    ast2 = Path(START).read_text()
+    assert 'f"' not in ast2
+    assert "->" not in ast2
 
 
 WRITING = """
