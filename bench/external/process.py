@@ -176,7 +176,9 @@ class LineProcess:
             text += f" Its last call: {stack[0]}."
         elif last not in problem:
             text += f" Its last line: {last[:200]}"
-        return ExternalTrackerError(f"{text}\nThe end of its output:\n{output}" if output != last else text)
+        if output != last:
+            text += f"\nThe end of its output:\n{output}"
+        return ExternalTrackerError(text)
 
     def close(self, seconds: float = 0.0) -> None:
         """End the process and all that it started, after up to `seconds` to end by itself."""
