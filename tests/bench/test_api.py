@@ -362,3 +362,48 @@ def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
     with pytest.raises(ValueError, match=r"jobs is 0\. Expected: an integer of 1"):
         tm.run(*arguments, jobs=0)
     assert tm.score(run) == tm.score(run, "data/Small")
+
+
+class Followed:
+    """Tracker object whose comparison, text or attributes fail."""
+
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        return self.box
+
+
+class Incomparable(Followed):
+    __hash__ = None
+
+    def __eq__(self, other):
+        raise RuntimeError("no comparison")
+
+
+class ComparedAsArray(Followed):
+    __hash__ = None
+
+    def __eq__(self, other):
+        return np.array([True, False])
+
+
+class WithoutAttributes:
+    def __getattr__(self, name):
+        raise RuntimeError(f"no {name}")
+
+    def __repr__(self):
+        raise RuntimeError("no text")
+
+
+def test_evaluate_accepts_objects_that_cannot_be_compared():
+    trackers = [Incomparable(), {"array": ComparedAsArray(), "other": Incomparable()}]
+    results = tm.evaluate(trackers, "samples/bow-tie")
+    assert [run.status for run in results.runs.values()] == ["finished"] * 3
+    with pytest.raises(TrackerError, match="the name 'static' belongs to another tracker"):
+        tm.evaluate({"static": ComparedAsArray()}, "samples/bow-tie")
+
+
+def test_evaluate_names_the_failing_attribute_of_an_object():
+    with pytest.raises(TrackerError, match="type WithoutAttributes is not a tracker: .*no init"):
+        tm.evaluate(WithoutAttributes(), "samples/bow-tie")
