@@ -102,9 +102,9 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
         raise TrackerError(f"{value_text(tracker)} is not a tracker: {error}") from None
     if not is_class and missing and (len(missing) == 1 or not callable(tracker)):
         raise TypeError(
-            f"{value_text(tracker)} is not a tracker: it lacks {', '.join(missing)}. Expected: a name, a "
-            "file, a class with the methods init(image, box) and update(image), a function that "
-            "creates such an object, or an object."
+            f"{value_text(tracker)} is not a tracker: it lacks {', '.join(missing)}. Expected: a "
+            "name, a file, a class with the methods init(image, box) and update(image), a function "
+            "that creates such an object, or an object."
         )
     kind = tracker if is_class or missing else type(tracker)
     own_name = getattr(kind, "__name__", "tracker")

@@ -144,7 +144,7 @@ class Recorder:
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
         """Prepare the next segment, which has a new tracker; `view` is the segment's sequence."""
         self._segment, self._sequence = segment, view
-        self._release()
+        self.release()
         self._start, self._stop = self._stop, self._stop + len(view)
         self._rows = self._all_rows[self._start : self._stop]
         truth = select_ground_truth(view, self._spec.init, view.name)
@@ -182,7 +182,7 @@ class Recorder:
         if step is Action.UPDATE:
             seconds = self._update_tracker(shared_frame, frame)
         elif step is Action.RESTART:
-            self._release()
+            self.release()
             if self.failure:
                 return 0.0
             before = self.seconds
@@ -211,7 +211,7 @@ class Recorder:
         tracker = self._tracker()
         if self._complete and isinstance(tracker, Finisher):
             self._call(frame, lambda: self._store_revisions(frame, tracker.finish()))
-        self._release()
+        self.release()
 
     def result(self) -> Run:
         """Return the run in its current state."""
@@ -269,7 +269,7 @@ class Recorder:
         finally:
             self.seconds += perf_counter() - began
 
-    def _release(self) -> None:
+    def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
         if isinstance(self._made, ExternalPlugin):
             try:

@@ -97,8 +97,7 @@ class LineProcess:
                 pass_fds=[file.fileno() for file in files],
             )
         except (OSError, ValueError) as error:  # ValueError: a null character
-            for file in (output, *files, *paths):
-                file.close()
+            _close([output, *files, *paths])
             raise ExternalTrackerError(
                 f"{self.command}: the command cannot be started: {error}. Check its path."
             ) from None
@@ -176,7 +175,7 @@ class LineProcess:
             text += f" Its last call: {stack[0]}."
         elif last not in problem:
             text += f" Its last line: {last[:200]}"
-        if output != last:
+        if output:
             text += f"\nThe end of its output:\n{output}"
         return ExternalTrackerError(text)
 
@@ -240,5 +239,9 @@ def _last_line(output: str, *, is_exception: bool) -> str:
 
 def _end(tree: ProcessTree, files: Sequence[IO[bytes] | TemporaryPath]) -> None:
     tree.end()
+    _close(files)
+
+
+def _close(files: Sequence[IO[bytes] | TemporaryPath]) -> None:
     for file in files:
         file.close()

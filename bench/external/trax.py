@@ -298,7 +298,12 @@ class TraxPlugin(ExternalPlugin):
             raise self.process.fail(_too_many(line))
         self.process.send(request, seconds)
         message = self.process.receive("state", seconds)
-        region = "".join(message.values[:1])
+        if len(message.values) > 1:
+            raise self.process.fail(
+                f"answered with {len(message.values)} regions, {' '.join(message.values)[:80]!r}. "
+                "Expected: one region without spaces"
+            )
+        region = "".join(message.values)
         try:
             box, mask = parse_region(region, image.shape)
         except ValueError:

@@ -405,5 +405,5 @@ def test_evaluate_accepts_objects_that_cannot_be_compared():
 
 
 def test_evaluate_names_the_failing_attribute_of_an_object():
-    with pytest.raises(TrackerError, match="type WithoutAttributes is not a tracker: .*no init"):
+    with pytest.raises(TrackerError, match=r"type WithoutAttributes is not a tracker: .*no init"):
         tm.evaluate(WithoutAttributes(), "samples/bow-tie")

@@ -38,7 +38,7 @@ def test_paths_of_an_ended_process_are_removed(tmp_path, end):
         owner.communicate()
     assert len(names(tmp_path)) == (0 if end is None else 2)
     (tmp_path / "trackmark-results").mkdir()
-    own = TemporaryPath(tmp_path)
-    assert {*names(tmp_path)} == {own.path.name, "trackmark-results"}
-    own.close()
+    newer = TemporaryPath(tmp_path)
+    assert {*names(tmp_path)} == {newer.path.name, "trackmark-results"}
+    newer.close()
     assert names(tmp_path) == ["trackmark-results"]

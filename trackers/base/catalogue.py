@@ -356,7 +356,8 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             return validate_plugin(getattr(module, exported), name), file
         if entries:
             allow_former_imports()
-            plugin = validate_plugin(entries[0].load(), name)
+            with ends_forks():
+                plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             warn_of_former_imports(file)
             return plugin, file

@@ -48,6 +48,7 @@ COMMAND = {
     "garbage": r"the process answered with the region 'nonsense,1'\. Expected:",
     "nan": r"the process answered with the region 'nan,1,2,3'\. Expected:",
     "confidence": r"the confidence 7\. Expected: a number from 0 to 1\. Add confidence=false",
+    "spaces": r"the process answered with 4 regions, '1, 2, 3, 4'\. Expected: one region without",
     "quit": r"the process ended the session: out of \"memory\"",
     "hello": r"the process sent '@@TRAX:hello'\. Expected: the message 'state'",
 }
