@@ -343,6 +343,8 @@ class Recorder:
                 f"update returned {value_text(estimate)}. Expected: an Estimate"
             )
         fields = read_estimate(estimate, shared_frame.image.shape)
+        if estimate.box is None and estimate.visible:
+            read_box(estimate.box)  # raises the error: only a target that is not visible has no box
         self._last_box = fields["box"] or self._last_box
         self._mask = fields["mask"]
         self.gives_masks |= self._complete and self._mask is not None
