@@ -1,13 +1,12 @@
 """Results: runs of trackers on sequences, in memory or in a folder, as tables and as HTML."""
 
-import shutil
-import tempfile
-import weakref
 from collections import UserDict
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
+from html import escape
 from math import nan
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -23,6 +22,7 @@ from trackmark.bench.metrics import canonical_name
 from trackmark.bench.pages.notebook import complete_name
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
 from trackmark.bench.reporting.by_preset import measures_of, presets_for, runs_by
+from trackmark.bench.reporting.corner_boxes import corner_boxes
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.reporting.tables import PRESET, mean_table, not_repeatable
 from trackmark.bench.store.data_frames import load_runs
@@ -33,8 +33,10 @@ from trackmark.bench.store.results import Results as Store
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
 from trackmark.bench.store.truth import find_attributes, write_truth
 from trackmark.datasets import Sequence
+from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table, sequence_table
+from trackmark.reports.temporary_paths import TemporaryPath
 
 RunName: TypeAlias = tuple[str, str, int]
 """Tracker, sequence and repetition of a run."""
@@ -188,10 +190,10 @@ class Results:
         """Folder of the runs; runs in memory are copied to a temporary folder."""
         if self.folder is not None:
             return self.folder
-        temporary = tempfile.mkdtemp(prefix="trackmark-")
-        weakref.finalize(self, shutil.rmtree, temporary, ignore_errors=True)
-        self._write(Path(temporary) / "results")
-        return Path(temporary) / "results"
+        self._temporary = TemporaryPath()  # removed with these results
+        folder = self._temporary.path / "results"
+        self._write(folder)
+        return folder
 
     def _write(self, folder: Path) -> None:
         store, runs = Store(folder), list(self.runs.values())
@@ -223,7 +225,15 @@ class Results:
 
     def __str__(self) -> str:
         """Return the means as a table in the width of the terminal."""
-        return "\n".join(terminal_lines(self._mean_table(*self._with_worst_scores())))
+        preset, runs = self._with_worst_scores()
+        lines = terminal_lines(self._mean_table(preset, runs))
+        return "\n".join([*lines, *map(wrap, self._corner_hints)])
+
+    @cached_property
+    def _corner_hints(self) -> list[str]:
+        """Hint on each tracker whose boxes seem to be corners `[x1, y1, x2, y2]`."""
+        runs = load_runs(self.stored_folder)
+        return corner_boxes(self.stored_folder, runs[runs["protocol"] == self.protocol])
 
     def __repr__(self) -> str:
         place = "in memory" if self.folder is None else f"in {self.folder}"
@@ -237,7 +247,8 @@ class Results:
         preset, runs = self._with_worst_scores()
         failed, missing = (int((runs["status"] == word).sum()) for word in ("failed", "missing"))
         table = to_html(self._mean_table(preset, runs))
-        return f"{table}<p>{len(runs)} runs, {failed} failed, {missing} missing.</p>"
+        hints = "".join(f"<p>{escape(hint)}</p>" for hint in self._corner_hints)
+        return f"{table}<p>{len(runs)} runs, {failed} failed, {missing} missing.</p>{hints}"
 
 
 class _StoredRuns(UserDict[RunName, Any]):
@@ -303,15 +314,19 @@ def preset_for(metrics: str, protocol: str) -> str:
     return presets_for([canonical_name(metrics)], protocol)[0]
 
 
+@dataclass(frozen=True, repr=False)
 class PrintedComparison(Comparison):
-    """Comparison that prints like `trackmark compare`: answer, standings and pairs."""
+    """Comparison that prints like `trackmark compare`: answer, standings, pairs and hints."""
+
+    hints: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return "\n".join(screen_lines(self))
+        return "\n".join([*screen_lines(self), *map(wrap, self.hints)])
 
     def _repr_html_(self) -> str:
-        """Return the table of pairs, for a notebook."""
-        return to_html(pair_table(self))
+        """Return the table of pairs and hints, for a notebook."""
+        hints = "".join(f"<p>{escape(hint)}</p>" for hint in self.hints)
+        return f"{to_html(pair_table(self))}{hints}"
 
 
 def compare(
@@ -362,4 +377,4 @@ def compare(
         same_boxes=same_boxes(folder, runs, stored),
         not_repeatable=not_repeatable(runs),
     )
-    return PrintedComparison(**vars(comparison))
+    return PrintedComparison(**vars(comparison), hints=tuple(results._corner_hints))

@@ -4,7 +4,7 @@ import logging
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -16,6 +16,7 @@ from trackmark.bench.commands._terminal import progress_outlet
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
+    from trackmark.bench.store.layout import RunKey
 
 PATIENCE = 2.0
 """Time after which a message names work that is not finished yet [s]."""
@@ -280,6 +281,15 @@ class RunProgress:
         if share < _MIN_SHARE:
             return ""
         return f", about {rough_duration(self._seconds() * (1 - share) / share)} left"
+
+
+def print_corner_hints(folder: Path, cells: "Collection[RunKey] | None" = None) -> None:
+    """Print a hint for each tracker that seems to return corners; `cells`: requested runs."""
+    from trackmark.bench.reporting.corner_boxes import corner_boxes
+    from trackmark.bench.store.data_frames import load_runs
+
+    for hint in corner_boxes(folder, load_runs(folder, cells)):
+        print_event("warning", hint)
 
 
 def score_stored_runs(folder: Path) -> list[dict[str, Any]]:

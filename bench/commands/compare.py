@@ -31,7 +31,12 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_hint, print_message
+from trackmark.bench.commands._progress import (
+    patience,
+    print_corner_hints,
+    print_hint,
+    print_message,
+)
 from trackmark.bench.experiments.experiment import Experiment, default_name
 from trackmark.bench.reporting import MARGINS
 
@@ -135,7 +140,9 @@ def command(options: CompareOptions) -> int:
         except AllFailedError as error:
             print_message(str(error))
             return EXIT_NEGATIVE
-        return _report(compared, options)
+        status = _report(compared, options)
+        print_corner_hints(experiment, cells)
+        return status
 
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:

@@ -29,6 +29,7 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import (
     patience,
+    print_corner_hints,
     print_event,
     print_hint,
     print_message,
@@ -185,6 +186,8 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         print_message(state)
     else:
         _print_scores(execution, metrics, options)
+    print_corner_hints(execution.folder, execution.plan.manifest().versions)
+    if not as_json:
         if not options.quiet:
             click.echo(f"\n{state}")
             _print_hints(execution)

@@ -20,7 +20,7 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import RunProgress, print_message
+from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
@@ -110,6 +110,7 @@ def command(options: StressOptions) -> int:
         if not options.quiet:
             for table in tables(result):
                 click.echo("\n".join(["", *terminal_lines(table, "--folder")]))
+    print_corner_hints(options.output / options.name)
     if (folder := options.folder) is not None:
         paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
         print_message("\n".join(list_written_files(paths)))

@@ -10,7 +10,6 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -37,6 +36,7 @@ from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.reports.temporary_paths import temporary_folder
 
 
 @dataclass(frozen=True)
@@ -128,8 +128,8 @@ def copy_with_imports(
     if both := {row["tracker"] for row in stored} & {tracker.tracker for tracker in trackers}:
         raise _name_collision(experiment, min(both))
     rows = {row["sequence"]: row for row in stored}.values()
-    with TemporaryDirectory(prefix="trackmark-") as temporary:
-        folder = Path(temporary) / experiment.resolve().name
+    with temporary_folder() as temporary:
+        folder = temporary / experiment.resolve().name
         folder.mkdir()
         with open_database(experiment) as database:
             database.copy(folder)

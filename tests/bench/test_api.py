@@ -393,3 +393,48 @@ def test_other_ground_truth_of_equal_fingerprint_is_not_stored(make_sequence, tm
     write_truth(tmp_path / "trial", sequence)
     with pytest.raises(ResultsError, match="another ground truth of line"):
         write_truth(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
+
+
+class Followed:
+    """Tracker object whose comparison, text or attributes fail."""
+
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        return self.box
+
+
+class Incomparable(Followed):
+    __hash__ = None
+
+    def __eq__(self, other):
+        raise RuntimeError("no comparison")
+
+
+class ComparedAsArray(Followed):
+    __hash__ = None
+
+    def __eq__(self, other):
+        return np.array([True, False])
+
+
+class WithoutAttributes:
+    def __getattr__(self, name):
+        raise RuntimeError(f"no {name}")
+
+    def __repr__(self):
+        raise RuntimeError("no text")
+
+
+def test_evaluate_accepts_objects_that_cannot_be_compared():
+    trackers = [Incomparable(), {"array": ComparedAsArray(), "other": Incomparable()}]
+    results = tm.evaluate(trackers, "samples/bow-tie")
+    assert [run.status for run in results.runs.values()] == ["finished"] * 3
+    with pytest.raises(TrackerError, match="the name 'static' belongs to another tracker"):
+        tm.evaluate({"static": ComparedAsArray()}, "samples/bow-tie")
+
+
+def test_evaluate_names_the_failing_attribute_of_an_object():
+    with pytest.raises(TrackerError, match=r"type WithoutAttributes is not a tracker: .*no init"):
+        tm.evaluate(WithoutAttributes(), "samples/bow-tie")
