@@ -160,6 +160,8 @@ def test_print_shows_means_and_the_answer_of_a_comparison(face):
     assert lines[0].startswith("camshift has the highest mean overlap on these 2 sequences: 0.67.")
     assert any(line.startswith("samples/bow-tie ") for line in lines)
     assert "highest success AUC (otb)" in str(tm.compare(results, metrics="otb"))
+    video = {"samples/face": "video", "samples/bow-tie": "video"}
+    assert "on this family: 0.67." in str(tm.compare(results, families=video))
     means = str(tm.compare(tm.evaluate(["static", "camshift"], face[:20])))
     assert "1 sequence: too few for intervals" in means
 

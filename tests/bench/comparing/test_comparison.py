@@ -123,6 +123,10 @@ def test_equivalent_needs_89_sequences_and_reason_is_printed(make_runs):
     assert "a was equivalent to b" in paragraph(many)
     assert few.pairs[0].answer.reason == reason
     assert f"    {reason}" in screen_lines(few)
+    advice = "Fix the number of sequences before you look at new scores."
+    assert advice in screen_lines(few)
+    assert files(few)[1].notes == [advice]
+    assert advice not in screen_lines(many)
     assert f"inconclusive: {reason}" in paragraph(few)
     assert "an interval inside ±0.01 and 89 sequences" in paragraph(few)
     assert as_data(few)["pairs"][0]["needed_from"] == 89
