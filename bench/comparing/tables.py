@@ -263,8 +263,8 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
 def _advice_notes(pairs: Sequence[Pair], plural: str) -> list[str]:
     """Return a note if an answer states how many units are needed.
 
-    If one looks at the answers after every 6 sequences up to 60 and stops at the first decision, 20
-    % of the answers are false.
+    If one looks at the answers after every 6 sequences up to 60 and stops at the first decision, 18
+    % of the answers between equal trackers are false.
     """
     advised = any(pair.answer.needed for pair in pairs)
     return [f"Fix the number of {plural} before you look at new scores."] if advised else []

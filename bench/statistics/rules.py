@@ -40,7 +40,7 @@ RARE_DIFFERENCE = 0.3
 """Difference of a score, from 0 to 1, on a sequence that only one of two trackers loses."""
 
 MIN_UNITS_FOR_SMALL = 44
-"""Minimum number of units that can show that a difference of an unbounded measure is small."""
+"""Minimum number of units that can show that a difference is small, of measures above 1."""
 
 RARE_SHARE = 0.05
 """Share of the units in the warning on rare large differences."""
@@ -179,10 +179,10 @@ def units_for_small(margin: float, limit: float = 1.0) -> float:
 
     A mean difference of `margin` can come from the share `margin` / `RARE_DIFFERENCE` of the units,
     while all others are equal. So many units contain none of these in 5 % of cases. The result is
-    infinite for a margin of 0. For a measure whose differences have no finite `limit`, it is
-    `MIN_UNITS_FOR_SMALL`.
+    infinite for a margin of 0. For a measure whose differences can be larger than 1 (`limit`), such
+    as pixels or a number of clips, it is `MIN_UNITS_FOR_SMALL`.
     """
-    if not isfinite(limit):
+    if limit > 1:
         return MIN_UNITS_FOR_SMALL
     if margin >= RARE_DIFFERENCE:
         return MIN_UNITS

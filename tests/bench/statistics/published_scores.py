@@ -6,6 +6,7 @@ sequence their scores are permuted. `python -m tests.bench.statistics.published_
 table of docs/comparing.md.
 """
 
+import sys
 from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
@@ -16,7 +17,7 @@ from scipy.stats import bootstrap, rankdata, ttest_1samp
 from scipy.stats import studentized_range as studentised
 
 from trackmark.bench.statistics.intervals import interval_ends
-from trackmark.bench.statistics.rules import MARGIN, corrected_level, units_for_small
+from trackmark.bench.statistics.rules import MARGIN, corrected_level
 
 FILE = Path(__file__).parents[3].parent / "shared" / "published" / "otb100-per-sequence.csv"
 SIZES = (6, 8, 12, 20, 30, 60)
@@ -144,10 +145,9 @@ def rows(population):
 
 def main():
     """Print the table as Markdown."""
-    print("| method |", " | ".join(f"n = {n}" for n in SIZES), "|")
-    print("|---" * (1 + len(SIZES)) + "|")
-    for row in rows(read_scores()):
-        print("|", " | ".join(row), "|", flush=True)
+    lines = [["method", *(f"n = {n}" for n in SIZES)], ["---"] * (1 + len(SIZES))]
+    lines += rows(read_scores())
+    sys.stdout.writelines(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 if __name__ == "__main__":
