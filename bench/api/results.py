@@ -360,10 +360,11 @@ def compare(
     preset = results.metrics if metrics is None else preset_for(metrics, stored)
     runs = load_runs(folder)
     measure = compared_measure(preset, metric, margin)
+    declared = None
     if isinstance(families, str | Path):
         declared = read_families(families)
-    else:
-        declared = None if families is None else Families(families, "families")
+    elif families is not None:
+        declared = Families(families, "families")
     table, measure = scored_runs(folder, runs, stored, preset, measure)
     comparison = compare_runs(
         table,

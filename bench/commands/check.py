@@ -137,7 +137,9 @@ def command(options: CheckOptions) -> int:
         trackers = list(before.entries)
         speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
     entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
-    families = None if options.families is None else read_families(options.families).of(entries)
+    families = (
+        None if options.families is None else read_families(options.families).by_name(entries)
+    )
     runner = BaselineRunner(
         f"check-{path.stem}",
         before.texts,

@@ -55,10 +55,10 @@ class ScoreChange:
 
     def _mean(self, scores: Sequence[float]) -> float:
         """Return the mean of scores of runs; each sequence has equally many runs."""
-        weights = self.weights
-        if weights is not None:
-            weights = np.repeat(weights, len(scores) // len(weights))
-        return float(np.average(scores, weights=weights))
+        if self.weights is None:
+            return float(np.mean(scores))
+        n_runs = len(scores) // len(self.weights)
+        return float(np.average(scores, weights=np.repeat(self.weights, n_runs)))
 
     @property
     def differences(self) -> NDArray[np.float64]:

@@ -197,9 +197,9 @@ def missed_if_rare(n: int, unit: str) -> str:
     >>> missed_if_rare(30, "sequences")
     'a difference on 1 sequence in 20 would be missed in 21 %'
     """
-    one = "family" if unit == "families" else unit.removesuffix("s")
+    singular = "family" if unit == "families" else unit.removesuffix("s")
     share = 100 * (1 - RARE_SHARE) ** n
-    return f"a difference on 1 {one} in {1 / RARE_SHARE:.0f} would be missed in {share:.0f} %"
+    return f"a difference on 1 {singular} in {1 / RARE_SHARE:.0f} would be missed in {share:.0f} %"
 
 
 def units_needed(
@@ -214,8 +214,7 @@ def units_needed(
 
     The ends of the range belong to the ends of `likely`, the interval of the mean at the level
     `LIKELY`. There is no estimate if the interval of the absolute mean begins below a quarter of
-    the absolute mean. On published scores of 34 trackers on 100 sequences, the upper end suffices
-    in 76 to 80 % of cases and the lower end in 34 to 41 %; half of the cases have no estimate.
+    the absolute mean. docs/comparing.md states how often the ends suffice on published scores.
 
     `interval`: printed interval of n units. `enough`: number of units that can show that the
     difference is inside the margin.

@@ -272,14 +272,14 @@ def test_first_frame_counts_in_vot_anchor_and_long_term():
 def test_scores_of_one_frame_are_undefined_or_the_toolkits():
     """Toolkits that count the first frame give it their scores; others have no frame to score."""
     truth = walk(1)
-    kept = {name: scores(name, truth, truth) for name in metrics.names()}
+    scored = {name: scores(name, truth, truth) for name in metrics.names()}
     for name in ("got10k", "long-term"):
-        assert all(map(isnan, kept[name].values())), name
+        assert all(map(isnan, scored[name].values())), name
     shares = ("mean_overlap", "success_share", "inside_share", "centre_error")
-    assert all(isnan(kept["native"][score]) for score in shares)
-    assert kept["otb"]["precision"] == kept["lasot"]["precision"] == 1
+    assert all(isnan(scored["native"][score]) for score in shares)
+    assert scored["otb"]["precision"] == scored["lasot"]["precision"] == 1
     # Toolkit: 0 / 1 and, by a special case, 0.
-    assert kept["vot-anchor"]["accuracy"] == kept["vot-supervised"]["accuracy"] == 0
+    assert scored["vot-anchor"]["accuracy"] == scored["vot-supervised"]["accuracy"] == 0
 
 
 def test_run_of_one_frame_does_not_lower_long_term_means():

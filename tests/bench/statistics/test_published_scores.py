@@ -34,7 +34,7 @@ def test_tests_of_ranks_accuse_trackers_of_equal_means(population):
     text = re.sub(r"\s+", " ", PAGE.read_text())
     for name, words in (
         ("Nemenyi", "Nemenyi's test accuses one in {:.0f} % of experiments with 60"),
-        ("Wilcoxon, Holm", "Wilcoxon's in {:.0f} %"),
+        ("Wilcoxon, Holm", "Wilcoxon's test does so in {:.0f} %"),
         ("rule of trackmark", "and the rule in {:.0f} %"),
     ):
         assert words.format(rates(population, METHODS[name], 60)[3]) in text
