@@ -428,12 +428,15 @@ def _methods(comparison: Comparison) -> list[str]:
     level = f"{100 * corrected_level(m):.4g} %"
     if m > 1:
         level += f" each (Bonferroni over {m} comparisons, together 95 %)"
+    equivalence = f"an interval inside {margin} and {enough} {units.plural}"
+    if not isfinite(enough):
+        equivalence = "a margin above 0"
     return [
         f"Each end of an interval of a mean difference over {units.plural} is the wider one of "
         "Student's t interval and of Hall's skewness-corrected interval, "
         f"at {level}, {units.scope}.",
         f"A tracker is better if its interval excludes 0 and is not inside {margin}; equivalence "
-        f"needs an interval inside {margin} and {enough} {units.plural}.",
+        f"needs {equivalence}.",
     ]
 
 

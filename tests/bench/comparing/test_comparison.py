@@ -130,6 +130,8 @@ def test_equivalent_needs_89_sequences_and_reason_is_printed(make_runs):
     assert f"inconclusive: {reason}" in paragraph(few)
     assert "an interval inside ±0.01 and 89 sequences" in paragraph(few)
     assert as_data(few)["pairs"][0]["needed_from"] == 89
+    exact = paragraph(compare(make_runs(ladder("ab")), replace(OVERLAP, margin=0.0)))
+    assert "equivalence needs a margin above 0" in exact
 
 
 def test_fewer_than_6_sequences_have_differences_only(make_runs):
