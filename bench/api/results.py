@@ -6,6 +6,7 @@ import weakref
 from collections import UserDict
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
@@ -28,6 +29,7 @@ from trackmark.bench.reporting.tables import (
     PRESET,
     mean_table,
     not_repeatable,
+    undefined_notes,
     without_undefined,
 )
 from trackmark.bench.store.data_frames import load_runs
@@ -127,7 +129,8 @@ class Results:
         DataFrame
             One column per score. By tracker, `<score>_low` and `<score>_high` are the ends of the
             95 % interval, which are NaN for fewer than 6 sequences. Failed runs have the worst
-            scores. A mean is NaN if a run is missing, or if all runs of a tracker failed.
+            scores. Sequences on which no run has a score, such as those of one frame, are left out.
+            A mean is NaN if a run is missing, or if all runs of a tracker failed.
         """
         if by not in ("tracker", "sequence"):
             raise ValueError(f"by is {by!r}. Expected: 'tracker' or 'sequence'.")
@@ -220,9 +223,11 @@ class Results:
     def _mean_table(self, preset: str, runs: pd.DataFrame) -> Table:
         undefined = preset != PRESET  # scores that are undefined in some runs, as in `report`
         measures = measures_of(preset)
+        left_out: list[str] = []
         if not undefined:
-            runs, _ = without_undefined(runs, measures[0].name)
-        return mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
+            runs, left_out = without_undefined(runs, measures[0].name)
+        table = mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
+        return replace(table, notes=[*table.notes, *undefined_notes(left_out, measures[0])])
 
     def __str__(self) -> str:
         """Return the means as a table in the width of the terminal."""

@@ -166,6 +166,16 @@ def test_print_shows_means_and_the_answer_of_a_comparison(face):
     assert "1 sequence: too few for intervals" in means
 
 
+def test_means_leave_out_a_sequence_of_one_frame(make_sequence):
+    sequences = [make_sequence(n=n, name=f"s{n}") for n in (1, 5, 6)]
+    results = tm.evaluate([Plain, "static"], sequences)
+    expected = tm.evaluate([Plain, "static"], sequences[1:]).means()
+    assert results.means()["mean_overlap"].equals(expected["mean_overlap"])
+    note = "s1; mean overlap is undefined for all trackers"
+    assert note in " ".join(str(results).split())
+    assert note in " ".join(results._repr_html_().split())
+
+
 def test_failed_run_warns_and_can_raise(line):
     wrong = type("Wrong", (Plain,), {"update": lambda tracker, image: [1, 2, -3, 4]})
     with pytest.warns(RuntimeWarning, match=r"2 of 3 runs failed.*no model \(.*test_api\.py, line"):
