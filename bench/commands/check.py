@@ -131,15 +131,15 @@ def command(options: CheckOptions) -> int:
     stored = read_baseline(path)
     _check_usage(stored, options)
     before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
+    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
+    families = (
+        None if options.families is None else read_families(options.families).by_name(entries)
+    )
     speeds: dict[str, Pace] = {}
     if options.against is not None:
         # All sequences are timed: a check of some sequences then gives the same times.
         trackers = list(before.entries)
         speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
-    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
-    families = (
-        None if options.families is None else read_families(options.families).by_name(entries)
-    )
     runner = BaselineRunner(
         f"check-{path.stem}",
         before.texts,
