@@ -1,6 +1,7 @@
 """Table of docs/comparing.md that compares the decision rule with other methods."""
 
 import re
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from tests.bench.statistics import published_scores
 from tests.bench.statistics.published_scores import FILE, METHODS, PAIRS, SIZES, rates, read_scores
-from trackmark.bench.statistics.rules import decide
+from trackmark.bench.statistics.rules import MIN_UNITS, decide
 
 PAGE = Path(__file__).parents[3] / "docs" / "comparing.md"
 
@@ -38,6 +39,32 @@ def test_tests_of_ranks_accuse_trackers_of_equal_means(population):
         ("rule of trackmark", "and the rule in {:.0f} %"),
     ):
         assert words.format(rates(population, METHODS[name], 60)[3]) in text
+
+
+@pytest.mark.slow
+def test_advised_numbers_decide_as_often_as_the_page_states(population):
+    """New samples of both ends of the range, for pairs that are inconclusive on n sequences."""
+    random, shares = np.random.default_rng(5), []
+    for n in (8, 12, 20, 40):
+        no_estimate, decided = 0, []
+        for _ in range(4000):
+            first, second = random.choice(len(population), 2, replace=False)
+            values = population[first] - population[second]
+            decision = decide(random.choice(values, n))
+            if not decision.reason.startswith("interval contains 0"):
+                continue
+            if decision.needed is None:
+                no_estimate += 1
+                continue
+            sizes = [max(MIN_UNITS, ceil(end)) for end in decision.needed]
+            labels = [decide(random.choice(values, size)).label for size in sizes]
+            decided.append([label != "inconclusive" for label in labels])
+        share = no_estimate / (no_estimate + len(decided))
+        shares.append([share, *np.mean(decided, axis=0)])
+    unknown, lower, upper = 100 * np.transpose(shares)
+    assert unknown == pytest.approx([52, 52, 49, 48], abs=3)
+    assert lower == pytest.approx([31, 33, 38, 41], abs=4)
+    assert upper == pytest.approx([74, 75, 78, 81], abs=4)
 
 
 def test_rule_on_many_experiments_agrees_with_decide():
