@@ -20,6 +20,7 @@ from trackmark.bench.commands._baseline_runs import (
     with_failures,
 )
 from trackmark.bench.commands._options import (
+    EXISTING_FILE,
     Command,
     EngineOptions,
     ScreenOptions,
@@ -74,6 +75,11 @@ class CheckOptions(ScreenOptions, EngineOptions):
         "Use only the first seeds of the baseline.  [default: all]", minimum=6
     )
     strict: bool = option("Exit with code 3 if a result is inconclusive.", group="Decision")
+    families: Path | None = option(
+        "CSV with sequence,family: sequences that count as one in means.",
+        group="Decision",
+        type=EXISTING_FILE,
+    )
     timed: bool = option("Check the speed as well. Requires --against.", "--time", group="Decision")
     against: str | None = option(
         "With --time: git revision to compare with.", group="Decision", metavar="REVISION"
@@ -117,6 +123,7 @@ def command(options: CheckOptions) -> int:
     or input; 3 inconclusive (only with --strict); 130 interrupted.
     """
     from trackmark.bench.comparing.baseline import baseline_path, read_baseline, surroundings
+    from trackmark.bench.comparing.families import read_families
     from trackmark.bench.comparing.regression_check import changed_facts, check, headline
     from trackmark.bench.comparing.speed_check import check_speeds
 
@@ -124,12 +131,15 @@ def command(options: CheckOptions) -> int:
     stored = read_baseline(path)
     _check_usage(stored, options)
     before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
+    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
+    families = (
+        None if options.families is None else read_families(options.families).by_name(entries)
+    )
     speeds: dict[str, Pace] = {}
     if options.against is not None:
         # All sequences are timed: a check of some sequences then gives the same times.
         trackers = list(before.entries)
         speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
-    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
     runner = BaselineRunner(
         f"check-{path.stem}",
         before.texts,
@@ -140,7 +150,8 @@ def command(options: CheckOptions) -> int:
     now = runner.run({tracker: list(row) for tracker, row in before.entries.items()}, before.seeds)
     repeated = runner.repeat(changed_facts(before.entries, now))
     not_repeatable = differing(now, repeated)
-    result = check(before, with_failures(now, repeated), surroundings(), not_repeatable)
+    now = with_failures(now, repeated)
+    result = check(before, now, surroundings(), not_repeatable, families)
     slower = sum(pace.state == "slower" for pace in speeds.values())
     if not options.as_json:
         click.echo(wrap(headline(result, str(path), slower, strict=options.strict)))
