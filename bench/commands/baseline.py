@@ -10,6 +10,7 @@ from trackmark.bench.commands._baseline_runs import BaselineRunner, check_entrie
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
+    FiniteRange,
     argument,
     matching_sequences,
     option,
@@ -43,7 +44,7 @@ class BaselineOptions(EngineOptions):
         "Drop of the mean overlap on one sequence that a check must detect.",
         metavar="FLOAT",
         default=0.05,
-        type=click.FloatRange(0, 1, min_open=True),
+        type=FiniteRange(0, 1, min_open=True),
     )
     force: bool = output_option("Replace an existing baseline.")
 

@@ -1,7 +1,6 @@
 """Compare trackers pairwise on the same sequences."""
 
 import json
-import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +23,7 @@ from trackmark.bench.commands._options import (
     argument,
     matching_sequences,
     metrics_option,
+    name_option,
     only_experiment,
     option,
     output_option,
@@ -75,7 +75,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
         group="Statistics",
         choices=["scene"],
     )
-    name: str | None = output_option("Name of the results folder; as in `run`.", metavar="NAME")
+    name: str | None = name_option("Name of the results folder; as in `run`.")
     folder: Path | None = output_option(
         "Write tables, a figure and a paragraph for a paper to this folder."
     )
@@ -104,8 +104,6 @@ def command(options: CompareOptions) -> int:
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
-    if options.margin is not None and not math.isfinite(options.margin):
-        raise click.UsageError(f"--margin: {options.margin} is not a finite number.")
     filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
     measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
     imported_trackers = parse_imported(options.results_of)

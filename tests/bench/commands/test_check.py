@@ -237,6 +237,8 @@ REFUSED = {
     ("own", "--seeds", "7"): "7 is more than the 6 seeds",
     ("own", "--seeds", "5"): "is not in the range",
     ("own", "--budget", "soon"): "not a valid duration",
+    ("own", "--budget", f"{'9' * 400}h"): "not a valid duration",
+    ("",): "'' is not a valid name of a baseline",
 }
 
 
@@ -247,6 +249,16 @@ def test_wrong_usage_or_format_of_check_exits_with_2(trackmark, baseline_file):
     message = trackmark("check", "own", status=2).stderr
     assert "format: 1. This version reads format 2." in message
     assert "`trackmark baseline --force`" in message
+
+
+def test_edited_overlap_of_equal_boxes_is_refused(trackmark, baseline_file):
+    text = baseline_file.read_text()
+    overlap = tomllib.loads(text)["trackers"]["static"]["Small"]["overlap"][0]
+    baseline_file.write_text(text.replace(f"overlap = [{overlap}]", "overlap = [0.123]", 1))
+    for options in ((), ("--accept", "static", "--because", "x")):
+        message = unwrapped(trackmark("check", "own", *options, status=2).stderr)
+        assert "tracker 'static', sequence 'Small', overlap.0: 0.123. Runs with these" in message
+        assert f"boxes have a mean overlap of {overlap} now. Restore the file" in message
 
 
 def test_changed_sequence_is_refused_before_anything_is_run(
