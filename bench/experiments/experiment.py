@@ -158,16 +158,16 @@ class Experiment:
             )
 
 
-def check_folder_name(name: str, of: str = "results folder", remedy: str = "") -> None:
+def check_folder_name(name: str, kind: str = "results folder", remedy: str = "") -> None:
     """Raise `ExperimentError` if `name` cannot be that of a results folder or a baseline.
 
-    `of`: what has the name, in messages. `remedy`: alternative to a valid name.
+    `kind`: what has the name, in messages. `remedy`: alternative to a valid name.
     """
     check_name(Path(name))
     is_plain = name.isprintable() and name == name.strip() and "/" not in name
     if not (name and is_plain) or name.startswith((".", "_")):
         raise ExperimentError(
-            f"{quote(name)} is not a valid name of a {of}. Use a name without '/', control "
+            f"{quote(name)} is not a valid name of a {kind}. Use a name without '/', control "
             f"characters and spaces at its ends, which starts with neither '.' nor '_'{remedy}."
         )
 

@@ -73,8 +73,8 @@ def _kept_share(claim: Claim, setting: str, context: Context) -> float:
     values = _values(claim, claim.worse, setting, context, measure)
     members = {k: len(sequence.members) for k, sequence in context.description.sequences.items()}
     share = values["value"] / values["sequence"].map(members)
-    kept = pd.Series(success(share), values.index)
-    return float(kept.groupby(values["tracker"]).mean().max())
+    successes = pd.Series(success(share), values.index)
+    return float(successes.groupby(values["tracker"]).mean().max())
 
 
 def _lost_before(claim: Claim, setting: str, context: Context, measure: Measure) -> float:

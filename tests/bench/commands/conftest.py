@@ -33,10 +33,12 @@ def assert_tables_have_rows(folder):
     assert tables
     for file, markdown in tables.items():
         # Two lines with a pipe are the headings.
-        shown = [line for line in markdown.read_text().splitlines() if line.startswith("|")][2:]
+        rows_in_markdown = [
+            line for line in markdown.read_text().splitlines() if line.startswith("|")
+        ][2:]
         with file.open(newline="") as text:
             rows = list(csv.DictReader(text))
-        assert rows or not shown, file.name
+        assert rows or not rows_in_markdown, file.name
         assert all(any(row.values()) for row in rows), file.name
 
 
