@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
+import numpy as np
 
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import BaselineRunner, check_entries
@@ -22,6 +23,10 @@ from trackmark.bench.experiments.experiment import Experiment
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
     from trackmark.bench.comparing.baseline import Baseline
 
 
@@ -106,28 +111,74 @@ def command(options: BaselineOptions) -> int:
 
 
 def _sensitivity(baseline: "Baseline") -> list[str]:
-    """Return a line for each tracker with random scores: the drops that its seeds detect."""
-    from trackmark.bench.statistics.accuracy_drop import (
-        advised_seeds,
-        detectable_drops,
-        pooled_spread,
-    )
+    """Return a line for each tracker with random scores: the drops that its seeds detect.
 
+    The simulated checks are those after a change of all these trackers, with new random numbers on
+    every sequence. A check of fewer changes has fewer comparisons and finds more.
+    """
+    from trackmark.bench.statistics.accuracy_drop import found_drop, missed_drops
+
+    scores_of = {
+        tracker: [entry.overlap for entry in row.values()]
+        for tracker, row in baseline.entries.items()
+    }
+    scores_of = {
+        tracker: scores
+        for tracker, scores in scores_of.items()
+        if any(len(set(values)) > 1 for values in scores)
+    }
+    comparisons = sum(map(len, scores_of.values()))
     lines = {}
-    for tracker, row in baseline.entries.items():
-        scores = [entry.overlap for entry in row.values()]
-        spread = pooled_spread(scores) if len(scores[0]) > 1 else 0.0
-        if spread == 0.0:
-            continue
-        on_sequence, in_mean = detectable_drops(spread, len(scores), baseline.seeds)
-        line = (
-            f"{baseline.seeds} seeds detect a drop of {on_sequence:.2g} on one sequence, "
-            f"or of {in_mean:.2g} in the mean, in 80 % of cases"
+    for tracker, scores in scores_of.items():
+        missed = missed_drops(scores, baseline.seeds, comparisons)
+        missed_in_mean = missed_drops(scores, baseline.seeds, len(scores_of), in_mean=True)
+        largest = float(np.mean(scores))  # a larger drop is not possible
+        on_sequence, in_mean = (
+            f"{drop:.2g}" if (drop := found_drop(drops)) <= largest else ""
+            for drops in (missed, missed_in_mean)
         )
-        advised = advised_seeds(spread, len(scores), baseline.detect)
-        if advised > baseline.seeds:
-            line += f"; for {baseline.detect:g} on one sequence use --seeds {advised}"
-        lines[tracker] = line
+        lines[tracker] = (
+            f"{baseline.seeds} seeds detect {_drops_text(on_sequence, in_mean)}"
+            f"{_advice(scores, missed, comparisons, baseline)}"
+        )
     if len(lines) == 1:
         return list(lines.values())
     return [f"{tracker}: {line}" for tracker, line in lines.items()]
+
+
+def _drops_text(on_sequence: str, in_mean: str) -> str:
+    """Return the drops that are detected in 80 % of cases; an empty text stands for none."""
+    if on_sequence and in_mean:
+        drops = f"a drop of {on_sequence} on one sequence, or of {in_mean} in the mean,"
+    elif on_sequence or in_mean:
+        place, other = (
+            ("on one sequence", "in the mean")
+            if on_sequence
+            else ("in the mean", "on one sequence")
+        )
+        drops = f"a drop of {on_sequence or in_mean} {place}, but none {other},"
+    else:
+        drops = "no drop"
+    return f"{drops} in 80 % of cases"
+
+
+def _advice(
+    scores: "Sequence[Sequence[float]]",
+    missed: "NDArray[np.float64]",
+    comparisons: int,
+    baseline: "Baseline",
+) -> str:
+    """Return how often the drop of --detect is found, and how many seeds would find it."""
+    from trackmark.bench.statistics.accuracy_drop import MAX_SEEDS, advised_seeds, share_found
+    from trackmark.bench.statistics.rules import MARGIN, POWER
+
+    detect, share = baseline.detect, share_found(missed, baseline.detect)
+    if share >= POWER:
+        return ""
+    found = f"{baseline.seeds} detect it in {100 * share:.0f} %"
+    if detect < MARGIN:
+        return f"; {detect:g} on one sequence is inside ±{MARGIN:g} and counts as no change"
+    advised = advised_seeds(scores, baseline.seeds, comparisons, detect)
+    if advised is None:
+        return f"; for {detect:g} on one sequence {MAX_SEEDS} seeds are too few ({found})"
+    return f"; for {detect:g} on one sequence use --seeds {advised} ({found})"

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from trackmark.bench.experiments.experiment import SequenceSource, check_folder_name, read_toml
+from trackmark.bench.statistics.accuracy_drop import MAX_SEEDS
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.files import ResultsError
@@ -28,8 +29,6 @@ from trackmark.bench.store.results import Results
 from trackmark.reports.files import write_file
 
 FORMAT = 2
-
-MAX_SEEDS = 10_000
 
 DECIMALS = 5
 """Decimals of a stored mean overlap."""
