@@ -175,10 +175,10 @@ def _advice(
     detect, share = baseline.detect, share_found(missed, baseline.detect)
     if share >= POWER:
         return ""
-    found = f"{baseline.seeds} detect it in {100 * share:.0f} %"
+    current = f"{baseline.seeds} detect it in {100 * share:.0f} %"
     if detect < MARGIN:
         return f"; {detect:g} on one sequence is inside ±{MARGIN:g} and counts as no change"
     advised = advised_seeds(scores, baseline.seeds, comparisons, detect)
     if advised is None:
-        return f"; for {detect:g} on one sequence {MAX_SEEDS} seeds are too few ({found})"
-    return f"; for {detect:g} on one sequence use --seeds {advised} ({found})"
+        return f"; for {detect:g} on one sequence {MAX_SEEDS} seeds are too few ({current})"
+    return f"; for {detect:g} on one sequence use --seeds {advised} ({current})"

@@ -91,10 +91,10 @@ def lossy_scores(generator, n_seeds):
 def test_promised_drop_is_found_in_80_percent(draw, n_seeds, n_sequences):
     """Apply the rule itself to new scores of many baselines, each with its promised drop."""
     generator = np.random.default_rng(7)
-    found = {False: [], True: []}
+    is_worse = {False: [], True: []}
     for _ in range(60):
         scores = [draw(generator, n_seeds) for _ in range(n_sequences)]
-        for in_mean in found:
+        for in_mean in is_worse:
             comparisons = 1 if in_mean else n_sequences
             drop = found_drop(missed_drops(scores, n_seeds, comparisons, in_mean=in_mean))
             for _ in range(10):
@@ -102,8 +102,8 @@ def test_promised_drop_is_found_in_80_percent(draw, n_seeds, n_sequences):
                 differences = np.array(new) - scores
                 of_check = differences.mean(axis=0) if in_mean else differences[0]
                 label = decide_by_seeds(of_check - drop, comparisons, DETECT).label
-                found[in_mean].append(label == "worse")
-    for shares in found.values():
+                is_worse[in_mean].append(label == "worse")
+    for shares in is_worse.values():
         assert 0.7 < np.mean(shares) < 0.92
 
 
