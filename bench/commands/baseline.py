@@ -88,6 +88,7 @@ def command(options: BaselineOptions) -> int:
     experiment = f"baseline-{path.stem}"
     trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
     requested = Experiment(experiment, tuple(trackers), sequences)
+    made_with = surroundings()  # before the runs: a library that is missing costs no runs
     plan = make_plan(requested, Results(options.output / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
@@ -97,7 +98,7 @@ def command(options: BaselineOptions) -> int:
     repeated = runner.repeat({label: list(sources)[:1] for label in texts})
     if not check_entries(entries, repeated, f"{path} is not written: runs failed."):
         return EXIT_NEGATIVE
-    baseline = Baseline(entries, texts, options.seeds, options.detect, surroundings())
+    baseline = Baseline(entries, texts, options.seeds, options.detect, made_with)
     write_baseline(baseline, path)
     runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
     click.echo(

@@ -131,6 +131,7 @@ def command(options: CheckOptions) -> int:
     path = baseline_path(options.name)
     stored = read_baseline(path)
     _check_usage(stored, options)
+    made_with = surroundings()  # before the runs: a library that is missing costs no runs
     before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
     speeds: dict[str, Pace] = {}
     if options.against is not None:
@@ -149,7 +150,7 @@ def command(options: CheckOptions) -> int:
     check_equal_scores(path, before.entries, now)
     repeated = runner.repeat(changed_facts(before.entries, now))
     not_repeatable = differing(now, repeated)
-    result = check(before, with_failures(now, repeated), surroundings(), not_repeatable)
+    result = check(before, with_failures(now, repeated), made_with, not_repeatable)
     slower = sum(pace.state == "slower" for pace in speeds.values())
     if not options.as_json:
         click.echo(wrap(headline(result, str(path), slower, strict=options.strict)))

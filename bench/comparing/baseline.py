@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -26,6 +25,7 @@ from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
+from trackmark.datasets.source_digest import library_version
 from trackmark.reports.files import write_file
 
 FORMAT = 2
@@ -33,7 +33,8 @@ FORMAT = 2
 DECIMALS = 5
 """Decimals of a stored mean overlap."""
 
-LIBRARIES = ("numpy", "numba", "opencv-python-headless", "scipy")
+LIBRARIES = {"numpy": "numpy", "numba": "numba", "opencv": "cv2", "scipy": "scipy"}
+"""Import names of libraries that can change boxes, by their names in baselines."""
 
 FOLDER = Path("baselines")
 
@@ -118,7 +119,7 @@ def surroundings() -> dict[str, str]:
     return {
         "platform": f"{platform.system()} {platform.machine()}",
         "python": ".".join(map(str, sys.version_info[:2])),
-        **{name: version(name) for name in LIBRARIES},
+        **{name: library_version(module) for name, module in LIBRARIES.items()},
     }
 
 

@@ -3,10 +3,14 @@
 import hashlib
 import struct
 import tomllib
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
+import cv2
+import numba
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,6 +23,7 @@ from trackmark.bench.comparing.baseline import (
     box_digest,
     check_equal_scores,
     read_baseline,
+    surroundings,
     write_baseline,
 )
 from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
@@ -205,6 +210,18 @@ def test_mutated_bytes_are_read_exactly_or_refused(valid, data):
     piece = data.draw(st.binary(max_size=4) | st.sampled_from([b"9", b"-", b'"', b"inf", b"\x7f"]))
     file.write_bytes(content[:start] + piece + content[start + length :])
     assert_read_as_written_or_refused(file)
+
+
+def test_surroundings_need_no_name_of_a_distribution(monkeypatch):
+    """OpenCV is installed under many names, by Conda without any."""
+
+    def version(name):
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("importlib.metadata.version", version)
+    libraries = {"numpy": np, "numba": numba, "opencv": cv2, "scipy": scipy}
+    expected = {name: module.__version__ for name, module in libraries.items()}
+    assert expected.items() <= surroundings().items()
 
 
 def test_box_digest_equals_slow_definition():
