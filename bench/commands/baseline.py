@@ -19,6 +19,7 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs, input_files
 from trackmark.bench.experiments.experiment import Experiment
 from trackmark.reports.printable import wrap
 
@@ -87,6 +88,7 @@ def command(options: BaselineOptions) -> int:
         )
     experiment = f"baseline-{path.stem}"
     trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
+    check_outputs({"NAME": path}, input_files(trackers, sequences))
     requested = Experiment(experiment, tuple(trackers), sequences)
     made_with = surroundings()  # before the runs: a library that is missing costs no runs
     plan = make_plan(requested, Results(options.output / experiment), {})

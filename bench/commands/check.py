@@ -32,6 +32,7 @@ from trackmark.bench.commands._options import (
     utf8_text,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs, input_files
 from trackmark.bench.commands._progress import print_hint, print_message
 from trackmark.datasets.decoding import quote
 from trackmark.reports.printable import wrap
@@ -131,6 +132,9 @@ def command(options: CheckOptions) -> int:
     path = baseline_path(options.name)
     stored = read_baseline(path)
     _check_usage(stored, options)
+    sources = {entry.source for row in stored.entries.values() for entry in row.values()}
+    inputs = [path, *input_files(stored.texts.values(), sources)]
+    check_outputs({"--markdown": options.markdown, "--junit": options.junit}, inputs)
     made_with = surroundings()  # before the runs: a library that is missing costs no runs
     before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
     speeds: dict[str, Pace] = {}

@@ -31,6 +31,7 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import patience, print_hint, print_message
 from trackmark.bench.experiments.experiment import Experiment, default_name
 from trackmark.bench.reporting import MARGINS
@@ -104,6 +105,10 @@ def command(options: CompareOptions) -> int:
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
+    if options.published is not None and options.published.stem.startswith("comparison"):
+        # The tables in --folder are called comparison.csv and so on.
+        written = options.folder and options.folder / options.published.name
+        check_outputs({"--folder": written}, [options.published])
     filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
     measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
     imported_trackers = parse_imported(options.results_of)

@@ -113,6 +113,7 @@ show data/Small --live static --first 1 | exclude each other
 check nowhere | baseline not found
 baseline a/b --trackers static {SMALL} | 'a/b' is not a valid name of a baseline
 baseline own --trackers static {SMALL} --detect nan | nan is not a finite number
+{STATIC} --memory-limit 511.9MB | is 511,900,000, below the minimum of 512,000,000 (512 MB)
 {STATIC} --name '' | '' is not a valid name of a results folder
 {STATIC} --name ' ' | ' ' is not a valid name of a results folder
 {STATIC} --frame-limit nan | a value above 0
