@@ -1,10 +1,10 @@
 """Store scores of trackers as a baseline for `trackmark check`."""
 
 from dataclasses import dataclass
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 import click
-import numpy as np
 
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import BaselineRunner, check_entries
@@ -26,6 +26,7 @@ from trackmark.reports.printable import wrap
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from trackmark.bench.comparing.baseline import Baseline
@@ -135,7 +136,7 @@ def _sensitivity(baseline: "Baseline") -> list[str]:
     for tracker, scores in scores_of.items():
         missed = missed_drops(scores, baseline.seeds, comparisons)
         missed_in_mean = missed_drops(scores, baseline.seeds, len(scores_of), in_mean=True)
-        largest = float(np.mean(scores))  # a larger drop is not possible
+        largest = fmean(map(fmean, scores))  # a larger drop is not possible
         on_sequence, in_mean = (
             f"{drop:.2g}" if (drop := found_drop(drops)) <= largest else ""
             for drops in (missed, missed_in_mean)
@@ -151,18 +152,12 @@ def _sensitivity(baseline: "Baseline") -> list[str]:
 
 def _drops_text(on_sequence: str, in_mean: str) -> str:
     """Return the drops that are detected in 80 % of cases; an empty text stands for none."""
-    if on_sequence and in_mean:
-        drops = f"a drop of {on_sequence} on one sequence, or of {in_mean} in the mean,"
-    elif on_sequence or in_mean:
-        place, other = (
-            ("on one sequence", "in the mean")
-            if on_sequence
-            else ("in the mean", "on one sequence")
-        )
-        drops = f"a drop of {on_sequence or in_mean} {place}, but none {other},"
-    else:
-        drops = "no drop"
-    return f"{drops} in 80 % of cases"
+    drops = f"a drop of {on_sequence} on one sequence, or of {in_mean} in the mean,"
+    if not in_mean:
+        drops = f"a drop of {on_sequence} on one sequence, but none in the mean,"
+    if not on_sequence:
+        drops = f"a drop of {in_mean} in the mean, but none on one sequence,"
+    return f"{drops if on_sequence or in_mean else 'no drop'} in 80 % of cases"
 
 
 def _advice(

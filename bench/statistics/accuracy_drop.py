@@ -113,7 +113,8 @@ def missed_drops(
 
 def _deviations(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the deviations from the mean, with the variance of the population."""
-    return (values - values.mean()) * sqrt(len(values) / (len(values) - 1))
+    deviations: NDArray[np.float64] = values - values.mean()
+    return deviations * sqrt(len(values) / (len(values) - 1))
 
 
 def share_found(missed: NDArray[np.float64], drop: float) -> float:
