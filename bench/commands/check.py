@@ -21,6 +21,7 @@ from trackmark.bench.commands._baseline_runs import (
     with_failures,
 )
 from trackmark.bench.commands._options import (
+    EXISTING_FILE,
     Command,
     EngineOptions,
     ScreenOptions,
@@ -78,6 +79,11 @@ class CheckOptions(ScreenOptions, EngineOptions):
         "Use only the first seeds of the baseline.  [default: all]", minimum=6
     )
     strict: bool = option("Exit with code 3 if a result is inconclusive.", group="Decision")
+    families: Path | None = option(
+        "CSV with sequence,family: sequences that count as one in means.",
+        group="Decision",
+        type=EXISTING_FILE,
+    )
     timed: bool = option("Check the speed as well. Requires --against.", "--time", group="Decision")
     against: str | None = option(
         "With --time: git revision to compare with.", group="Decision", metavar="REVISION"
@@ -126,6 +132,7 @@ def command(options: CheckOptions) -> int:
         read_baseline,
         surroundings,
     )
+    from trackmark.bench.comparing.families import read_families
     from trackmark.bench.comparing.regression_check import changed_facts, check, headline
     from trackmark.bench.comparing.speed_check import check_speeds
 
@@ -134,15 +141,19 @@ def command(options: CheckOptions) -> int:
     _check_usage(stored, options)
     sources = {entry.source for row in stored.entries.values() for entry in row.values()}
     inputs = [path, *input_files(stored.texts.values(), sources)]
+    inputs += [] if options.families is None else [options.families]
     check_outputs({"--markdown": options.markdown, "--junit": options.junit}, inputs)
     made_with = surroundings()  # before the runs: a library that is missing costs no runs
     before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
+    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
+    families = (
+        None if options.families is None else read_families(options.families).by_name(entries)
+    )
     speeds: dict[str, Pace] = {}
     if options.against is not None:
         # All sequences are timed: a check of some sequences then gives the same times.
         trackers = list(before.entries)
         speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
-    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
     runner = BaselineRunner(
         f"check-{path.stem}",
         before.texts,
@@ -154,7 +165,8 @@ def command(options: CheckOptions) -> int:
     check_equal_scores(path, before.entries, now)
     repeated = runner.repeat(changed_facts(before.entries, now))
     not_repeatable = differing(now, repeated)
-    result = check(before, with_failures(now, repeated), made_with, not_repeatable)
+    now = with_failures(now, repeated)
+    result = check(before, now, made_with, not_repeatable, families)
     slower = sum(pace.state == "slower" for pace in speeds.values())
     if not options.as_json:
         click.echo(wrap(headline(result, str(path), slower, strict=options.strict)))

@@ -18,7 +18,7 @@ from trackmark.bench.metrics.preset import mean_of_sequences
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, title
 from trackmark.bench.reporting.by_preset import measures_of, runs_by
 from trackmark.bench.reporting.failed_runs import with_worst_scores
-from trackmark.bench.reporting.tables import PRESET
+from trackmark.bench.reporting.tables import PRESET, without_undefined
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import ScoreMeasure
@@ -165,6 +165,7 @@ def same_boxes(
 ) -> Counter[tuple[str, str]]:
     """Return the number of sequences on which two trackers gave equal boxes in all runs.
 
+    Sequences whose overlap is undefined are not counted: they have no estimates to compare.
     `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `stored`:
     stored name of the protocol. Raises `ResultsError` if a file is damaged.
     """
@@ -177,6 +178,7 @@ def same_boxes(
 
     columns = ["sequence", "tracker", "repetition", "mean_overlap", "centre_error"]
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
+    finished, _ = without_undefined(finished, "mean_overlap")
     rows = finished.reindex(columns=columns).astype({"sequence": str, "tracker": str}).round(9)
     scores: defaultdict[str, dict[str, dict[int, list[float]]]] = defaultdict(dict)
     for sequence, tracker, seed, *run_scores in rows.fillna(-1.0).itertuples(

@@ -5,22 +5,25 @@ Old and new runs are paired by seed. A difference is new minus old score, and po
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import ceil, floor, inf, isfinite, log10, nan, sqrt
+from math import ceil, floor, inf, isfinite, log10, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.statistics.intervals import Interval, interval_ends
+from trackmark.bench.statistics.intervals import Interval, interval_ends, mean_interval
 from trackmark.bench.statistics.rules import (
     CONFIDENCE,
+    EQUAL,
+    LIKELY,
     MARGIN,
     MIN_UNITS,
     POWER,
     POWER_FACTOR,
     Decision,
-    approximate,
+    are_equal,
     corrected_level,
     decide,
+    in_words,
 )
 
 MAX_SEEDS = 10_000
@@ -53,22 +56,34 @@ def decide_by_seeds(differences: ArrayLike, comparisons: int, detect: float) -> 
     if interval is None or decision.label in ("better", "worse"):
         return decision
     if interval.low > -detect:
-        return replace(decision, label="not worse", reason="", needed=nan)
-    if interval.low == interval.high:
-        return replace(decision, label="inconclusive", needed=nan)
-    needed = _seeds_needed(decision.mean, interval, np.size(differences), detect)
-    reason = f"{approximate(needed)} seeds needed"
+        return replace(decision, label="not worse", reason="", needed=None)
+    if are_equal(differences):
+        return replace(decision, label="inconclusive", needed=None)
+    likely = mean_interval(differences, LIKELY)
+    needed = _seeds_needed(decision.mean, interval, likely, np.size(differences), detect)
+    reason = in_words(needed, "seeds")
     return replace(decision, label="inconclusive", reason=reason, needed=needed)
 
 
-def _seeds_needed(mean: float, interval: Interval, seeds: int, detect: float) -> float:
-    """Estimate how many seeds would show a drop, or exclude one as large as `detect`."""
-    ratios = []
-    if mean < 0:
-        ratios.append((interval.high - mean) / -mean)
-    if mean > -detect:
-        ratios.append((mean - interval.low) / (mean + detect))
-    return max(seeds + 1, ceil(seeds * (POWER_FACTOR * min(ratios)) ** 2))
+def _seeds_needed(
+    mean: float, interval: Interval, likely: Interval, seeds: int, detect: float
+) -> Interval:
+    """Return the range of seeds that would show a drop, or exclude one as large as `detect`.
+
+    The range belongs to the true drops in `likely`; a drop of half of `detect` needs the most.
+    """
+    above, below = interval.high - mean, mean - interval.low
+
+    def number(drop: float) -> float:
+        ratios = [above / drop] if drop > 0 else []
+        ratios += [below / (detect - drop)] if drop < detect else []
+        return max(seeds + 1, ceil(seeds * (POWER_FACTOR * min(ratios)) ** 2))
+
+    drops = [-likely.high, -mean, -likely.low]
+    hardest = above / (above + below) * detect
+    drops += [hardest] if drops[0] < hardest < drops[2] else []
+    numbers = [number(drop) for drop in drops]
+    return Interval(min(numbers), max(numbers))
 
 
 def missed_drops(
@@ -107,7 +122,7 @@ def missed_drops(
     low, high = interval_ends(differences, corrected_level(comparisons))
     missed: NDArray[np.float64] = np.maximum(high, low + MARGIN)
     if comparisons * 2.0 ** (1 - seeds) > 1 - CONFIDENCE:
-        missed[low == high] = inf  # equal differences on too few seeds
+        missed[np.ptp(differences, axis=-1) <= EQUAL] = inf  # equal differences on too few seeds
     return missed
 
 

@@ -154,8 +154,12 @@ def test_share_of_failures_mirrors_the_share_of_successes():
 
 def test_no_worse_holds_only_if_the_reference_is_kept():
     equal = claim(better="A", worse="B", test="no-worse", margin=0.1)
-    evidence = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.5 + NOISE}), reference_kept=0.9)
-    assert judge(equal, evidence).verdict == no_worse(np.zeros(36), 0.1).verdict == "holds"
+    tables = table({"A": 0.5 + NOISE}), table({"B": 0.5 + NOISE})
+    evidence = Evidence(*tables, largest=1.0, reference_kept=0.9)
+    assert judge(equal, evidence).verdict == no_worse(np.zeros(36), 0.1, limit=1.0).verdict
+    assert judge(equal, evidence).verdict == "holds"
+    clips = judge(equal, replace(evidence, largest=20.0))  # numbers of clips need 44 scenes
+    assert (clips.verdict, clips.reason[:12]) == ("inconclusive", "inside ±0.1;")
     assert ", margin 0.1, 36 scenes" in effect_text(equal, judge(equal, evidence))
     floor = replace(evidence, reference_kept=0.4)
     assert judge(equal, floor).verdict == "inconclusive"
@@ -167,7 +171,8 @@ def test_no_worse_both_ways_fails_if_either_is_worse():
     for a, b in ((0.5, 0.8), (0.8, 0.5)):
         evidence = Evidence(table({"A": a + NOISE}), table({"B": b + NOISE}), reference_kept=1.0)
         assert judge(equal, evidence).verdict == "does not hold"
-    same = Evidence(table({"A": NOISE}), table({"B": NOISE[::-1]}), reference_kept=1.0)
+    tables = table({"A": NOISE}), table({"B": NOISE[::-1]})
+    same = Evidence(*tables, largest=1.0, reference_kept=1.0)
     assert judge(equal, same).verdict == "holds"
 
 

@@ -247,6 +247,19 @@ REFUSED = {
 }
 
 
+def test_families_of_check_name_every_sequence(trackmark, workspace, baseline_file, edit):
+    edit(SHRUNK)
+    families = workspace / "families.csv"
+    families.write_text("sequence,family\nSmall,video\n")
+    call = ("check", "own", "--families", "families.csv", "--trackers", "mine")
+    message = trackmark(*call, status=2).stderr
+    assert "families.csv: the sequence 'plain/target" in message
+    assert not (workspace / "results" / "check-own").exists()
+    names = [entry for row in read_baseline(baseline_file).entries.values() for entry in row]
+    families.write_text("sequence,family\n" + "".join(f"{name},video\n" for name in {*names}))
+    assert "mean of 1 family" in trackmark(*call, status=1).stdout
+
+
 def test_wrong_usage_or_format_of_check_exits_with_2(trackmark, baseline_file):
     for arguments, message in REFUSED.items():
         assert message in trackmark("check", *arguments, status=2).stderr

@@ -61,7 +61,7 @@ def test_decide_by_seeds_equals_slow_definition(values, comparisons):
         ([0.08, 0.12, 0.1, 0.09, 0.11, 0.1], 1, "better", ""),
         ([-0.005] * 20, 8, "not worse", ""),
         ([-0.03, 0.02] * 10, 1, "not worse", ""),
-        ([-0.3, 0.3, -0.2, 0.2, -0.1, 0.1], 1, "inconclusive", "about 290 seeds needed"),
+        ([-0.3, 0.3, -0.2, 0.2, -0.1, 0.1], 1, "inconclusive", "51 to 1200 seeds needed"),
         ([-0.1] * 6, 1, "worse", ""),
         (
             [-0.1] * 6,
