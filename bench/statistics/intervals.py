@@ -80,8 +80,11 @@ def interval_ends(
     return low, high
 
 
-def share_interval(successes: int, n: int, confidence: float = 0.95) -> Interval:
+def share_interval(successes: float, n: int, confidence: float = 0.95) -> Interval:
     """Return the exact binomial (Clopper-Pearson) interval of a share of n units.
+
+    `successes`: multiple of 0.5; the interval between two whole numbers is interpolated by the same
+    formula.
 
     >>> print("{:.3f} {:.3f}".format(*share_interval(19, 20)))
     0.751 0.999

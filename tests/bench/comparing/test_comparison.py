@@ -2,13 +2,18 @@
 
 import json
 from dataclasses import replace
+from math import inf, nan
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from trackmark.bench.comparing.answer import answer_of
-from trackmark.bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from trackmark.bench.comparing.comparable_runs import (
+    AllFailedError,
+    ComparisonError,
+    compared_measure,
+)
 from trackmark.bench.comparing.comparison import compare, parts_of
 from trackmark.bench.comparing.families import Families, read_families
 from trackmark.bench.comparing.figures import write_differences
@@ -398,3 +403,9 @@ def test_breaking_plot_names_many_trackers():
     figure = breaking_plot(curves, "noise", "T", logarithmic=True)
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(curves)
     figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("margin", [nan, inf, -0.01, "x"])
+def test_invalid_margin_is_refused(margin):
+    with pytest.raises(ComparisonError, match=r"margin: .*Expected: a finite number of 0 or more"):
+        compared_measure("native", margin=margin)
