@@ -53,12 +53,16 @@ class Origin:
         Paper to cite.
     description : str
         Target or scene in words, as stated in the data.
+    first_pixel : int
+        Coordinate of the first pixel in the files of the data set, and so in result files of its
+        toolkits: 0 or 1. `Sequence.boxes` always count from 0.
     """
 
     format: str = ""
     licence: str = ""
     citation: str = ""
     description: str = ""
+    first_pixel: int = 0
 
 
 class Frames(Protocol):

@@ -33,6 +33,8 @@ class StoredTruth:
     fps: float | None
     image_size: tuple[int, int] | None = None
     shapes: Shapes | None = None
+    # Coordinate of the first pixel in the files of the data set; None if an older version stored it
+    first_pixel: int | None = None
 
 
 def write_truth(folder: Path, sequence: Sequence) -> None:
@@ -49,6 +51,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
         sequence.fps,
         _image_size(sequence),
         sequence.shapes,
+        sequence.origin.first_pixel,
     )
     store_truth(folder, sequence.fingerprint, truth)
 
@@ -114,6 +117,8 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
     arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
     if truth.fps is not None:
         arrays["fps"] = np.array(truth.fps, np.float64)
+    if truth.first_pixel is not None:
+        arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
     if truth.image_size is not None:
         arrays["image_size"] = np.array(truth.image_size, np.int64)
     for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
@@ -143,4 +148,5 @@ def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
         fps=float(arrays["fps"]) if "fps" in arrays else None,
         image_size=size,
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
+        first_pixel=int(arrays["first_pixel"]) if "first_pixel" in arrays else None,
     )

@@ -56,6 +56,8 @@ class Reader(Protocol):
         Glob patterns of files and folders that only this format has in a sequence's folder. A
         pattern of folders ends with `/`; `NAME` stands for the name of the sequence's folder. A
         folder with a match that no reader recognises is an incomplete sequence.
+    FIRST_PIXEL : int, optional
+        See `Origin.first_pixel`; 0 by default.
     """
 
     EXPECTS: str
@@ -316,6 +318,7 @@ def _read(path: Path, truth: Path | None, chosen: Mapping[str, str]) -> Sequence
             format=reader.EXPECTS,
             licence=_licence(path) or getattr(reader, "LICENCE", ""),
             citation=getattr(reader, "CITATION", ""),
+            first_pixel=getattr(reader, "FIRST_PIXEL", 0),
         )
     return sequence
 

@@ -31,6 +31,7 @@ TRUTH, FIELDS, COVER = "groundtruth.txt", "meta_info.ini", "cover.label"
 FLAGS = ("absence", "cut_by_image")
 EXPECTS = f"a folder of images with {TRUTH} and {FIELDS} or {COVER} (GOT-10k)"
 MARKS = (TRUTH, FIELDS, COVER, *(f"{flag}.label" for flag in FLAGS))
+FIRST_PIXEL = 1
 CITATION = (
     "Huang, Zhao, Huang, GOT-10k: a large high-diversity benchmark for generic object tracking in "
     "the wild, IEEE TPAMI 43(5), 2021"
@@ -54,7 +55,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     name, images, source = path.resolve().name, numbered_images(path, 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    boxes = pad_first_box(read_boxes(source, origin=1.0, minus_is_absent=True), len(images))
+    boxes = pad_first_box(read_boxes(source, origin=FIRST_PIXEL, minus_is_absent=True), len(images))
     check_row_count(len(boxes), images, source)
     flags = read_flags([path / f"{flag}.label" for flag in FLAGS], len(boxes))
     if "absence" in flags:

@@ -23,6 +23,7 @@ from trackmark.datasets.truth_file import GroundTruth
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
 EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"
 MARKS = (f"{IMAGES}/", str(TRUTH), FIELDS)
+FIRST_PIXEL = 1
 CITATION = "Milan et al., MOT16: a benchmark for multi-object tracking, arXiv:1603.00831"
 
 _ROW = "frame, target, x, y, width, height, counts, class, visibility"
@@ -66,7 +67,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
             f"{len(images)} images of {name}. Add the missing images."
         )
     boxes, visibility = np.full((len(images), 4), np.nan), np.full(len(images), np.nan)
-    boxes[frames] = rows[:, 2:6] - [1.0, 1.0, 0.0, 0.0]
+    boxes[frames] = rows[:, 2:6] - [FIRST_PIXEL, FIRST_PIXEL, 0, 0]
     if rows.shape[1] == _WITH_VISIBILITY:
         visibility[frames] = rows[:, 8]
     return recorded_images(
