@@ -1,6 +1,6 @@
 """Catalogue of sequences: built-in names, paths of recorded data, patterns and options."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import cache
@@ -115,7 +115,7 @@ def path_format(text: str) -> str:
     return readers.path_format(_split_path(text)[0])
 
 
-def matching(text: str) -> list[str]:
+def matching(text: str, excluded: Collection[str] = ()) -> list[str]:
     """Return the sequences that a name, path, pattern, suite or folder selects.
 
     Parameters
@@ -123,6 +123,9 @@ def matching(text: str) -> list[str]:
     text : str
         Name or path as for `load`; a pattern with `*` and `?` of built-in names (also with
         options) or of paths; or a suite or folder, for all sequences in it.
+    excluded : collection of str
+        Patterns of the names of recorded sequences that are left out, even if they are incomplete:
+        names of folders or files, such as `car1`.
 
     Returns
     -------
@@ -132,23 +135,24 @@ def matching(text: str) -> list[str]:
     Raises
     ------
     SequenceError
-        For a pattern that matches no sequence, and for an incomplete sequence in a folder.
+        For a pattern that matches no sequence, and for incomplete sequences in a folder, of which
+        the message names all.
     """
     bare, filters = _split_filters(text)
     if filters:
         from trackmark.datasets.filters import with_filters
 
-        return [with_filters(name, filters) for name in matching(bare)]
+        return [with_filters(name, filters) for name in matching(bare, excluded)]
     if is_built_in(text):
         return [text]
     pattern, colon, options = text.partition(":")
     if not any(sign in text for sign in "*?"):
         pattern = f"{pattern.rstrip('/')}/*"
     built_in = [f"{name}{colon}{options}" for name in names() if fnmatchcase(name, pattern)]
-    return built_in or _paths_matching(text)
+    return built_in or _paths_matching(text, excluded)
 
 
-def _paths_matching(text: str) -> list[str]:
+def _paths_matching(text: str, excluded: Collection[str]) -> list[str]:
     """Return the paths of recorded data that a text selects; see `matching`."""
     from trackmark.datasets import readers
 
@@ -157,14 +161,22 @@ def _paths_matching(text: str) -> list[str]:
     # For a name that is too long, Path.glob raises an error, but glob.glob returns no match.
     matches = [Path(name) for name in glob(str(path))] if is_pattern else [path]  # noqa: PTH207
     if is_pattern:
-        matches = [match for match in matches if not readers.is_mask_path(match)]
+        matches = [
+            match
+            for match in matches
+            if not readers.is_mask_path(match)
+            and not any(fnmatchcase(match.name, name) for name in excluded)
+        ]
     paths = [
         str(sequence)
         for match in sorted(matches, key=lambda match: natural_order(str(match)))
-        for sequence in readers.sequence_paths(match) or readers.sequences_in(match)
+        for sequence in readers.sequence_paths(match, is_named=not is_pattern)
+        or readers.sequences_in(match, excluded=excluded)
     ]
     if is_pattern and not paths:  # the sequences can be in subfolders
-        paths = [str(sequence) for sequence in readers.sequences_in(path.parent, path.name)]
+        paths = [
+            str(sequence) for sequence in readers.sequences_in(path.parent, path.name, excluded)
+        ]
     if paths and not chosen:
         return paths
     if not is_pattern:

@@ -53,6 +53,8 @@ class Origin:
         Paper to cite.
     description : str
         Target or scene in words, as stated in the data.
+    unread_files : tuple of str
+        Files with flags per frame, such as `absent.txt`, that the reader of the format ignores.
     first_pixel : int
         Coordinate of the first pixel in the files of the data set, and so in result files of its
         toolkits: 0 or 1. `Sequence.boxes` always count from 0.
@@ -62,6 +64,7 @@ class Origin:
     licence: str = ""
     citation: str = ""
     description: str = ""
+    unread_files: tuple[str, ...] = ()
     first_pixel: int = 0
 
 
@@ -91,11 +94,15 @@ class Sequence:
     frames : Frames
         Images. Images after the last ground-truth row are not part of the sequence.
     boxes : array of float64, shape (n, 4), optional
-        Ground-truth boxes `[x, y, width, height]` in pixels from 0. A NaN row means that the
-        target is absent. Without boxes, every row is NaN: such a sequence can be opened and
-        shown, but not evaluated.
+        Ground-truth boxes `[x, y, width, height]` in pixels from 0. In an annotated frame, a NaN
+        row means that the target is absent. Without boxes, no frame is annotated: such a sequence
+        can be opened and shown, but not evaluated.
     fingerprint : str or callable
         Digest of pixels and ground truth. A callable is called once, at the first access.
+    annotated : bool array of shape (n,), optional
+        Flags of the frames for which the ground truth states box or absence; by default all. Other
+        frames are shown to trackers, but not scored: their boxes and regions become NaN, and they
+        have no mask.
     regions : mapping of str to array of shape (n, 4), optional
         Further ground-truth boxes by name (`full`, `tight`, …).
     visibility : array of shape (n,), optional
@@ -145,6 +152,7 @@ class Sequence:
         boxes: ArrayLike | None = None,
         *,
         fingerprint: str | Callable[[], str],
+        annotated: ArrayLike | None = None,
         regions: Mapping[str, ArrayLike] | None = None,
         visibility: ArrayLike | None = None,
         attributes: Mapping[str, ArrayLike] | None = None,
@@ -178,11 +186,13 @@ class Sequence:
                 f"{self.truth_source}: {n} ground-truth rows for {n_images} images of {name}. "
                 "Remove the rows without image, or add the missing images."
             )
-        self.boxes: Array = _frozen(rows, (n, 4), f"{name}: boxes")
+        flags = np.full(n, boxes is not None) if annotated is None else annotated
+        self.annotated: NDArray[np.bool_] = _frozen(flags, (n,), f"{name}: annotated", np.bool_)
+        self.boxes: Array = self._annotated_rows(rows, f"{name}: boxes")
         self._check_coordinates()
         self.images_beyond_truth = n_images - n
         self.regions: dict[str, Array] = {
-            key: _frozen(rows, (n, 4), f"{name}: region {key}")
+            key: self._annotated_rows(rows, f"{name}: region {key}")
             for key, rows in (regions or {}).items()
         }
         self.values: dict[str, Array] = {
@@ -267,8 +277,29 @@ class Sequence:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Flags of the frames in which the target is present, shape (n,)."""
+        """Flags of the frames in which the target is present, shape (n,).
+
+        The target is absent in the other frames that are `annotated`.
+        """
         return np.asarray(np.isfinite(self.boxes).all(axis=1))
+
+    @property
+    def remarks(self) -> list[str]:
+        """Sentences on images, frames and files that are not read or not scored."""
+        beyond, unknown = self.images_beyond_truth, int((~self.annotated).sum())
+        remarks = []
+        if beyond:
+            images = "1 image" if beyond == 1 else f"{beyond} images"
+            remarks.append(f"ignored {images} after the ground truth.")
+        if 0 < unknown < len(self):
+            remarks.append(f"{unknown} of {len(self)} frames are not annotated and not scored.")
+        if self.origin.unread_files:
+            files = ", ".join(self.origin.unread_files)
+            remarks.append(
+                f"{files} is not read: this format defines no such flags. If the target is absent "
+                "in the flagged frames, write empty boxes into a ground-truth file (--truth)."
+            )
+        return remarks
 
     @property
     def first_frame(self) -> int:
@@ -334,11 +365,18 @@ class Sequence:
 
     def mask(self, frame: int) -> Mask | None:
         """Return the target's pixels in a frame, shape (height, width), or None if unknown."""
-        return None if self._masks is None else self._masks(frame)
+        return None if self._masks is None or not self.annotated[frame] else self._masks(frame)
 
     def frame_name(self, frame: int) -> str:
         """Return the name of a frame in messages: its file name, or `frame i`."""
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
+
+    def _annotated_rows(self, rows: ArrayLike, label: str) -> Array:
+        """Return boxes as a read-only array, with NaN rows in frames that are not annotated."""
+        array = np.array(_frozen(rows, (len(self.annotated), 4), label))
+        array[~self.annotated] = np.nan
+        array.flags.writeable = False
+        return array
 
     def _check_coordinates(self) -> None:
         """Check that no coordinate exceeds MAX_COORDINATE, so that box areas cannot overflow."""
@@ -360,6 +398,7 @@ class Sequence:
             _FrameSelection(self.frames, selection),
             self.boxes[frames],
             fingerprint=lambda: f"{self.fingerprint}{label}",
+            annotated=self.annotated[frames],
             regions={key: rows[frames] for key, rows in self.regions.items()},
             visibility=self.visibility[frames],
             attributes={key: flags[frames] for key, flags in self.attributes.items()},
@@ -373,6 +412,22 @@ class Sequence:
             origin=self.origin,
             shapes=None if self.shapes is None else self.shapes[index],
         )
+
+
+def unusable_sequences(errors: Mapping[str, str], n_sequences: int) -> SequenceError:
+    """Return one error for all sequences of a command that cannot be used.
+
+    `errors` are messages by the name or path of the sequence; `n_sequences` is the number of all
+    sequences of the command. If there are others, the message says how to go on without these.
+    """
+    lines = list(errors.values())
+    if len(errors) > 1:
+        lines = [f"{len(errors)} of {n_sequences} sequences cannot be used.", *lines]
+    if len(errors) < n_sequences:
+        names = ",".join(f"!{name.rstrip('/').rpartition('/')[2]}" for name in errors)
+        them = "it" if len(errors) == 1 else "them"
+        lines.append(f"To go on without {them}, add {names} to the sequences.")
+    return SequenceError("\n".join(lines))
 
 
 def lies_outside(box: ArrayLike, size: tuple[int, int]) -> bool:

@@ -153,6 +153,8 @@ def _marked(texts: tuple[str, ...], keys: Path | None) -> dict[int, list[float]]
 
 def _read_drawing(file: Path) -> "Drawing":
     """Return key frames and frames without target of a ground-truth file."""
+    import numpy as np
+
     from trackmark.bench.commands._box_picker import Drawing
     from trackmark.datasets import truth_file
 
@@ -170,7 +172,8 @@ def _read_drawing(file: Path) -> "Drawing":
         if box[0] == box[0] and source != "interpolated"
     }
     between = range(min(boxes, default=0), max(boxes, default=0))
-    return Drawing(boxes=boxes, absent=[(i, i) for i in between if rows[i][0] != rows[i][0]])
+    is_absent = truth.annotated_frames & np.isnan(truth.boxes[:, 0])
+    return Drawing(boxes=boxes, absent=[(i, i) for i in between if is_absent[i]])
 
 
 def _parse_box(text: str) -> tuple[int, list[float]]:

@@ -1,6 +1,7 @@
 """Run trackers on sequences and store the results."""
 
 import json
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -154,7 +155,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     from trackmark.bench.store.layout import run_key
 
     as_json = options.as_json
-    warn_of_unread_images(execution)
+    print_remarks(execution)
     printed: set[RunKey] = set()
 
     def print_row(row: Mapping[str, Any]) -> None:
@@ -205,12 +206,19 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     click.echo(json.dumps(data, allow_nan=False))
 
 
-def warn_of_unread_images(execution: "Execution") -> None:
-    """Print how many images of each sequence have no ground truth and are not read."""
+def print_remarks(execution: "Execution") -> None:
+    """Print which images, frames and files of sequences are not read or not scored.
+
+    Remarks that differ only in their numbers are printed for the first sequence.
+    """
+    by_kind: dict[str, list[str]] = {}
     for sequence in execution.plan.sequences:
-        if n := sequence.images_beyond_truth:
-            images = "1 image" if n == 1 else f"{n} images"
-            print_event("warning", f"{sequence.name}: ignored {images} after the ground truth.")
+        for remark in sequence.remarks:
+            kind = re.sub(r"\d+", "", remark)
+            by_kind.setdefault(kind, []).append(f"{sequence.name}: {remark}")
+    for first, *others in by_kind.values():
+        more = f" {len(others)} more sequences like this." if others else ""
+        print_event("warning", first + more)
 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:

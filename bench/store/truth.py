@@ -1,7 +1,7 @@
 """Stored ground truth of the runs of an experiment; scoring needs no access to sequences."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +33,8 @@ class StoredTruth:
     fps: float | None
     image_size: tuple[int, int] | None = None
     shapes: Shapes | None = None
+    # (n,): see `Sequence`; shape () for all frames
+    annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True))
     # Coordinate of the first pixel in the files of the data set; None if an older version stored it
     first_pixel: int | None = None
 
@@ -51,6 +53,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
         sequence.fps,
         _image_size(sequence),
         sequence.shapes,
+        sequence.annotated,
         sequence.origin.first_pixel,
     )
     store_truth(folder, sequence.fingerprint, truth)
@@ -115,6 +118,8 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
     arrays = {"boxes": truth.boxes.T, "visibility": truth.visibility}
     arrays |= {f"region/{name}": boxes.T for name, boxes in truth.regions.items()}
     arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
+    if not truth.annotated.all():
+        arrays["annotated"] = truth.annotated
     if truth.fps is not None:
         arrays["fps"] = np.array(truth.fps, np.float64)
     if truth.first_pixel is not None:
@@ -148,5 +153,6 @@ def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
         fps=float(arrays["fps"]) if "fps" in arrays else None,
         image_size=size,
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
+        annotated=arrays.get("annotated", np.ones(n, np.bool_)),
         first_pixel=int(arrays["first_pixel"]) if "first_pixel" in arrays else None,
     )

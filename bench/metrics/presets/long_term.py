@@ -2,7 +2,8 @@
 
 A frame is reported if the tracker reports the target as visible and its confidence reaches a
 threshold. Precision is the mean overlap over the reported frames. Recall is the sum of their
-overlaps divided by the number of frames with a target. Precision and recall are averaged over
+overlaps divided by the number of frames with a target. Frames that are not annotated do not count.
+Precision and recall are averaged over
 sequences. F is their harmonic mean at the threshold with the largest F. There are at most 100
 thresholds, taken from the confidences of the tracker. A missing confidence counts as 0. The first
 frame counts with confidence 0 and overlap 0: a perfect tracker scores a little less than 1.

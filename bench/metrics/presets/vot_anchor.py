@@ -46,8 +46,10 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     progress = first_streak((overlaps <= _FAILURE_OVERLAP) & run.present, _FAILURE_FRAMES)
     overlaps[progress:] = 0.0
     evidence = {
-        "overlaps": overlaps,
-        "progress": np.array(progress),  # number of frames before the failure
+        "overlaps": overlaps,  # of annotated frames
+        "frames": run.frames - run.frames[0],
+        "progress": np.array(progress),  # number of annotated frames before the failure
+        "length": np.array(len(truth.boxes) - run.frames[0]),
         "n_sequence_frames": np.array(estimates.n_sequence_frames or len(overlaps)),
     }
     return single_run_result(combine, evidence)
@@ -84,15 +86,18 @@ def _expected(runs: list[PresetResult]) -> tuple[NDArray[np.float64], NDArray[np
     total, active = np.zeros(_MAX_LENGTH + 1), np.zeros(_MAX_LENGTH + 1)
     numbers = np.arange(_MAX_LENGTH + 1)
     for run in runs:
-        overlaps = run.evidence["overlaps"]
-        inside = numbers[1 : len(overlaps)]
-        sums = np.cumsum(overlaps[1 : len(inside) + 1])
-        total[inside] += sums / inside
-        active[inside] += 1
+        overlaps, length = run.evidence["overlaps"], int(run.evidence["length"])
+        inside = numbers[1:length]
+        # Number of annotated frames after the first one among the first k frames.
+        known = np.searchsorted(run.evidence["frames"], inside, side="right") - 1
+        sums = np.concatenate([[0.0], np.cumsum(overlaps[1:])])[known]
+        total[inside] += sums / np.maximum(known, 1)
+        active[inside] += known > 0
         if run.evidence["progress"] < len(overlaps):
-            beyond = numbers[max(len(overlaps), 2) :]
+            beyond = numbers[max(length, 2) :]
             # The toolkit divides by one less than the number of frames.
-            total[beyond] += overlaps[1:].sum() / (beyond - 1)
+            missing = length - len(overlaps)
+            total[beyond] += overlaps[1:].sum() / (beyond - 1 - missing)
             active[beyond] += 1
     return np.divide(total, active, out=np.zeros_like(total), where=active > 0), active
 

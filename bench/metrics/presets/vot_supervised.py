@@ -12,7 +12,7 @@ for single-target trackers", TPAMI 2016.
 """
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,12 +47,18 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         overlaps, None if estimates.states is None else estimates.states[run.frames]
     )
     overlaps = np.where(states == FrameState.TRACKED, overlaps, 0.0)
-    return single_run_result(combine, {"states": states, "overlaps": overlaps})
+    evidence = {
+        "states": states,  # of annotated frames, as the overlaps
+        "overlaps": overlaps,
+        "frames": run.frames - run.frames[0],
+        "length": np.array(len(truth.boxes) - run.frames[0]),
+    }
+    return single_run_result(combine, evidence)
 
 
 def combine(runs: Runs) -> PresetResult:
     """Return the scores of all runs, sequences weighted by their lengths."""
-    lengths = np.array([len(group[0].evidence["states"]) for group in runs], float)
+    lengths = np.array([int(group[0].evidence["length"]) for group in runs], float)
 
     def weighted(values: list[float]) -> float:
         return float(np.average(values, weights=lengths))
@@ -117,31 +123,45 @@ def _accuracy(run: PresetResult) -> float:
     """Return the mean overlap of the frames that count for the accuracy; 0 if there are none."""
     states = run.evidence["states"]
     counted = states == FrameState.TRACKED
-    for start in np.flatnonzero(states == FrameState.INITIALISED):
-        counted[start : start + _BURN_IN] = False
+    frames = run.evidence["frames"]
+    for start in frames[states == FrameState.INITIALISED]:
+        counted &= (frames < start) | (frames >= start + _BURN_IN)
     return float(run.evidence["overlaps"][counted].mean()) if counted.any() else 0.0
 
 
-def _pieces(run: PresetResult) -> Iterable[tuple[NDArray[np.float64], bool]]:
-    """Yield the overlaps from each initialisation on, and whether they end with a failure."""
-    states, overlaps = run.evidence["states"], run.evidence["overlaps"]
+class _Piece(NamedTuple):
+    """Frames from an initialisation to a failure or to the end of the sequence."""
+
+    sums: NDArray[np.float64]  # (n,): sum of the overlaps in the first k frames
+    known: NDArray[np.int64]  # (n,): number of annotated frames among these
+    failed: bool
+
+
+def _pieces(run: PresetResult) -> Iterable[_Piece]:
+    """Yield the pieces of a run, one per initialisation; the init frame itself does not count."""
+    states, overlaps, frames = (run.evidence[key] for key in ("states", "overlaps", "frames"))
     failures = np.flatnonzero(states == FrameState.FAILED)
     for start in np.flatnonzero(states == FrameState.INITIALISED):
         later = failures[failures > start]
         end = int(later[0]) if len(later) else len(states)
-        yield overlaps[start:end], bool(len(later))
+        stop = int(frames[end] if len(later) else run.evidence["length"]) - int(frames[start])
+        by_frame, is_known = np.zeros(stop), np.zeros(stop, np.int64)
+        positions = frames[start + 1 : end] - frames[start]
+        by_frame[positions], is_known[positions] = overlaps[start + 1 : end], 1
+        yield _Piece(np.cumsum(by_frame), np.cumsum(is_known), bool(len(later)))
 
 
-def _expected(pieces: list[tuple[NDArray[np.float64], bool]]) -> NDArray[np.float64]:
+def _expected(pieces: list[_Piece]) -> NDArray[np.float64]:
     """Return the mean overlap of the first k frames after an initialisation, by k."""
-    longest = max(len(overlaps) for overlaps, _ in pieces)
+    longest = max(len(piece.sums) for piece in pieces)
     total, count = np.zeros(longest), np.zeros(longest)
-    numbers = np.maximum(np.arange(longest), 1)
-    for overlaps, failed in pieces:
-        until = longest if failed else len(overlaps)
-        padded = np.zeros(longest)
-        padded[1 : len(overlaps)] = overlaps[1:]
-        total[:until] += (np.cumsum(padded) / numbers)[:until]
+    for piece in pieces:
+        n = len(piece.sums)
+        until = longest if piece.failed else n
+        # Frames after a failure count with overlap 0.
+        sums = np.pad(piece.sums, (0, longest - n), mode="edge")
+        known = np.concatenate([piece.known, piece.known[-1] + 1 + np.arange(longest - n)])
+        total[:until] += (sums / np.maximum(known, 1))[:until]
         count[:until] += 1
     return total / count
 

@@ -115,7 +115,7 @@ def unopened(source):
         if name in suite.names():
             name = suite.entries[name].parameters.checked(name, options).canonical_name(name)
     starts = frozenset(["boxes", *about.regions])
-    return PlannedSequence(source, name, about.fingerprint, about.length, 0, starts)
+    return PlannedSequence(source, name, about.fingerprint, about.length, (), starts)
 
 
 @pytest.mark.parametrize("name", experiment_names())
