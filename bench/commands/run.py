@@ -61,7 +61,8 @@ class RunOptions(ScreenOptions, EngineOptions):
         metavar="TRACKERS",
     )
     sequences: str | None = option(
-        "Comma-separated names, paths, folders or patterns with * and ?.", metavar="SEQUENCES"
+        "Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
+        metavar="SEQUENCES",
     )
     truth: Path | None = truth_option()
     seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
