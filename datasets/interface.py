@@ -1,6 +1,7 @@
 """Image sequence with ground truth, the interface between datasets and other packages."""
 
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Protocol, TypeAlias, overload
@@ -103,6 +104,9 @@ class Sequence:
         Flags of the frames for which the ground truth states box or absence; by default all. Other
         frames are shown to trackers, but not scored: their boxes and regions become NaN, and they
         have no mask.
+    malformed : bool array of shape (n,), optional
+        Flags of the frames whose ground truth is a box without size that is not flagged as absence;
+        by default none. Their boxes are NaN. Presets of toolkits that score them do so, too.
     regions : mapping of str to array of shape (n, 4), optional
         Further ground-truth boxes by name (`full`, `tight`, …).
     visibility : array of shape (n,), optional
@@ -153,6 +157,7 @@ class Sequence:
         *,
         fingerprint: str | Callable[[], str],
         annotated: ArrayLike | None = None,
+        malformed: ArrayLike | None = None,
         regions: Mapping[str, ArrayLike] | None = None,
         visibility: ArrayLike | None = None,
         attributes: Mapping[str, ArrayLike] | None = None,
@@ -189,6 +194,8 @@ class Sequence:
         flags = np.full(n, boxes is not None) if annotated is None else annotated
         self.annotated: NDArray[np.bool_] = _frozen(flags, (n,), f"{name}: annotated", np.bool_)
         self.boxes: Array = self._annotated_rows(rows, f"{name}: boxes")
+        flags = np.zeros(n, np.bool_) if malformed is None else malformed
+        self.malformed: NDArray[np.bool_] = _frozen(flags, (n,), f"{name}: malformed", np.bool_)
         self._check_coordinates()
         self.images_beyond_truth = n_images - n
         self.regions: dict[str, Array] = {
@@ -293,6 +300,13 @@ class Sequence:
             remarks.append(f"ignored {images} after the ground truth.")
         if 0 < unknown < len(self):
             remarks.append(f"{unknown} of {len(self)} frames are not annotated and not scored.")
+        if n := int(self.malformed.sum()):
+            first = self.frame_name(int(self.malformed.argmax()))
+            remarks.append(
+                f"{n} row{'s' * (n > 1)} of the ground truth without a positive size (first for "
+                f"{first}) stand{'s' * (n == 1)} for absence; the metrics lasot and got10k score "
+                "such rows as their toolkits do."
+            )
         if self.origin.unread_files:
             files = ", ".join(self.origin.unread_files)
             remarks.append(
@@ -399,6 +413,7 @@ class Sequence:
             self.boxes[frames],
             fingerprint=lambda: f"{self.fingerprint}{label}",
             annotated=self.annotated[frames],
+            malformed=self.malformed[frames],
             regions={key: rows[frames] for key, rows in self.regions.items()},
             visibility=self.visibility[frames],
             attributes={key: flags[frames] for key, flags in self.attributes.items()},
@@ -412,6 +427,36 @@ class Sequence:
             origin=self.origin,
             shapes=None if self.shapes is None else self.shapes[index],
         )
+
+
+class WithRemarks(Protocol):
+    """Sequence, or data on it, that has remarks."""
+
+    @property
+    def name(self) -> str:
+        """Canonical name of the sequence."""
+        ...
+
+    @property
+    def remarks(self) -> Collection[str]:
+        """See `Sequence.remarks`."""
+        ...
+
+
+def group_remarks(sequences: Iterable[WithRemarks]) -> list[str]:
+    """Return the remarks on several sequences, each with the name of its sequence.
+
+    Of remarks that differ only in their numbers, the first one is returned, with their number.
+    """
+    by_kind: dict[str, list[str]] = {}
+    for sequence in sequences:
+        for remark in sequence.remarks:
+            kind = re.sub(r"\d+", "", remark)
+            by_kind.setdefault(kind, []).append(f"{sequence.name}: {remark}")
+    return [
+        first + (f" {len(others)} more sequences like this." if others else "")
+        for first, *others in by_kind.values()
+    ]
 
 
 def unusable_sequences(errors: Mapping[str, str], n_sequences: int) -> SequenceError:

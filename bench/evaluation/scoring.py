@@ -93,6 +93,7 @@ def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthA
         getattr(truth, "image_size", None),
         None if shapes is None else shapes[int(frames[0]) :: step],
         annotated=np.broadcast_to(truth.annotated, len(truth.boxes))[frames],
+        malformed=np.broadcast_to(truth.malformed, len(truth.boxes))[frames],
     )
 
 

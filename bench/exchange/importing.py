@@ -43,6 +43,7 @@ from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.datasets.interface import group_remarks
 
 
 @dataclass(frozen=True)
@@ -66,21 +67,27 @@ def parse_imported_tracker(text: str) -> ImportedTracker:
     return ImportedTracker(tracker, detect_format(Path(path)), Path(path))
 
 
-def open_sequences(sources: Sequence[SequenceSource], folder: Path) -> list[ResultSequence]:
+def open_sequences(
+    sources: Sequence[SequenceSource], folder: Path, on_message: Callable[[str], None]
+) -> list[ResultSequence]:
     """Open sequences and write their ground truth into the folder of an experiment.
 
-    Raises `SequenceError` for a sequence that cannot be opened or has no ground truth.
+    `on_message`: called with sentences on frames and rows that are not scored. Raises
+    `SequenceError` for a sequence that cannot be opened or has no ground truth.
     """
-    opened = []
+    opened, sequences = [], []
     for source in sources:
         sequence = datasets.load(source.text, truth=source.truth)
         sequence.check_runnable()
+        sequences.append(sequence)
         write_truth(folder, sequence)
         absolute = source.absolute()
         fields = sequence.name, sequence.fingerprint, sequence.boxes
         source = absolute.text, str(absolute.truth or "")
         first_pixel = sequence.origin.first_pixel
         opened.append(ResultSequence(*fields, *source, sequence.image_size, first_pixel))
+    for remark in group_remarks(sequences):
+        on_message(remark)
     return opened
 
 

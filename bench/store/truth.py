@@ -35,6 +35,8 @@ class StoredTruth:
     shapes: Shapes | None = None
     # (n,): see `Sequence`; shape () for all frames
     annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True))
+    # (n,): see `Sequence`; shape () for no frame
+    malformed: NDArray[np.bool_] = field(default_factory=lambda: np.array(False))
     # Coordinate of the first pixel in the files of the data set; None if an older version stored it
     first_pixel: int | None = None
 
@@ -54,6 +56,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
         _image_size(sequence),
         sequence.shapes,
         sequence.annotated,
+        sequence.malformed,
         sequence.origin.first_pixel,
     )
     store_truth(folder, sequence.fingerprint, truth)
@@ -120,6 +123,8 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
     arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
     if not truth.annotated.all():
         arrays["annotated"] = truth.annotated
+    if truth.malformed.any():
+        arrays["malformed"] = truth.malformed
     if truth.fps is not None:
         arrays["fps"] = np.array(truth.fps, np.float64)
     if truth.first_pixel is not None:
@@ -154,5 +159,6 @@ def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
         image_size=size,
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
         annotated=arrays.get("annotated", np.ones(n, np.bool_)),
+        malformed=arrays.get("malformed", np.zeros(n, np.bool_)),
         first_pixel=int(arrays["first_pixel"]) if "first_pixel" in arrays else None,
     )

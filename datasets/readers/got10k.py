@@ -56,7 +56,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     name, images, source = path.resolve().name, numbered_images(path, 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    boxes = read_boxes(source, origin=FIRST_PIXEL, minus_is_absent=True)
+    boxes = read_boxes(source, origin=FIRST_PIXEL, zero_is_absent=False)
     check_row_count(len(boxes), images, source)
     n = frames_with_values(len(boxes), images)
     flags = read_flags([path / f"{flag}.label" for flag in FLAGS], n)

@@ -131,3 +131,24 @@ def test_import_reads_polygons_of_eight_numbers(workspace, import_results):
     overlaps, messages = import_results("theirs", "sets")
     assert overlaps["s"] == 1
     assert "bounding boxes of polygons" in messages
+
+
+def write_lasot(folder, rows=FROM_ONE):
+    write_images(folder / "img", name="{:08}.jpg")
+    write_rows(folder / "groundtruth.txt", rows)
+    for flag in ("full_occlusion", "out_of_view"):
+        (folder / f"{flag}.txt").write_text(",".join("0" * len(rows)))
+
+
+def test_malformed_rows_of_lasot_are_counted_and_scored(workspace, trackmark, import_results):
+    rows = FROM_ONE.copy()
+    rows[4] = [61, 73, 24, -1]
+    write_lasot(workspace / "tiger/tiger-6", rows)
+    write_rows(workspace / "theirs/tiger-6.txt", FROM_ONE)
+    scores, messages = import_results("theirs", "tiger/tiger-6", "lasot", "precision")
+    assert scores["tiger-6"] == 1.0  # the toolkit's distance in this frame is -1
+    remark = "1 row of the ground truth without a positive size (first for 00000005.jpg)"
+    assert f"tiger-6: {remark}" in messages
+    assert remark in trackmark("run", "--trackers", "static", "--sequences", "tiger").stderr
+    scores, _ = import_results("theirs", "tiger/tiger-6", "lasot", "success_auc")
+    assert scores["tiger-6"] == pytest.approx(7 / 8 * 20 / 21)
