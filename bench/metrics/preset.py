@@ -138,6 +138,7 @@ class Preset:
     curves: Mapping[str, Axes] = field(default_factory=dict)
     protocol: Protocol = "one pass"
     agrees_with: str = ""  # toolkits that compute equal scores
+    undefined: str = ""  # reason for NaN scores of a run, without full stop, for notes
     aliases: tuple[str, ...] = ()
 
     def overall(self, runs: Runs) -> PresetResult:

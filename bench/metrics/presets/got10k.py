@@ -73,4 +73,5 @@ PRESET = Preset(
     combine=combine,
     curves={"success": Axes("overlap threshold", "share of frames")},
     agrees_with="got10k's ExperimentGOT10k",
+    undefined="no frame after the first shows the target (absent, or labels of 0 in cover.label)",
 )

@@ -152,3 +152,24 @@ def test_malformed_rows_of_lasot_are_counted_and_scored(workspace, trackmark, im
     assert remark in trackmark("run", "--trackers", "static", "--sequences", "tiger").stderr
     scores, _ = import_results("theirs", "tiger/tiger-6", "lasot", "success_auc")
     assert scores["tiger-6"] == pytest.approx(7 / 8 * 20 / 21)
+
+
+def write_got10k(folder, cover):
+    write_images(folder, name="{:08}.jpg")
+    write_rows(folder / "groundtruth.txt", FROM_ONE)
+    (folder / "cover.label").write_text("".join(f"{level}\n" for level in cover))
+
+
+def test_got10k_without_visible_frames_has_no_scores(workspace, trackmark):
+    write_got10k(workspace / "val/a", [8] * 8)
+    write_got10k(workspace / "val/b", [8] + [0] * 7)
+    for name in "ab":
+        write_rows(workspace / f"theirs/{name}/{name}_001.txt", FROM_ONE)
+    report = ("report", "--results-of", "gt=theirs", "--metrics", "got10k")
+    alone = trackmark(*report, "--sequences", "val/b").stdout
+    assert "—: no frame after the first shows the target" in alone
+    assert "cover.label): b" in " ".join(alone.split())
+    assert "0.000" not in alone
+    both = trackmark(*report, "--sequences", "val").stdout
+    assert "all sequences" in both
+    assert "1.000" in both
