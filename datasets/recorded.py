@@ -95,13 +95,12 @@ def recorded(
     # Image files after the last ground-truth row are never read.
     read = files[:n]
 
-    boxes = None if truth is None else truth.boxes
-    malformed = None if boxes is None else _malformed_rows(boxes)
+    boxes, malformed = (None, None) if truth is None else _split_malformed(truth.boxes)
 
     sequence = Sequence(
         name,
         frames,
-        boxes if boxes is None else np.where(malformed[:, None], np.nan, boxes),
+        boxes,
         malformed=malformed,
         fingerprint=lambda: _fingerprint(sequence, digests(read)),
         annotated=None if truth is None else truth.annotated_frames,
@@ -132,11 +131,15 @@ def recorded_images(
     return recorded(name, frames, images, truth, truth_source, frame_names=names, **options)
 
 
-def _malformed_rows(boxes: Array) -> NDArray[np.bool_]:
-    """Return the rows after the first one that are finite boxes without a positive size."""
-    malformed = np.isfinite(boxes).all(axis=1) & (boxes[:, 2:] <= 0.0).any(axis=1)
-    malformed[:1] = False  # `Sequence.check_runnable` refuses a first row without size
-    return np.asarray(malformed)
+def _split_malformed(boxes: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return boxes with NaN rows in place of malformed ones, and the flags of the latter.
+
+    Malformed rows are finite boxes without a positive size, except in the first row:
+    `Sequence.check_runnable` refuses that one.
+    """
+    finite, sizeless = np.isfinite(boxes).all(axis=1), (boxes[:, 2:] <= 0.0).any(axis=1)
+    malformed = finite & sizeless & (np.arange(len(boxes)) > 0)
+    return np.where(malformed[:, None], np.nan, boxes), malformed
 
 
 def _has_one_row(truth: GroundTruth) -> bool:

@@ -82,10 +82,17 @@ def open_sequences(
         sequences.append(sequence)
         write_truth(folder, sequence)
         absolute = source.absolute()
-        fields = sequence.name, sequence.fingerprint, sequence.boxes
-        source = absolute.text, str(absolute.truth or "")
-        first_pixel = sequence.origin.first_pixel
-        opened.append(ResultSequence(*fields, *source, sequence.image_size, first_pixel))
+        opened.append(
+            ResultSequence(
+                sequence.name,
+                sequence.fingerprint,
+                sequence.boxes,
+                absolute.text,
+                str(absolute.truth or ""),
+                sequence.image_size,
+                sequence.origin.first_pixel,
+            )
+        )
     for remark in group_remarks(sequences):
         on_message(remark)
     return opened
