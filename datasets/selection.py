@@ -48,14 +48,14 @@ def select_sequences(items: Iterable[str]) -> list[str]:
     for pattern in excluded:
         if not any(_matches(pattern, names[text]) for text in names):
             # Names inside the data, such as Jogging.1, need the sequence.
-            names = {text: known | _canonical_name(text) for text, known in names.items()}
+            names = {text: spellings | _canonical_name(text) for text, spellings in names.items()}
         _check_pattern(pattern, selecting, names)
-    kept = [text for text, known in names.items() if not _excluded(excluded, known)]
-    if excluded and not kept:
+    selected = [text for text, spellings in names.items() if not _excluded(excluded, spellings)]
+    if excluded and not selected:
         raise SequenceError(
             f"{', '.join(items)}: all sequences are excluded. Select at least one sequence."
         )
-    return kept
+    return selected
 
 
 def _excluded(patterns: Iterable[str], names: Iterable[str]) -> bool:
@@ -82,14 +82,14 @@ def _canonical_name(text: str) -> set[str]:
 
 def _check_pattern(pattern: str, selecting: Iterable[str], names: dict[str, set[str]]) -> None:
     """Raise `SequenceError` if a pattern excludes nothing."""
-    if any(_matches(pattern, known) for known in names.values()):
+    if any(_matches(pattern, spellings) for spellings in names.values()):
         return
     try:
         everything = {text for item in selecting for text in matching(item)}
     except SequenceError:  # the pattern can exclude a sequence that is incomplete
         return
     if not any(_matches(pattern, _names(text)) for text in everything):
-        known = sorted({name for text in everything for name in _names(text)})
+        valid = sorted({name for text in everything for name in _names(text)})
         raise SequenceError(
-            f"{quote(EXCLUDES + pattern)} excludes no sequence.{close_match(pattern, known)}"
+            f"{quote(EXCLUDES + pattern)} excludes no sequence.{close_match(pattern, valid)}"
         )

@@ -75,10 +75,10 @@ def check_first_boxes(
     images, if known. Raises `ExchangeError` if the rows are in another unit; see `find_other_unit`.
     """
     first = next(iter(boxes.values()))
-    known = np.full(rows.shape, np.nan)
+    expected = np.full(rows.shape, np.nan)
     for row, box in boxes.items():
-        known[row] = box.expected
-    if unit := find_other_unit(rows, size, known):
+        expected[row] = box.expected
+    if unit := find_other_unit(rows, size, expected):
         raise ExchangeError(
             f"{first.place}: the boxes look like {unit.name}; the first box is "
             f"{_text(first.stored)}, the ground truth {_text(first.expected)}. Expected: x, y, "

@@ -292,6 +292,7 @@ def _run(tracker: str, file: _ResultFile, boxes: NDArray[np.float64]) -> Run:
             "source": sequence.source,
             "truth": sequence.truth,
             "file": str(file.path.resolve()),
+            **({"unscored_frames": rows.n_unscored} if rows.n_unscored else {}),
         },
     )
     return _with_whole_segments(run, sequence)
@@ -306,14 +307,14 @@ def _fit_rows(
 ) -> ResultRows:
     """Return one row per frame of a one-pass run, as the toolkits that read the format do.
 
-    They cut additional rows. A row that is missing at the end counts as a miss.
+    They cut additional rows. A row that is missing at the end is a miss or is not scored.
     """
     n, m = len(rows.boxes), len(sequence.boxes)
     if rows.protocol or n == m:
         return rows
     problem = f"{file}: {n} rows for the {m} frames of {sequence.name}"
     row = result_format.row
-    if not (result_format.cuts_rows and n >= m - 1):
+    if not (result_format.missing_row and n >= m - 1):
         reason = f"ends after {row} {n}" if n < m else f"{row} {m + 1} is too many"
         raise ExchangeError(f"{problem}: {reason}.")
     first = int(_present(sequence).argmax())
@@ -324,12 +325,17 @@ def _fit_rows(
             "can belong to other frames. Expected: one row per frame. Supply all rows."
         )
     if n < m:
-        notes.add("short", f"{problem}: {row} {m} is missing and counts as a miss.")
+        notes.add(
+            "short",
+            f"{problem}: {row} {m} is missing; as in the toolkits, it is "
+            f"{result_format.missing_row}.",
+        )
     else:
         notes.add("long", f"{problem}: the rows after {row} {m} are not used.")
     confidence = rows.confidence
     return replace(
         rows,
+        n_unscored=int(n < m and result_format.missing_row == "not scored"),
         boxes=np.vstack([rows.boxes, np.full((1, 4), np.nan)])[:m],
         confidence=None if confidence is None else np.append(confidence, np.nan)[:m],
         headers=tuple(replace(header, n_rows=m, end=None) for header in rows.headers),
@@ -388,8 +394,8 @@ def _find_origin(
 
     This is the number that most files show. If there is no majority, it is that of the data set.
     """
-    shown = [find_origin(file.first_boxes.values(), result_format.rounding) for file in files]
-    decided = majority(shown)
+    votes = [find_origin(file.first_boxes.values(), result_format.rounding) for file in files]
+    decided = majority(votes)
     origin = first_pixel if decided is None else decided
     folder, n = files[0].path.parent, len(files)
     if origin is None:
@@ -402,10 +408,10 @@ def _find_origin(
         notes.add(
             "origin",
             f"{folder}: pixels are counted from {origin}, as the first boxes of "
-            f"{shown.count(origin)} of {n} files show. The files of the data set count from "
+            f"{votes.count(origin)} of {n} files show. The files of the data set count from "
             f"{first_pixel}.",
         )
-    others = [file for file, own in zip(files, shown, strict=True) if own == 1 - origin]
+    others = [file for file, vote in zip(files, votes, strict=True) if vote == 1 - origin]
     if others:
         notes.add(
             "other origin",

@@ -49,9 +49,9 @@ def files_of_sequences(sequences: Iterable[str], files: Iterable[str]) -> Mappin
         for file in set(files) - set(chosen.values()):
             matching[file_key(file)][1].append(file)
         chosen |= {
-            names[0]: found[0]
-            for names, found in matching.values()
-            if len(names) == len(found) == 1
+            names[0]: candidates[0]
+            for names, candidates in matching.values()
+            if len(names) == len(candidates) == 1
         }
     return chosen
 

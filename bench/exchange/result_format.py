@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,7 @@ class ResultRows:
     # machines are not comparable.
     update_seconds: float = nan
     simplification: str = ""  # message on regions that were simplified when the file was read
+    n_unscored: int = 0  # number of last rows that are missing and not scored
     headers: tuple[Header, ...] = ()  # one per segment, in the order of the rows
     protocol: str = ""  # protocol of a file with segments, such as `sre`; empty for one-pass
 
@@ -97,8 +98,8 @@ class ResultFormat:
     write: Callable[[Path, str, int, ResultRows], Mapping[Path, str]]
     rounding: Rounding = lambda boxes: boxes
     has_repetitions: bool = False  # True if a folder can contain several repetitions
-    # True if toolkits score files that have a row less, or more rows, than the sequence has frames.
-    cuts_rows: bool = False
+    # What the toolkits do if the last row is missing. If this is stated, they cut additional rows.
+    missing_row: Literal["not scored", "a miss"] | None = None
     row: str = "line"  # name of a row in messages
     parts: Callable[[Path], Sequence[Path]] = lambda file: [file]  # all files of a run
     # Return the frames of the rows of each header, from 0. Raise `ExchangeError` for a header that

@@ -39,6 +39,6 @@ FORMAT = ResultFormat(
     fits=fits,
     read=read_boxes,
     write=write,
-    cuts_rows=True,
+    missing_row="not scored",
     rounding=round_to(4),
 )

@@ -236,7 +236,7 @@ FORMAT = ResultFormat(
     fits=lambda file: file.suffix == ".json",
     read=read,
     write=write,
-    cuts_rows=True,
+    missing_row="not scored",
     rounding=np.nan_to_num,
     row="box",
     frames=frames,

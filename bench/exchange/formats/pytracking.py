@@ -58,6 +58,6 @@ FORMAT = ResultFormat(
     fits=lambda file: "\t" in first_line(file),
     read=read,
     write=write,
-    cuts_rows=True,
+    missing_row="a miss",
     rounding=truncate,
 )

@@ -114,10 +114,13 @@ def test_import_knows_prefixes_of_pytracking(workspace, import_results):
     assert "uav_bird1_1 is read as the results on bird1_1." in messages
 
 
-@pytest.mark.parametrize(("n", "overlap"), [(7, 7 / 8), (9, 1.0)])
-def test_import_notes_another_number_of_rows(n, overlap, workspace, import_results):
+@pytest.mark.parametrize(
+    ("n", "separator", "overlap"), [(7, ",", 1.0), (7, "\t", 7 / 8), (9, ",", 1.0), (9, "\t", 1.0)]
+)
+def test_import_notes_another_number_of_rows(n, separator, overlap, workspace, import_results):
+    """Check that OTB's toolkits leave a missing frame out, and pytracking counts it as a miss."""
     write_otb(workspace / "sets" / "Board")
-    write_rows(workspace / "theirs/Board.txt", [*FROM_ONE, FROM_ONE[-1]][:n])
+    write_rows(workspace / "theirs/Board.txt", [*FROM_ONE, FROM_ONE[-1]][:n], separator)
     overlaps, messages = import_results("theirs", "sets")
     assert overlaps["Board"] == pytest.approx(overlap)
     assert f"Board.txt: {n} rows for the 8 frames of Board" in messages

@@ -22,11 +22,12 @@ def import_rows(folder, rows, separator=",", truth=TRUTH):
     return run.boxes, messages
 
 
-@pytest.mark.parametrize("separator", [",", "\t"])
-def test_missing_last_row_is_a_miss_with_a_note(separator, tmp_path):
+@pytest.mark.parametrize(("separator", "treated"), [(",", "not scored"), ("\t", "a miss")])
+def test_missing_last_row_is_treated_as_in_toolkits(separator, treated, tmp_path):
     boxes, (message,) = import_rows(tmp_path, TRUTH[:-1] + SHIFT, separator)
     np.testing.assert_array_equal(boxes, [*TRUTH[:-1], [np.nan] * 4])
     assert "Board.txt: 7 rows for the 8 frames of Board: line 8 is missing" in message
+    assert message.endswith(f"as in the toolkits, it is {treated}.")
 
 
 @pytest.mark.parametrize("more", [1, 5])
