@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.box_unit import find_other_unit
+from trackmark.datasets.box_unit import find_other_unit, share_outside
 from trackmark.datasets.shapes import Shapes
 
 Array: TypeAlias = NDArray[np.float64]
@@ -18,6 +18,9 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 # maximum absolute coordinate of a ground-truth box [pixels], larger than any image
 MAX_COORDINATE = 1e7
+
+
+_MAX_OUTSIDE = 0.5  # median share of the boxes outside the images above which a remark is made
 
 
 class SequenceError(ValueError):
@@ -307,6 +310,15 @@ class Sequence:
                 f"{first}) stand{'s' * (n == 1)} for absence; the metrics lasot and got10k score "
                 "such rows as their toolkits do."
             )
+        if self.known_size is not None and self.present.any():
+            outside = share_outside(self.boxes[self.present], self.known_size)
+            if problem := self._unit_problem(self.known_size):
+                remarks.append(problem)
+            elif np.median(outside) > _MAX_OUTSIDE:
+                remarks.append(
+                    "most boxes lie outside the images. Check that the ground truth is in pixels "
+                    "of images of this size."
+                )
         if self.origin.unread_files:
             files = ", ".join(self.origin.unread_files)
             remarks.append(
@@ -359,13 +371,8 @@ class Sequence:
         frame = self.first_frame
         x, y, width, height = self.boxes[frame].tolist()
         image_width, image_height = self.image_size
-        if unit := find_other_unit(self.boxes, self.image_size):
-            raise SequenceError(
-                f"{self.truth_source}: the ground truth looks like {unit.name}; the box of "
-                f"{self.frame_name(frame)} is {x:g}, {y:g}, {width:g}, {height:g} in an image of "
-                f"{image_width}x{image_height}. Expected: x, y, width, height in pixels. Convert "
-                f"all rows: {unit.remedy}."
-            )
+        if problem := self._unit_problem(self.image_size):
+            raise SequenceError(f"{self.truth_source}: {problem}")
         if width <= 0.0 or height <= 0.0:
             problem = "has no size"
         elif lies_outside(self.boxes[frame], (image_width, image_height)):
@@ -384,6 +391,19 @@ class Sequence:
     def frame_name(self, frame: int) -> str:
         """Return the name of a frame in messages: its file name, or `frame i`."""
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
+
+    def _unit_problem(self, size: tuple[int, int]) -> str:
+        """Return why the ground truth cannot be boxes in pixels of such images; empty if it can."""
+        unit = find_other_unit(self.boxes, size)
+        if unit is None:
+            return ""
+        x, y, width, height = self.boxes[self.first_frame].tolist()
+        return (
+            f"the ground truth looks like {unit.name}; the box of "
+            f"{self.frame_name(self.first_frame)} is {x:g}, {y:g}, {width:g}, {height:g} (from 0) "
+            f"in an image of {size[0]}x{size[1]}. Expected: x, y, width, height in pixels. Convert "
+            f"all rows: {unit.remedy}."
+        )
 
     def _annotated_rows(self, rows: ArrayLike, label: str) -> Array:
         """Return boxes as a read-only array, with NaN rows in frames that are not annotated."""
