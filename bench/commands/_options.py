@@ -310,14 +310,15 @@ def split_list(text: str) -> list[str]:
 def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSource, ...]:
     """Return the distinct sequences of a comma-separated list of names, paths and patterns.
 
+    Items such as `!Board` or `!car*` exclude sequences, also incomplete ones in a folder.
+
     Raises `SequenceError` for a pattern without match, and `ExperimentError` if `truth` is given
     for more or fewer than one sequence.
     """
-    from trackmark import datasets
+    from trackmark.datasets.selection import select_sequences
 
     with patience("Looking for sequences"):
-        names = [name for item in split_list(text) for name in datasets.matching(item)]
-    names = list(dict.fromkeys(names))
+        names = select_sequences(split_list(text))
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSource(name, truth) for name in names)

@@ -338,7 +338,7 @@ class ExportOptions:
     tracker: str = selection_option("Only trackers that match this pattern.", default="*")
     sequence: str = selection_option("Only sequences that match this pattern.", default="*")
     origin: int | None = output_option(
-        "Coordinate of the first pixel, 0 or 1.  [default: set by the format]",
+        "Coordinate of the first pixel, 0 or 1.  [default: as in the files of the data set]",
         "--from",
         metavar="INTEGER",
         type=click.IntRange(0, 1),

@@ -1,7 +1,6 @@
 """Run trackers on sequences and store the results."""
 
 import json
-import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -62,7 +61,8 @@ class RunOptions(ScreenOptions, EngineOptions):
         metavar="TRACKERS",
     )
     sequences: str | None = option(
-        "Comma-separated names, paths, folders or patterns with * and ?.", metavar="SEQUENCES"
+        "Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
+        metavar="SEQUENCES",
     )
     truth: Path | None = truth_option()
     seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
@@ -213,18 +213,11 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
 
 
 def print_remarks(execution: "Execution") -> None:
-    """Print which images, frames and files of sequences are not read or not scored.
+    """Print which images, frames and files of sequences are not read or not scored."""
+    from trackmark.datasets.interface import group_remarks
 
-    Remarks that differ only in their numbers are printed for the first sequence.
-    """
-    by_kind: dict[str, list[str]] = {}
-    for sequence in execution.plan.sequences:
-        for remark in sequence.remarks:
-            kind = re.sub(r"\d+", "", remark)
-            by_kind.setdefault(kind, []).append(f"{sequence.name}: {remark}")
-    for first, *others in by_kind.values():
-        more = f" {len(others)} more sequences like this." if others else ""
-        print_event("warning", first + more)
+    for text in group_remarks(execution.plan.sequences):
+        print_event("warning", text)
 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
