@@ -36,9 +36,9 @@ class Outlet(TextIOBase):
         """Return True."""
         return True
 
-    def write(self, text: str, /) -> int:
-        """Clean the text and pass it on."""
-        cleaned = self._clean(text)
+    def write(self, text: str | bytes, /) -> int:
+        """Clean the text and pass it on; click writes the texts of shell completion as bytes."""
+        cleaned = self._clean(text if isinstance(text, str) else text.decode())
         self._attempt(lambda: self.through.write(cleaned))
         return len(text)
 
