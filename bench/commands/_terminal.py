@@ -4,13 +4,16 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from io import TextIOBase, TextIOWrapper
-from typing import TextIO, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TextIO, cast
 
 import click
 
-from trackmark.reports.printable import printable, wrap
+from trackmark.reports.printable import printable, wrap, wrap_cut_lines
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 MAX_LINE = 1000
 """Maximum length of a printed line of a message [characters]."""
@@ -20,10 +23,13 @@ class Outlet(TextIOBase):
     """Replacement of standard output or error.
 
     After a write error the remaining output is dropped and the work continues. The error is printed
-    unless the reader has closed a pipe.
+    unless the reader has closed a pipe. In a terminal, texts are written above the progress bar.
 
     `through`: the replaced stream. `clean`: function that is applied to texts.
     """
+
+    bar: ClassVar["tqdm[Any] | None"] = None  # progress bar in the last line of the terminal
+    line_ended: ClassVar[bool] = True  # whether the last text of a terminal ended with its line
 
     def __init__(self, through: TextIO, clean: Callable[[str], str] = printable) -> None:
         self.through = through
@@ -39,8 +45,29 @@ class Outlet(TextIOBase):
     def write(self, text: str | bytes, /) -> int:
         """Clean the text and pass it on; click writes the texts of shell completion as bytes."""
         cleaned = self._clean(text if isinstance(text, str) else text.decode())
-        self._attempt(lambda: self.through.write(cleaned))
+        with self._above_bar(cleaned):
+            self._attempt(lambda: self.through.write(cleaned))
         return len(text)
+
+    @contextmanager
+    def _above_bar(self, text: str) -> Iterator[None]:
+        """Remove the progress bar from its line, and draw it below the text."""
+        bar = Outlet.bar
+        if not text or not self.isatty():
+            yield
+            return
+        with ExitStack() as locked:
+            # tqdm draws a bar with a delay later, or never.
+            drawn = bar is not None and bar.last_print_t >= bar.start_t + bar.delay
+            if bar is not None and drawn:
+                locked.enter_context(bar.get_lock())
+                if Outlet.line_ended:
+                    bar.clear(nolock=True)
+            yield
+            Outlet.line_ended = text.endswith("\n")
+            if bar is not None and drawn and Outlet.line_ended:
+                self.flush()
+                bar.refresh(nolock=True)
 
     def flush(self) -> None:
         """Write the buffered text."""
@@ -96,21 +123,45 @@ def _in_columns(text: str) -> str:
     return wrap(_shortened(text))
 
 
+def _uncut(text: str) -> str:
+    """Return a text for standard output in lines that the terminal does not cut within words."""
+    return wrap_cut_lines(printable(text))
+
+
 @contextmanager
 def outlets() -> Iterator[Outlet | None]:
     """Replace standard output and error; yield the outlet of the output, if it is open."""
-    out = None if sys.stdout is None else Outlet(sys.stdout)
-    err = None
+    out = err = None
+    if sys.stdout is not None:
+        out = Outlet(sys.stdout, _uncut if sys.stdout.isatty() else printable)
     if sys.stderr is not None:
         err = Outlet(sys.stderr, _in_columns if sys.stderr.isatty() else _shortened)
     with redirect_stdout(cast("TextIO", out)), redirect_stderr(cast("TextIO", err)):
         yield out
 
 
+class _BarOutlet(Outlet):
+    """Standard error without escaping, for the control characters of a progress bar."""
+
+    @contextmanager
+    def _above_bar(self, text: str) -> Iterator[None]:
+        yield
+
+
 def progress_outlet() -> TextIO:
-    """Return standard error without escaping, for the control characters of a progress bar."""
+    """Return the stream of a progress bar."""
     real = sys.stderr.through if isinstance(sys.stderr, Outlet) else sys.stderr
-    return cast("TextIO", Outlet(real, str))
+    return cast("TextIO", _BarOutlet(real, str))
+
+
+@contextmanager
+def below_messages(bar: "tqdm[Any]") -> Iterator[None]:
+    """Keep a progress bar below all messages of the command within the context."""
+    Outlet.bar = bar
+    try:
+        yield
+    finally:
+        Outlet.bar = None
 
 
 @contextmanager
