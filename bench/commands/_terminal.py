@@ -3,8 +3,11 @@
 import os
 import signal
 import sys
+import threading
+from _thread import interrupt_main
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from functools import partial
 from io import TextIOBase, TextIOWrapper
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO, cast
 
@@ -17,6 +20,9 @@ if TYPE_CHECKING:
 
 MAX_LINE = 1000
 """Maximum length of a printed line of a message [characters]."""
+
+_INTERRUPT_DELAY = 0.01
+"""Time after which an ignored Ctrl-C is repeated [s]."""
 
 
 class Outlet(TextIOBase):
@@ -136,8 +142,26 @@ def outlets() -> Iterator[Outlet | None]:
         out = Outlet(sys.stdout, _uncut if sys.stdout.isatty() else printable)
     if sys.stderr is not None:
         err = Outlet(sys.stderr, _in_columns if sys.stderr.isatty() else _shortened)
-    with redirect_stdout(cast("TextIO", out)), redirect_stderr(cast("TextIO", err)):
+    with (
+        redirect_stdout(cast("TextIO", out)),
+        redirect_stderr(cast("TextIO", err)),
+        _without_colours(),
+    ):
         yield out
+
+
+@contextmanager
+def _without_colours() -> Iterator[None]:
+    """Let Python and other packages print no colours, which the outlets would escape."""
+    before = os.environ.get("NO_COLOR")
+    os.environ["NO_COLOR"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["NO_COLOR"]
+        else:
+            os.environ["NO_COLOR"] = before
 
 
 class _BarOutlet(Outlet):
@@ -170,11 +194,36 @@ def interruptible() -> Iterator[None]:
 
     Outside the context, Ctrl-C ends the process immediately and prints no traceback.
     """
-    before = signal.getsignal(signal.SIGINT)
+    before, hook = signal.getsignal(signal.SIGINT), sys.unraisablehook
     if before is signal.SIG_DFL:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.unraisablehook = partial(_repeat_interrupt, hook)
     try:
         yield
     finally:
+        sys.unraisablehook = hook
         if before is signal.SIG_DFL:
             signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _repeat_interrupt(
+    hook: Callable[["sys.UnraisableHookArgs"], object], unraisable: "sys.UnraisableHookArgs"
+) -> None:
+    """Repeat a Ctrl-C that was raised where Python ignores exceptions, as in callbacks of LLVM."""
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        timer = threading.Timer(_INTERRUPT_DELAY, interrupt_main)
+        timer.daemon = True
+        timer.start()
+    else:
+        hook(unraisable)
+
+
+def confirm(question: str) -> None:
+    """Ask a question; raise `click.Abort` unless the answer is yes."""
+    if sys.stdin is None or sys.stdout is None:
+        raise click.UsageError("the question cannot be answered without a terminal. Add --yes.")
+    try:
+        click.confirm(question, abort=True)
+    except click.Abort:
+        click.echo()  # ends the line of the question
+        raise

@@ -1,15 +1,18 @@
 """Output and progress of commands in terminals and elsewhere."""
 
+import ctypes
 import fcntl
 import io
 import logging
 import os
 import pty
 import re
+import signal
 import struct
 import sys
 import termios
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -24,7 +27,7 @@ from trackmark.bench.commands._progress import (
     patience,
     progress_bar,
 )
-from trackmark.bench.commands._terminal import Outlet, complain, outlets
+from trackmark.bench.commands._terminal import Outlet, complain, interruptible, outlets
 from trackmark.reports.printable import MAX_WIDTH, wrap
 
 
@@ -270,3 +273,42 @@ def test_dumb_terminal_shows_lines_instead_of_a_bar(terminal, monkeypatch):
         "done     1/1 runs, 0 failed, 1 s",
         "",
     ]
+
+
+def interrupted_call(callback):
+    """Call a callback in which Python ignores exceptions, and work on."""
+    callback()
+    end = time.monotonic() + 300
+    while time.monotonic() < end:
+        time.sleep(0.01)
+
+
+def test_interrupt_in_a_foreign_callback_ends_the_command(monkeypatch, capsys):
+    @ctypes.CFUNCTYPE(None)
+    def callback():
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):
+            pass
+
+    monkeypatch.setattr(sys, "unraisablehook", sys.__unraisablehook__)
+    with pytest.raises(KeyboardInterrupt), outlets(), interruptible():
+        interrupted_call(callback)
+    assert capsys.readouterr().err == ""
+
+
+def test_outlets_let_other_packages_print_no_colours(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    with outlets():
+        assert os.environ["NO_COLOR"] == "1"
+    assert "NO_COLOR" not in os.environ
+
+
+def test_question_without_standard_input_is_one_message(trackmark, monkeypatch):
+    trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
+    remove = ("results", "remove", "results/mine")
+    for answer, status in (("n\n", 130), ("", 130), ("y\n", 0)):
+        monkeypatch.setattr(sys, "stdin", io.StringIO(answer))
+        assert "[y/N]: " in trackmark(*remove, status=status).stdout
+    trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
+    monkeypatch.setattr(sys, "stdin", None)
+    assert "Add --yes" in trackmark(*remove, status=2).stderr
