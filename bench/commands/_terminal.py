@@ -9,14 +9,11 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from functools import partial
 from io import TextIOBase, TextIOWrapper
-from typing import TYPE_CHECKING, Any, ClassVar, TextIO, cast
+from typing import Any, ClassVar, TextIO, cast
 
 import click
 
 from trackmark.reports.printable import printable, wrap, wrap_cut_lines
-
-if TYPE_CHECKING:
-    from tqdm import tqdm
 
 MAX_LINE = 1000
 """Maximum length of a printed line of a message [characters]."""
@@ -34,7 +31,7 @@ class Outlet(TextIOBase):
     `through`: the replaced stream. `clean`: function that is applied to texts.
     """
 
-    bar: ClassVar["tqdm[Any] | None"] = None  # progress bar in the last line of the terminal
+    bar: ClassVar[Any] = None  # bar of tqdm in the last line of the terminal, or None
     line_ended: ClassVar[bool] = True  # whether the last text of a terminal ended with its line
 
     def __init__(self, through: TextIO, clean: Callable[[str], str] = printable) -> None:
@@ -65,13 +62,13 @@ class Outlet(TextIOBase):
         with ExitStack() as locked:
             # tqdm draws a bar with a delay later, or never.
             drawn = bar is not None and bar.last_print_t >= bar.start_t + bar.delay
-            if bar is not None and drawn:
+            if drawn:
                 locked.enter_context(bar.get_lock())
                 if Outlet.line_ended:
                     bar.clear(nolock=True)
             yield
             Outlet.line_ended = text.endswith("\n")
-            if bar is not None and drawn and Outlet.line_ended:
+            if drawn and Outlet.line_ended:
                 self.flush()
                 bar.refresh(nolock=True)
 
@@ -179,7 +176,7 @@ def progress_outlet() -> TextIO:
 
 
 @contextmanager
-def below_messages(bar: "tqdm[Any]") -> Iterator[None]:
+def below_messages(bar: Any) -> Iterator[None]:
     """Keep a progress bar below all messages of the command within the context."""
     Outlet.bar = bar
     try:
