@@ -16,6 +16,8 @@ from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.datasets import SequenceError
 from trackmark.reports.files import write_file
 
+_CONTINUE = "Reload this page to continue from them; new changes in this tab are not kept."
+
 
 class Drawing(BaseModel):
     """Boxes `[x, y, width, height]` of key frames [pixels], and intervals without the target."""
@@ -113,25 +115,26 @@ class DrawingFiles:
             If a file cannot be written, or the drawing does not fit the video.
         """
         with self._lock:
+            is_draft = action == "draft"
             if version not in (None, str(self.version)):
+                raise ConflictError(f"another tab has changed the boxes. {_CONTINUE}")
+            if is_draft and not self._is_known(self.draft):
                 raise ConflictError(
-                    "another tab has changed the boxes. Reload this page to continue from them; "
-                    "new changes in this tab are not kept."
+                    f"another program has changed the boxes in {self.draft.name}. {_CONTINUE}"
                 )
-            file = self.draft if action == "draft" else self.target
-            if not self._is_known(file):
+            if not is_draft and not self._is_known(self.target):
                 raise ConflictError(
-                    f"another program has changed {file.name}. Reload this page to choose between "
-                    "its boxes and yours."
+                    f"another program has changed {self.target.name}. Reload this page to choose "
+                    "between its boxes and yours."
                 )
             self._check(drawing)
-            if action != "draft":
+            if not is_draft:
                 self._write(drawing)
                 self._digests[self.target], self.saved = _digest(self.target), drawing
             self._write_draft(drawing)
             self.drawing = self.saved if drawing == self.saved else drawing
             self.version += 1
-        if action == "draft":
+        if is_draft:
             return ""
         end = ". You can close this page" if action == "finish" else ""
         return f"Saved {len(drawing.boxes)} key frames to {self.target.name}{end}."

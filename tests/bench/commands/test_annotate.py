@@ -445,7 +445,7 @@ def test_file_of_another_program_is_kept_until_chosen(chromium, make_sequence, f
 def test_unsaved_boxes_of_another_program_are_kept(files):
     files.keep(_drawing.Drawing(boxes=PAIR), "draft")
     files.draft.write_text('{"boxes": {"0": [1, 1, 9, 9]}}')
-    with pytest.raises(_drawing.ConflictError, match=r"changed a.csv.draft"):
+    with pytest.raises(_drawing.ConflictError, match=r"changed the boxes in a.csv.draft"):
         files.keep(_drawing.Drawing(), "draft")
     files.keep(_drawing.Drawing(boxes=PAIR), "save")
     files.reload()
