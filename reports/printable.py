@@ -7,9 +7,9 @@ window. They are replaced by their numbers in the notation of JSON, which keeps 
 import os
 import re
 import shutil
-import sys
 import textwrap
 from contextlib import suppress
+from typing import TextIO
 
 MAX_WIDTH = 80
 """Maximum number of terminal columns that tables and texts use."""
@@ -31,12 +31,15 @@ def width() -> int:
     return max(60, min(MAX_WIDTH, columns()))
 
 
-def columns() -> int:
-    """Return the columns of the terminal of standard output or error, or `MAX_WIDTH`."""
+def columns(stream: TextIO | None = None) -> int:
+    """Return the columns of the terminal of a stream, by default standard output, or `MAX_WIDTH`.
+
+    The environment variable `COLUMNS` takes precedence.
+    """
     number = shutil.get_terminal_size((0, 0)).columns
-    if not number and sys.__stderr__ is not None:
+    if not number and stream is not None:
         with suppress(OSError, ValueError):  # no terminal, or closed
-            number = os.get_terminal_size(sys.__stderr__.fileno()).columns
+            number = os.get_terminal_size(stream.fileno()).columns
     return number or MAX_WIDTH
 
 
@@ -67,23 +70,23 @@ def to_xml(text: str) -> str:
     return _NONCHARACTER.sub(_number, printable(text))
 
 
-def wrap(text: str) -> str:
+def wrap(text: str, stream: TextIO | None = None) -> str:
     """Wrap a text to the terminal, at most `MAX_WIDTH`, without breaking names and numbers.
 
     The text is indented like its first line. A text after a label and two spaces is indented to the
-    right of the label.
+    right of the label. `stream`: as in `columns`.
     """
-    return _wrap_longer_lines(text, MAX_WIDTH)
+    return _wrap_longer_lines(text, MAX_WIDTH, columns(stream))
 
 
 def wrap_cut_lines(text: str) -> str:
     """Wrap lines that the terminal would cut in the middle of a word, except lines of JSON."""
-    return _wrap_longer_lines(text, columns(), but=("{", "["))
+    return _wrap_longer_lines(text, columns(), columns(), but=("{", "["))
 
 
-def _wrap_longer_lines(text: str, limit: int, but: tuple[str, ...] = ()) -> str:
-    text_width = max(_MIN_WIDTH, min(MAX_WIDTH, columns()))
-    limit = min(limit, columns())
+def _wrap_longer_lines(text: str, limit: int, available: int, but: tuple[str, ...] = ()) -> str:
+    text_width = max(_MIN_WIDTH, min(MAX_WIDTH, available))
+    limit = min(limit, available)
     return "\n".join(
         line if len(line) <= limit or line.startswith(but) else _fill(line, text_width)
         for line in text.split("\n")

@@ -234,7 +234,7 @@ class RunProgress:
             bar = tqdm(
                 total=self._work,
                 file=progress_outlet(),
-                bar_format="[{bar:20}] {desc}" if columns() >= _BAR_COLUMNS else "{desc}",
+                bar_format="[{bar:20}] {desc}" if columns(sys.stderr) >= _BAR_COLUMNS else "{desc}",
                 ascii=".#",
                 dynamic_ncols=True,
             )

@@ -123,7 +123,7 @@ def _shortened(text: str) -> str:
 
 def _in_columns(text: str) -> str:
     """Return a message in lines of the terminal's width."""
-    return wrap(_shortened(text))
+    return wrap(_shortened(text), sys.stderr)
 
 
 def _uncut(text: str) -> str:

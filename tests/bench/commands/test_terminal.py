@@ -261,6 +261,19 @@ def test_output_in_a_terminal_is_not_cut_within_words(terminal, columns):
     assert lines[1].startswith("    word")
 
 
+def test_piped_output_does_not_depend_on_the_terminal(terminal, monkeypatch):
+    text = "word " * 30
+    read = terminal(60)
+    pipe = io.StringIO()
+    monkeypatch.setattr(sys, "stdout", pipe)
+    monkeypatch.setattr(sys, "__stdout__", pipe)
+    with outlets():
+        click.echo(wrap(text))
+        click.echo(text, err=True)
+    assert 60 < max(map(len, pipe.getvalue().splitlines())) <= MAX_WIDTH
+    assert max(map(len, read())) <= 60
+
+
 def test_dumb_terminal_shows_lines_instead_of_a_bar(terminal, monkeypatch):
     read = terminal(80)
     monkeypatch.setenv("TERM", "dumb")
