@@ -21,6 +21,7 @@ _MIN_WIDTH = 20
 # cannot be encoded (file names that are not UTF-8 contain them).
 _CONTROLS = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
 _LABEL = re.compile(r" *\S.{,40}?  +")
+_JSON_OR_CELLS = re.compile(r"[{\[]|.*\S {2,}\S.*\S {2,}\S")
 _NONCHARACTER = re.compile("[\ufffe\uffff]")
 _CONTROL = re.compile(f"[{_CONTROLS}]")
 _CONTROL_OR_BREAK = re.compile(rf"[{_CONTROLS}\t\n\u2028\u2029]")
@@ -80,15 +81,20 @@ def wrap(text: str, stream: TextIO | None = None) -> str:
 
 
 def wrap_cut_lines(text: str) -> str:
-    """Wrap lines that the terminal would cut in the middle of a word, except lines of JSON."""
-    return _wrap_longer_lines(text, columns(), columns(), but=("{", "["))
+    """Wrap lines that the terminal would cut in the middle of a word.
+
+    JSON and rows of tables are kept: wrapped cells would stand below other cells.
+    """
+    return _wrap_longer_lines(text, columns(), columns(), but=_JSON_OR_CELLS)
 
 
-def _wrap_longer_lines(text: str, limit: int, available: int, but: tuple[str, ...] = ()) -> str:
+def _wrap_longer_lines(
+    text: str, limit: int, available: int, but: re.Pattern[str] | None = None
+) -> str:
     text_width = max(_MIN_WIDTH, min(MAX_WIDTH, available))
     limit = min(limit, available)
     return "\n".join(
-        line if len(line) <= limit or line.startswith(but) else _fill(line, text_width)
+        line if len(line) <= limit or (but and but.match(line)) else _fill(line, text_width)
         for line in text.split("\n")
     )
 

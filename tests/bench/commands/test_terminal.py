@@ -247,10 +247,12 @@ def test_messages_are_written_above_the_bar(terminal, columns):
 def test_output_in_a_terminal_is_not_cut_within_words(terminal, columns):
     words = [f"word{i}" for i in range(60)]
     row = '{"long": "' + "x y " * 60 + '"}'
+    cells = "  ".join(words)
     read = terminal(columns)
     with outlets():
         click.echo("    " + " ".join(words))
         click.echo(" ".join(words), err=True)
+        click.echo(cells)
         click.echo(row)
     lines = read()
     assert max(map(len, lines)) <= columns
@@ -259,6 +261,7 @@ def test_output_in_a_terminal_is_not_cut_within_words(terminal, columns):
     last = lines[-1 - -(-len(row) // columns) : -1]
     assert "".join(line.ljust(columns) for line in last).rstrip() == row
     assert lines[1].startswith("    word")
+    assert cells[:columns].rstrip() in lines
 
 
 def test_piped_output_does_not_depend_on_the_terminal(terminal, monkeypatch):
