@@ -13,6 +13,7 @@ import sys
 import termios
 import threading
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -328,3 +329,11 @@ def test_question_without_standard_input_is_one_message(trackmark, monkeypatch):
     trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
     monkeypatch.setattr(sys, "stdin", None)
     assert "Add --yes" in trackmark(*remove, status=2).stderr
+
+
+def test_progress_of_a_video_counts_drawn_frames(trackmark, monkeypatch):
+    counts = []
+    bar = nullcontext(counts.append)
+    monkeypatch.setattr("trackmark.bench.commands.show.progress_bar", lambda *_: bar)
+    trackmark("show", "data/Small", "--output", "small.mp4")
+    assert counts == [1, 2, 3, 4, 5]
