@@ -161,8 +161,8 @@ def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
             total=total,
             desc=work,
             file=progress_outlet(),
-            unit=unit,
-            unit_scale=True,
+            bar_format="{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} "
+            f"{unit}s, {{remaining}} left",
             disable=hidden,
             delay=1.0,
             dynamic_ncols=True,
