@@ -32,6 +32,7 @@ from trackmark.bench.commands._progress import (
     progress_bar,
     score_stored_runs,
 )
+from trackmark.bench.commands._terminal import confirm
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
@@ -187,7 +188,7 @@ def remove(options: RemoveOptions) -> None:
         click.echo("No run matches; nothing was removed.")
         return
     if not options.yes:
-        click.confirm(f"Remove {number} runs from {options.folder}?", abort=True)
+        confirm(f"Remove {number} runs from {options.folder}?")
     for experiment, cells in selected.items():
         Results(experiment).remove(cells)
     click.echo(f"Removed {number} runs.")

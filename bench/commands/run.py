@@ -266,17 +266,21 @@ def _print_hints(execution: "Execution") -> None:
 
 
 def _print_details(execution: "Execution") -> None:
-    """Print the end of what each tracker printed in its first run."""
+    """Print the end of what each tracker printed in the first run in which it printed anything."""
     from trackmark.bench.store.results import Results
 
     results, cells = Results(execution.folder), execution.plan.manifest().versions
-    stored, trackers = set(results.list_keys()), set[str]()
+    stored = set(results.list_keys())
+    printed = dict.fromkeys((cell[0] for cell in cells if cell in stored), False)
     for cell in cells:
-        if cell in stored and cell[0] not in trackers:
-            trackers.add(cell[0])
-            if lines := results.read(cell).output.splitlines():
-                click.echo(f"Output of {cell[0]} on {cell[1]}:")
-                click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
+        if cell not in stored or printed[cell[0]]:
+            continue
+        if lines := results.read(cell).output.splitlines():
+            printed[cell[0]] = True
+            click.echo(f"Output of {cell[0]} on {cell[1]}:")
+            click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
+    if silent := [label for label, has_output in printed.items() if not has_output]:
+        click.echo(f"Trackers that printed nothing: {', '.join(silent)}.")
 
 
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:
