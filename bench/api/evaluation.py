@@ -9,12 +9,9 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-import numpy as np
-
 from trackmark import datasets
 from trackmark.bench.api.results import Results, load_experiment, preset_for
 from trackmark.bench.api.tracker_arguments import (
-    quote,
     resolve_trackers,
     tracker_texts,
     unsaved_reason,
@@ -25,15 +22,18 @@ from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_p
 from trackmark.bench.evaluation.recorder import NotAttributableError
 from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.evaluation.scoring import can_score
-from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
+from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.plugin import close_idle_processes
+from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.process_tree import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
 from trackmark.datasets import Sequence, SequenceError
+from trackmark.reports.temporary_paths import remove_abandoned
 from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers.base.estimate_check import value_text
 
 _one_thread = RLock()  # threads share sequences and processes of trackers
 
@@ -95,6 +95,7 @@ def evaluate(
     in_memory = {spec.label: unsaved_reason(spec) for spec in specs}
     entries = _entries(specs, repetitions)
     search_path = list(sys.path)
+    remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
     try:
         runs, errors = _run_all(entries, opened, stored, raise_errors)
         # Only a run can show that its tracker draws from global generators.
@@ -165,7 +166,7 @@ def run(
     """
     _check(protocol, metrics, repetitions=repetitions, jobs=1 if jobs is None else jobs)
     if not isinstance(output, str | Path | None):
-        raise TypeError(f"output is {quote(output)}. Expected: a folder as text or Path.")
+        raise TypeError(f"output is {value_text(output)}. Expected: a folder as text or Path.")
     texts, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
     default = Path("results") / default_name(texts, [text for text, _ in selected])
     folder = (default if output is None else Path(output)).expanduser().absolute()
@@ -198,7 +199,9 @@ def _check(protocol: str, metrics: str, **numbers: int) -> str:
     for name, value in numbers.items():
         least = 0 if name == "seed" else 1
         if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
-            raise ValueError(f"{name} is {quote(value)}. Expected: an integer of {least} or more.")
+            raise ValueError(
+                f"{name} is {value_text(value)}. Expected: an integer of {least} or more."
+            )
     stored = parse_protocol(protocol).text
     if not can_score(preset := preset_for(metrics, stored), stored):
         raise ValueError(f"{preset} cannot score runs by the protocol {protocol}.")
@@ -214,7 +217,7 @@ def _sequence_texts(sequences: Any) -> Iterator[tuple[str, str]]:
     for entry in _listed(sequences):
         if not isinstance(entry, str | Path):
             raise TypeError(
-                f"{quote(entry)} is not a name or path of a sequence. trackmark.evaluate also "
+                f"{value_text(entry)} is not a name or path of a sequence. trackmark.evaluate also "
                 "takes a Sequence."
             )
         text = str(entry.expanduser().absolute()) if isinstance(entry, Path) else entry
@@ -238,14 +241,15 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
             ]
         for sequence, source in pairs:
             other, _ = opened.setdefault(sequence.name, (sequence, source))
-            same_boxes = np.array_equal(other.boxes, sequence.boxes, equal_nan=True)
-            if other.fingerprint != sequence.fingerprint or not same_boxes:
+            if not are_equal(other, sequence):
                 raise SequenceError(
                     f"two different sequences are called {sequence.name!r}. Evaluate them in two "
                     "calls."
                 )
     if not opened:
         raise SequenceError("no sequence is given. Give at least one.")
+    for sequence, _ in opened.values():
+        remember_evaluated(sequence)
     return list(opened.values())
 
 
@@ -280,7 +284,6 @@ def _run_all(
         for run_of_tracker in on_sequence:
             circumstances = {**run_of_tracker.circumstances, **origin}
             runs.append(replace(run_of_tracker, circumstances=circumstances))
-        evaluated_sequences[sequence.fingerprint] = sequence
     return runs, errors
 
 

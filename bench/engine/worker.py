@@ -23,14 +23,14 @@ import cv2
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.engine.heartbeat import Heartbeat, NoRoomError
+from trackmark.bench.engine.heartbeat import Heartbeat
 from trackmark.bench.engine.process_state import (
     ProcessState,
     can_open_files,
     limit_memory,
 )
 from trackmark.bench.engine.stack_trace import select_line
-from trackmark.bench.engine.work_unit import Entry, Failure, Request, Unit
+from trackmark.bench.engine.work_unit import Entry, Failure, Request, Unit, UnusableTrackerError
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
@@ -48,6 +48,7 @@ from trackmark.bench.experiments.tracker_spec import (
     run_identity,
 )
 from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import prepare_numba
 from trackmark.bench.protocols import TIMING
 from trackmark.datasets import Sequence, SequenceError
@@ -92,7 +93,7 @@ def main() -> None:
             answer = _answer(request, heartbeat, used)
             worn = threading.active_count() > threads
             heartbeat.write_message(answer | {"worn": worn})
-        except NoRoomError:
+        except MachineError:  # the answer itself cannot be written
             heartbeat.write_no_room()
         used = True
         os.write(channel, b".")
@@ -101,9 +102,9 @@ def main() -> None:
 def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any]:
     """Return the result of a request, or an error.
 
-    An error has one key: `harm` (reason, if a tracker may be the cause), `error` (message, for an
-    error of the sequence) or `defect` (traceback of a defect of the harness). `used` is whether
-    trackers were called in this process before.
+    An error has one key: `machine` (message, for a full disk), `harm` (reason, if a tracker may be
+    the cause), `error` (message, for an error of the sequence) or `defect` (traceback of a defect
+    of the harness). `used` is whether trackers were called in this process before.
     """
     try:
         if request.failure:
@@ -112,18 +113,21 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
             result = perform(request.unit, request.run_seconds, heartbeat)
         sys.stdout.flush()
     except (SequenceError, MemoryError) as error:
+        if fault := machine_fault(error):
+            return {"machine": str(fault)}
         # If decoding lacks memory or files, a tracker that was called may have used them up.
         called = used or heartbeat.has_called
         if isinstance(error, MemoryError) or (isinstance(error.__cause__, MemoryError) and called):
             return {"harm": _NO_MEMORY}
         if called and not can_open_files():
             return {"harm": "it opened all files that its process may open"}
-        return {"error": str(error)}
+        kind = "unusable" if isinstance(error, UnusableTrackerError) else "error"
+        return {kind: str(error)}
     except NotAttributableError as error:
         return {"harm": str(error)}
-    except NoRoomError:
-        raise
     except Exception as error:  # noqa: BLE001  # trackers' errors are caught where they are called
+        if fault := machine_fault(error):
+            return {"machine": str(fault)}
         if heartbeat.has_called or request.unit.owner:  # a tracker may have modified the harness
             text = "".join(traceback.format_exception_only(error)).strip()
             text = text[:MAX_TRACEBACK_CHARACTERS]
@@ -198,7 +202,7 @@ def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec]]:
     except ExternalTrackerError as error:  # its process ran when the runs were planned
         raise SequenceError(f"{sequence.name}: {error}") from None
     except (TrackerError, OSError) as error:
-        raise SequenceError(
+        raise UnusableTrackerError(
             f"{str(error).removesuffix('.')}. This happens in a worker process, which imports the "
             "file again."
         ) from None
@@ -207,7 +211,7 @@ def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec]]:
         identity = run_identity(tracker, sequence, entry.repetition, unit.protocol)
         if identity.version != entry.version:
             problem = _difference(entry, identity)
-            raise SequenceError(problem) if problem else _changed(entry.tracker, sequence)
+            raise UnusableTrackerError(problem) if problem else _changed(entry.tracker, sequence)
     return sequence, trackers
 
 

@@ -28,8 +28,8 @@ from trackmark.trackers.base.parameters import (
     closest_match,
     unknown_name_error,
 )
-from trackmark.trackers.base.plain import to_plugin
-from trackmark.trackers.base.plain_class import tracker_class
+from trackmark.trackers.base.plain import AdaptedTracker, to_plugin
+from trackmark.trackers.base.plain_class import ends_forks, tracker_class
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -181,13 +181,21 @@ def resolve_plugin(
 ) -> Specification:
     """Return a class with the values of all parameters; `parameters` can contain `preset`.
 
-    `option_names` are further valid names, for the error for an unknown parameter.
+    For a tracker without a base class, it can contain `images`. `option_names` are further valid
+    names, for the error for an unknown parameter.
     """
     fields = plugin.Parameters.model_fields
+    own_options = {"preset", "images"} if issubclass(plugin, AdaptedTracker) else {"preset"}
     for name in parameters:
-        if name not in {*fields, "preset"}:
-            raise unknown_name_error(f"parameter of {label}", name, {*fields, *option_names})
+        if name not in {*fields, *own_options}:
+            names = {*fields, *own_options, *option_names}
+            raise unknown_name_error(f"parameter of {label}", name, names - {"preset"})
     parameters = dict(parameters)
+    options: dict[str, Any] = {}
+    if issubclass(plugin, AdaptedTracker):
+        images = parameters.pop("images", plugin.images)
+        if images != plugin.images:
+            plugin, options = plugin.with_images(images, label), {"images": images}
     default = _default_preset(plugin)
     preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
@@ -202,7 +210,7 @@ def resolve_plugin(
     base = plugin.Parameters.checked(
         label, {**values, **{key: getattr(settled, key) for key in required_names}}
     )
-    options: dict[str, Any] = {} if preset == default else {"preset": preset}
+    options |= {} if preset == default else {"preset": preset}
     for key in sorted(fields):
         if key in required_names or getattr(settled, key) != getattr(base, key):
             options[key] = getattr(settled, key)
@@ -349,7 +357,8 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             return validate_plugin(getattr(module, exported), name), file
         if entries:
             allow_former_imports()
-            plugin = validate_plugin(entries[0].load(), name)
+            with ends_forks():
+                plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             warn_of_former_imports(file)
             return plugin, file
@@ -396,7 +405,8 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     arguments = sys.argv
     try:
         # The file may change the working directory, and draw from the global generators.
-        with contextlib.chdir(Path.cwd()), preserved_generators(), GlobalGenerators(0):
+        here, generators = contextlib.chdir(Path.cwd()), GlobalGenerators(0)
+        with here, preserved_generators(), generators, ends_forks():
             sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
@@ -445,6 +455,12 @@ def validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
         raise TrackerError(f"tracker {name!r}: {plugin!r} is not a class.")
     if not issubclass(plugin, TrackerPlugin):
         return to_plugin(plugin, name)
+    declares_images = isinstance(getattr(plugin, "images", None), str)
+    if declares_images and not issubclass(plugin, AdaptedTracker):
+        raise TrackerError(
+            f"tracker {name!r}: its class attribute images applies to classes without a base "
+            "class. Omit it, and convert the BGR images in init and update."
+        )
     presets: Any = plugin.presets
     if inspect.isabstract(plugin):
         missing_methods = ", ".join(sorted(plugin.__abstractmethods__))
