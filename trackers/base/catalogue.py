@@ -405,8 +405,8 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     arguments = sys.argv
     try:
         # The file may change the working directory, and draw from the global generators.
-        here, generators = contextlib.chdir(Path.cwd()), GlobalGenerators(0)
-        with here, preserved_generators(), generators, ends_forks():
+        directory, generators = contextlib.chdir(Path.cwd()), GlobalGenerators(0)
+        with directory, preserved_generators(), generators, ends_forks():
             sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
