@@ -20,9 +20,11 @@ from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.plugin import close_idle_processes
+from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.process_tree import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
 from trackmark.datasets import Sequence, SequenceError
+from trackmark.reports.temporary_paths import remove_abandoned
 from trackmark.trackers import Randomness, TrackerError
 
 _one_thread = RLock()  # threads share sequences and processes of trackers
@@ -84,6 +86,7 @@ def evaluate(
         sequence.check_runnable()
     in_memory = {spec.label: unsaved_reason(spec) for spec in specs}
     runs: dict[tuple[str, str, int], Run] = {}
+    remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
     try:
         for sequence, source in opened:
             try:

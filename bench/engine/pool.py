@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import IO, Any, TypeAlias
 
 from trackmark.bench.engine import heartbeat
@@ -29,12 +30,13 @@ from trackmark.bench.engine.work_unit import (
     Unit,
 )
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.external.process import delete_frame_files
+from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
+from trackmark.reports.temporary_paths import remove_abandoned
 
 _POLL_SECONDS = 0.1
 _SPARE_SECONDS = 30.0  # after the time limit of a tracker in a process of its own
@@ -137,7 +139,7 @@ class Worker:
     def end(self) -> None:
         """Kill the worker and all processes that it has started."""
         self._process_tree.end()
-        delete_frame_files(self._process.pid)
+        remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)  # of the killed process
         self.channel.close()
         for file in (self._shared, self._output, self._trace):
             file.close()
@@ -271,6 +273,7 @@ class Pool:
     """
 
     def __init__(self, limits: Limits, jobs: int = 1) -> None:
+        remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
         self._limits = limits
         self._slots = [_Slot(limits) for _ in range(jobs)]
         self._harmful_trackers: set[str] = set()

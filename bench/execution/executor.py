@@ -19,6 +19,7 @@ from trackmark.bench.store.results import Results, with_circumstances
 from trackmark.bench.store.run_rows import add_scores, list_scored_runs, run_row
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
+from trackmark.datasets.interface import UnusableSequencesError
 
 
 def run_experiment(
@@ -73,8 +74,7 @@ def run_experiment(
     )
     for _ in execution.rows():
         pass
-    if execution.errors:
-        raise SequenceError("\n".join(execution.errors))
+    execution.raise_errors()
     return execution.folder
 
 
@@ -94,7 +94,9 @@ class Execution:
     limits: Limits = field(default_factory=Limits)
     known_sequences: KnownSequences = field(default_factory=dict)  # sequences that are already open
     on_opened: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
-    errors: list[str] = field(default_factory=list)  # messages on sequences that could not be read
+    # message on each sequence that could not be read, by its specification
+    errors: dict[str, str] = field(default_factory=dict)
+    on_error: Callable[[str], None] = lambda _: None  # called with such a message at once
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
@@ -135,13 +137,19 @@ class Execution:
                         raise result
                     rows = self._store(unit, result)
                 except SequenceError as error:
-                    if str(error) not in self.errors:
-                        self.errors.append(str(error))
+                    if unit.source.text not in self.errors:
+                        self.on_error(str(error))
+                    self.errors.setdefault(unit.source.text, str(error))
                     continue
                 scored += rows
                 yield from rows
         finally:
             add_scores(self._results, scored)  # otherwise computed by the next reader
+
+    def raise_errors(self) -> None:
+        """Raise one `SequenceError` if sequences could not be read."""
+        if self.errors:
+            raise UnusableSequencesError(self.errors, len(self.plan.sequences))
 
     def _store(self, unit: Unit, runs: dict[Entry, Run]) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows."""

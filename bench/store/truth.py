@@ -1,7 +1,7 @@
 """Stored ground truth of the runs of an experiment; scoring needs no access to sequences."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -43,6 +43,12 @@ class StoredTruth:
     fps: float | None
     image_size: tuple[int, int] | None = None
     shapes: Shapes | None = None
+    # (n,): see `Sequence`; shape () for all frames
+    annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True))
+    # (n,): see `Sequence`; shape () for no frame
+    malformed: NDArray[np.bool_] = field(default_factory=lambda: np.array(False))
+    # Coordinate of the first pixel in the files of the data set; None if an older version stored it
+    first_pixel: int | None = None
 
 
 class TruthRow(NamedTuple):
@@ -64,6 +70,9 @@ def stored_truth(sequence: Sequence) -> StoredTruth:
         sequence.fps,
         _image_size(sequence),
         sequence.shapes,
+        sequence.annotated,
+        sequence.malformed,
+        sequence.origin.first_pixel,
     )
 
 
@@ -153,8 +162,14 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
     arrays = {"boxes": truth.boxes.T, "visibility": truth.visibility}
     arrays |= {f"region/{name}": boxes.T for name, boxes in truth.regions.items()}
     arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
+    if not truth.annotated.all():
+        arrays["annotated"] = truth.annotated
+    if truth.malformed.any():
+        arrays["malformed"] = truth.malformed
     if truth.fps is not None:
         arrays["fps"] = np.array(truth.fps, np.float64)
+    if truth.first_pixel is not None:
+        arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
     if truth.image_size is not None:
         arrays["image_size"] = np.array(truth.image_size, np.int64)
     for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
@@ -184,4 +199,7 @@ def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
         fps=float(arrays["fps"]) if "fps" in arrays else None,
         image_size=size,
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
+        annotated=arrays.get("annotated", np.ones(n, np.bool_)),
+        malformed=arrays.get("malformed", np.zeros(n, np.bool_)),
+        first_pixel=int(arrays["first_pixel"]) if "first_pixel" in arrays else None,
     )

@@ -12,16 +12,23 @@ import numpy as np
 from trackmark.datasets import truth_file
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence
-from trackmark.datasets.number_files import check_row_count, read_boxes, read_flags
+from trackmark.datasets.number_files import (
+    check_row_count,
+    frames_with_values,
+    read_boxes,
+    read_flags,
+)
 from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FLAGS = "groundtruth.txt", ("full_occlusion", "out_of_view")
 EXPECTS = f"a folder with img/ and {TRUTH} (LaSOT)"
 MARKS = ("img/", TRUTH, *(f"{flag}.txt" for flag in FLAGS))
+FIRST_PIXEL = 1
 CITATION = (
     "Fan et al., LaSOT: a high-quality benchmark for large-scale single object tracking, CVPR 2019"
 )
+FLAG_FILES = tuple(f"{flag}.txt" for flag in FLAGS)
 LICENCE = "for research only (stated by its authors in HengLan/LaSOT_Evaluation_Toolkit#25)"
 
 
@@ -36,11 +43,12 @@ def read(path: Path, truth: Path | None) -> Sequence:
     name, images, source = path.resolve().name, numbered_images(path / "img", 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    boxes = read_boxes(source, origin=1.0)
+    boxes = read_boxes(source, origin=FIRST_PIXEL, zero_is_absent=False)
     check_row_count(len(boxes), images, source)
-    flags = read_flags([path / f"{flag}.txt" for flag in FLAGS], len(boxes))
+    n = frames_with_values(len(boxes), images)
+    flags = read_flags([path / f"{flag}.txt" for flag in FLAGS], n)
     for absent in flags.values():
-        boxes[absent] = np.nan
+        boxes[absent[: len(boxes)]] = np.nan
     text = path / "nlp.txt"
     return recorded_images(
         name,

@@ -163,8 +163,20 @@ def test_print_shows_means_and_the_answer_of_a_comparison(face):
     assert lines[0].startswith("camshift has the highest mean overlap on these 2 sequences: 0.67.")
     assert any(line.startswith("samples/bow-tie ") for line in lines)
     assert "highest success AUC (otb)" in str(tm.compare(results, metrics="otb"))
+    video = {"samples/face": "video", "samples/bow-tie": "video"}
+    assert "on this family: 0.67." in str(tm.compare(results, families=video))
     means = str(tm.compare(tm.evaluate(["static", "camshift"], face[:20])))
     assert "1 sequence: too few for intervals" in means
+
+
+def test_means_leave_out_a_sequence_of_one_frame(make_sequence):
+    sequences = [make_sequence(n=n, name=f"s{n}") for n in (1, 5, 6)]
+    results = tm.evaluate([Plain, "static"], sequences)
+    expected = tm.evaluate([Plain, "static"], sequences[1:]).means()
+    assert results.means()["mean_overlap"].equals(expected["mean_overlap"])
+    note = "s1; mean overlap is undefined for all trackers"
+    assert note in " ".join(str(results).split())
+    assert note in " ".join(results._repr_html_().split())
 
 
 def test_failed_run_warns_and_can_raise(line):
@@ -393,3 +405,48 @@ def test_other_ground_truth_of_equal_fingerprint_is_not_stored(make_sequence, tm
     write_truth(tmp_path / "trial", sequence)
     with pytest.raises(ResultsError, match="another ground truth of line"):
         write_truth(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
+
+
+class Followed:
+    """Tracker object whose comparison, text or attributes fail."""
+
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        return self.box
+
+
+class Incomparable(Followed):
+    __hash__ = None
+
+    def __eq__(self, other):
+        raise RuntimeError("no comparison")
+
+
+class ComparedAsArray(Followed):
+    __hash__ = None
+
+    def __eq__(self, other):
+        return np.array([True, False])
+
+
+class WithoutAttributes:
+    def __getattr__(self, name):
+        raise RuntimeError(f"no {name}")
+
+    def __repr__(self):
+        raise RuntimeError("no text")
+
+
+def test_evaluate_accepts_objects_that_cannot_be_compared():
+    trackers = [Incomparable(), {"array": ComparedAsArray(), "other": Incomparable()}]
+    results = tm.evaluate(trackers, "samples/bow-tie")
+    assert [run.status for run in results.runs.values()] == ["finished"] * 3
+    with pytest.raises(TrackerError, match="the name 'static' belongs to another tracker"):
+        tm.evaluate({"static": ComparedAsArray()}, "samples/bow-tie")
+
+
+def test_evaluate_names_the_failing_attribute_of_an_object():
+    with pytest.raises(TrackerError, match=r"type WithoutAttributes is not a tracker: .*no init"):
+        tm.evaluate(WithoutAttributes(), "samples/bow-tie")
