@@ -5,6 +5,7 @@ their names. A copy of an image (`0003 (1).png`), or the same frame in another f
 the ground truth by one frame.
 """
 
+import stat
 from collections import Counter
 from collections.abc import Callable, Mapping
 from collections.abc import Sequence as SequenceOf
@@ -121,7 +122,18 @@ class ImageFiles:
         file = self.files[frame]
         remedy = "Download the file again, or end the ground truth before this frame."
         with decoding(f"{file}: frame {frame} cannot be read", remedy):
-            return decode_image(file.read_bytes(), self._max_pixels)
+            return decode_image(read_image_file(file), self._max_pixels)
+
+
+def read_image_file(file: Path) -> bytes:
+    """Return the bytes of a file.
+
+    Raises `ValueError` for a device or a pipe, which may never end, and `OSError` for a file that
+    cannot be read.
+    """
+    if not stat.S_ISREG(file.stat().st_mode):
+        raise ValueError("not a regular file")
+    return file.read_bytes()
 
 
 def image_size(data: bytes) -> tuple[int, int] | None:
@@ -279,7 +291,10 @@ def size_of_first(images: SequenceOf[Path]) -> tuple[int, int]:
 
     Raises `SequenceError` if the header is not readable.
     """
-    size = image_size(images[0].read_bytes())
+    try:
+        size = image_size(read_image_file(images[0]))
+    except ValueError:  # a device or a pipe
+        size = None
     if size is None:
         raise SequenceError(f"{images[0]}: damaged, or not an image. Download the file again.")
     return size

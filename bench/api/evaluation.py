@@ -15,14 +15,16 @@ from trackmark.bench.comparing.run_summary import tracker_line
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score
-from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
+from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.plugin import close_idle_processes
+from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.process_tree import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
 from trackmark.datasets import Sequence, SequenceError
+from trackmark.reports.temporary_paths import remove_abandoned
 from trackmark.trackers import Randomness, TrackerError
 
 _one_thread = RLock()  # threads share sequences and processes of trackers
@@ -84,6 +86,7 @@ def evaluate(
         sequence.check_runnable()
     in_memory = {spec.label: unsaved_reason(spec) for spec in specs}
     runs: dict[tuple[str, str, int], Run] = {}
+    remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
     try:
         for sequence, source in opened:
             try:
@@ -102,7 +105,6 @@ def evaluate(
                 )
                 circumstances = {**run_of_tracker.circumstances, **origin}
                 runs[key] = replace(run_of_tracker, circumstances=circumstances)
-            evaluated_sequences[sequence.fingerprint] = sequence
     finally:
         close_idle_processes()
     results = Results(runs, stored, metrics, [sequence for sequence, _ in opened], in_memory)
@@ -216,13 +218,15 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
             ]
         for sequence, source in pairs:
             other, _ = opened.setdefault(sequence.name, (sequence, source))
-            if other.fingerprint != sequence.fingerprint:
+            if not are_equal(other, sequence):
                 raise SequenceError(
                     f"two different sequences are called {sequence.name!r}. Evaluate them in two "
                     "calls."
                 )
     if not opened:
         raise SequenceError("no sequence is given. Give at least one.")
+    for sequence, _ in opened.values():
+        remember_evaluated(sequence)
     return list(opened.values())
 
 

@@ -17,6 +17,7 @@ from trackmark.trackers.base.catalogue import (
     resolve_plugin,
     validate_plugin,
 )
+from trackmark.trackers.base.estimate_check import value_text
 from trackmark.trackers.base.plain import to_plugin
 from trackmark.trackers.base.plain_class import missing_methods
 
@@ -31,7 +32,7 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     for name, tracker in _named(trackers):
         spec = _resolve(tracker, name, repetitions)
         other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
-        if other != tracker and not _equal_texts(spec, other_spec, tracker, other):
+        if other is not tracker and not _equal_texts(spec, other_spec, tracker, other):
             raise TrackerError(
                 f"two different trackers are called {spec.label!r}. Give them names by a dict: "
                 f"{{'first': ..., 'second': ...}}."
@@ -44,6 +45,8 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
 def _equal_texts(spec: TrackerSpec, other_spec: TrackerSpec, *trackers: Any) -> bool:
     """Return whether two specifications select one tracker, for example by a default value."""
     is_text = all(isinstance(tracker, str | Path) for tracker in trackers)
+    if is_text and len({*map(str, trackers)}) == 1:
+        return True
     # Environment variables of a process are not part of its version.
     in_process = not (spec.call_seconds or other_spec.call_seconds)
     equal = spec.version == other_spec.version and spec.parameters == other_spec.parameters
@@ -79,7 +82,7 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
                 raise TrackerError(
                     f"{name!r} is not a valid name of a tracker. Use printable text."
                 )
-            if name in names() and name != tracker:
+            if name in names() and not (isinstance(tracker, str) and name == tracker):
                 raise TrackerError(f"the name {name!r} belongs to another tracker. Choose another.")
             yield name, tracker
     elif isinstance(trackers, list | tuple):
@@ -93,12 +96,15 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     if isinstance(tracker, str | Path):
         spec = parse_tracker(str(tracker))
         return _changed(spec, label=name) if name else spec
-    is_class, missing = isinstance(tracker, type), missing_methods(tracker)
+    try:
+        is_class, missing = isinstance(tracker, type), missing_methods(tracker)
+    except ValueError as error:
+        raise TrackerError(f"{value_text(tracker)} is not a tracker: {error}") from None
     if not is_class and missing and (len(missing) == 1 or not callable(tracker)):
         raise TypeError(
-            f"{tracker!r} is not a tracker: it lacks {', '.join(missing)}. Expected: a name, a "
-            "file, a class with the methods init(image, box) and update(image), a function that "
-            "creates such an object, or an object."
+            f"{value_text(tracker)} is not a tracker: it lacks {', '.join(missing)}. Expected: a "
+            "name, a file, a class with the methods init(image, box) and update(image), a function "
+            "that creates such an object, or an object."
         )
     kind = tracker if is_class or missing else type(tracker)
     own_name = getattr(kind, "__name__", "tracker")

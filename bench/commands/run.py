@@ -1,7 +1,6 @@
 """Run trackers on sequences and store the results."""
 
 import json
-import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,8 +19,8 @@ from trackmark.bench.commands._options import (
     execution_option,
     matching_sequences,
     metrics_option,
+    name_option,
     option,
-    output_option,
     protocol_option,
     split_list,
     truth_option,
@@ -29,6 +28,7 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import (
     patience,
+    print_corner_hints,
     print_event,
     print_hint,
     print_message,
@@ -61,7 +61,8 @@ class RunOptions(ScreenOptions, EngineOptions):
         metavar="TRACKERS",
     )
     sequences: str | None = option(
-        "Comma-separated names, paths, folders or patterns with * and ?.", metavar="SEQUENCES"
+        "Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
+        metavar="SEQUENCES",
     )
     truth: Path | None = truth_option()
     seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
@@ -72,9 +73,8 @@ class RunOptions(ScreenOptions, EngineOptions):
     arrays: bool = option(
         "Store masks, contours, particles and maps of new runs for the report's player."
     )
-    name: str | None = output_option(
-        "Name of the results folder.  [default: derived from --trackers and --sequences]",
-        metavar="NAME",
+    name: str | None = name_option(
+        "Name of the results folder.  [default: derived from --trackers and --sequences]"
     )
     retry_failed: bool = execution_option("Repeat runs that failed.")
     dry_run: bool = execution_option(
@@ -185,6 +185,8 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         print_message(state)
     else:
         _print_scores(execution, metrics, options)
+    print_corner_hints(execution.folder, execution.plan.manifest().versions)
+    if not as_json:
         if not options.quiet:
             click.echo(f"\n{state}")
             _print_hints(execution)
@@ -211,18 +213,11 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
 
 
 def print_remarks(execution: "Execution") -> None:
-    """Print which images, frames and files of sequences are not read or not scored.
+    """Print which images, frames and files of sequences are not read or not scored."""
+    from trackmark.datasets.interface import group_remarks
 
-    Remarks that differ only in their numbers are printed for the first sequence.
-    """
-    by_kind: dict[str, list[str]] = {}
-    for sequence in execution.plan.sequences:
-        for remark in sequence.remarks:
-            kind = re.sub(r"\d+", "", remark)
-            by_kind.setdefault(kind, []).append(f"{sequence.name}: {remark}")
-    for first, *others in by_kind.values():
-        more = f" {len(others)} more sequences like this." if others else ""
-        print_event("warning", first + more)
+    for text in group_remarks(execution.plan.sequences):
+        print_event("warning", text)
 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
@@ -271,17 +266,21 @@ def _print_hints(execution: "Execution") -> None:
 
 
 def _print_details(execution: "Execution") -> None:
-    """Print the end of what each tracker printed in its first run."""
+    """Print the end of what each tracker printed in the first run in which it printed anything."""
     from trackmark.bench.store.results import Results
 
     results, cells = Results(execution.folder), execution.plan.manifest().versions
-    stored, trackers = set(results.list_keys()), set[str]()
+    stored = set(results.list_keys())
+    printed = dict.fromkeys((cell[0] for cell in cells if cell in stored), False)
     for cell in cells:
-        if cell in stored and cell[0] not in trackers:
-            trackers.add(cell[0])
-            if lines := results.read(cell).output.splitlines():
-                click.echo(f"Output of {cell[0]} on {cell[1]}:")
-                click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
+        if cell not in stored or printed[cell[0]]:
+            continue
+        if lines := results.read(cell).output.splitlines():
+            printed[cell[0]] = True
+            click.echo(f"Output of {cell[0]} on {cell[1]}:")
+            click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
+    if silent := [label for label, has_output in printed.items() if not has_output]:
+        click.echo(f"Trackers that printed nothing: {', '.join(silent)}.")
 
 
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:

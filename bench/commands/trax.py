@@ -9,9 +9,10 @@ from itertools import count
 
 import click
 
-from trackmark.bench.commands import EXIT_NEGATIVE
+from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
 from trackmark.bench.commands._options import Command, argument, option, with_options
 from trackmark.bench.commands._progress import print_message
+from trackmark.bench.commands._terminal import complain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,15 +38,23 @@ def command(options: TraxOptions) -> int:
       trackmark trax camshift
       trackmark trax particle-filter:particles=500 --seed 1
 
-    Exit codes: 0 the client ended the session; 1 the tracker failed; 2 invalid usage or input.
+    Exit codes: 0 the client ended the session; 1 the tracker failed; 2 invalid usage, or an
+    invalid request of the client.
     """
+    if sys.stdin is None or sys.stdout is None:
+        raise click.UsageError(
+            "standard input or output is closed. A program that speaks TraX, such as vot-toolkit, "
+            "starts this command."
+        )
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
-    os.dup2(2, 1)  # messages do not mix with what the tracker or a library prints
+    # Messages do not mix with what the tracker or a library prints.
+    os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
     import numpy as np
 
     from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.bench.experiments.tracker_spec import BOXES
-    from trackmark.bench.external.trax_server import serve
+    from trackmark.bench.external.trax_server import ClientError, serve
+    from trackmark.trackers import TrackerError
 
     spec = resolve_trackers([options.name])[options.name]
     if spec.init != BOXES:
@@ -57,6 +66,12 @@ def command(options: TraxOptions) -> int:
     seeds = map(np.random.SeedSequence, count(first))
     try:
         serve(lambda: spec.make(next(seeds)), spec.label, sys.stdin.buffer, answers)
+    except ClientError as error:
+        complain(str(error))
+        return EXIT_WRONG_INPUT
+    except TrackerError as error:
+        complain(f"{spec.label}: {error}")
+        return EXIT_NEGATIVE
     except Exception:  # noqa: BLE001  # a tracker can raise anything
         traceback.print_exc()
         return EXIT_NEGATIVE

@@ -8,13 +8,11 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
 import pandas as pd
 
 from trackmark.bench.comparing.answer import Answer, answer_of
 from trackmark.bench.comparing.comparison import Comparison, compare
 from trackmark.bench.comparing.tables import milliseconds_text
-from trackmark.bench.metrics.overlap import overlap as overlap_of
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.tables import (
@@ -28,9 +26,7 @@ from trackmark.bench.reporting.tables import (
     summary_of,
 )
 from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.layout import RunKey
 from trackmark.reports.printable import one_line, wrap
 from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
@@ -43,9 +39,6 @@ _MAX_FAILURES = 3
 
 _BAR = 10
 """Length of a bar for a mean overlap of 1 [characters]."""
-
-_CORNER_GAIN = 0.3
-"""Gain of mean overlap above which boxes are likely to be corners `[x1, y1, x2, y2]`."""
 
 _CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
 
@@ -87,7 +80,7 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
     means = summary_of(scored, timed, "")
     by_tracker = means_by_tracker(means)
     comparable = pd.concat([scored, timed[timed["tracker"].isin(list(by_tracker))]])
-    warnings = [*not_repeatable(selected).values(), *corner_boxes(folder, scored)]
+    warnings = [*not_repeatable(selected).values()]
     answered, _ = answer_on(comparable, by_tracker)
     return RunSummary(
         answered,
@@ -110,6 +103,8 @@ def answer_on(
     if ranked:
         comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
         return answer_of(comparison), comparison
+    if any(not entry["mean_overlap"]["lacking"] for entry in means.values()):
+        return Answer("There is no answer: no sequence has a target after its first frame."), None
     if len(left_out) < len(means):
         return Answer("There is no answer: no tracker has runs on all sequences."), None
     return Answer("There is no answer: all runs failed."), None
@@ -226,26 +221,3 @@ def tracker_line(failure: str) -> str:
             path = path.relative_to(folder) if path.is_relative_to(folder) else path
             return f"{path}, line {line}, in {function}"
     return ""
-
-
-def corner_boxes(folder: Path, runs: pd.DataFrame) -> list[str]:
-    """Return warnings on trackers whose boxes match the targets only as `[x1, y1, x2, y2]`.
-
-    Of each tracker one finished run with a low overlap is checked.
-    """
-    if "mean_overlap" not in runs:
-        return []
-    warnings, results = [], Results(folder)
-    low = runs[(runs["status"] == "finished") & (runs["mean_overlap"] < 1 - _CORNER_GAIN)]
-    for row in low.drop_duplicates("tracker").to_dict("records"):
-        boxes = results.read(run_key(row)).boxes[1:]
-        truth = read_truth(folder, row["sequence"], row["fingerprint"]).boxes[1:]
-        with np.errstate(over="ignore"):  # coordinates of 1e308
-            corners = np.column_stack([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]])
-        gain = np.nanmean(overlap_of(truth, corners)) - np.nanmean(overlap_of(truth, boxes))
-        if gain > _CORNER_GAIN:
-            warnings.append(
-                f"{row['tracker']}: the boxes look like [x1, y1, x2, y2]. Expected: [x, y, width, "
-                f"height]. Read as corners, they overlap the target by {gain:.2f} more."
-            )
-    return warnings

@@ -203,6 +203,8 @@ def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Obse
     if not recorder.failure:
         stop = next((frame for frame in range(first, n) if frame not in cached), n)
         _SequencePass([warm], sequence, observer).run(max(stop - first, 1), to_the_end=False)
+    recorder.release()
+    warm.release()
     recorder.failure = recorder.failure or warm.failure
     return replace(recorder.result(), times=recorder.times(warm))
 

@@ -1,6 +1,7 @@
 """Recorder of one run: creates and calls the tracker, validates and stores its estimates.
 
-Exceptions of a tracker are caught only in this module and stored as the failure of its run.
+Exceptions of a tracker are caught only in this module and stored as the failure of its run. Errors
+of the machine, such as a full disk, are raised: they are no failure of the tracker.
 """
 
 import traceback
@@ -14,17 +15,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.estimates import (
-    MalformedEstimateError,
-    validate_box,
-    validate_estimate,
-    validate_mask,
-)
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import TRANSFER_CLOCK, ExternalPlugin
 from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import (
@@ -46,6 +42,13 @@ from trackmark.trackers import (
     TrackerError,
     Watcher,
 )
+from trackmark.trackers.base.estimate_check import (
+    MalformedEstimateError,
+    read_box,
+    read_estimate,
+    value_text,
+)
+from trackmark.trackers.base.plain_class import ends_forks
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -143,12 +146,12 @@ class Recorder:
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
         """Prepare the next segment, which has a new tracker; `view` is the segment's sequence."""
         self._segment, self._sequence = segment, view
+        self.release()
         self._start, self._stop = self._stop, self._stop + len(view)
         self._rows = self._all_rows[self._start : self._stop]
         truth = select_ground_truth(view, self._spec.init, view.name)
         self._truth_boxes = truth.boxes
         self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
-        self._release()
 
     def watches(self, first: int) -> bool:
         """Create the tracker; return whether it is a `Watcher` and gets frames before `first`."""
@@ -165,6 +168,7 @@ class Recorder:
         box = self._truth_boxes[frame]
         if any(self._segment.perturbation):
             box, mask = self._segment.perturbed_box(box), None  # a mask would reveal the true box
+        self._last_box: NDArray[np.float64] | list[float] = box.copy()
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
@@ -180,7 +184,9 @@ class Recorder:
         if step is Action.UPDATE:
             seconds = self._update_tracker(shared_frame, frame)
         elif step is Action.RESTART:
-            self._release()
+            self.release()
+            if self.failure:
+                return 0.0
             before = self.seconds
             self.start(shared_frame, frame, self._sequence.mask(frame))
             seconds = self.seconds - before
@@ -207,7 +213,7 @@ class Recorder:
         tracker = self._tracker()
         if self._complete and isinstance(tracker, Finisher):
             self._call(frame, lambda: self._store_revisions(frame, tracker.finish()))
-        self._release()
+        self.release()
 
     def result(self) -> Run:
         """Return the run in its current state."""
@@ -255,7 +261,8 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            return call()
+            with ends_forks():
+                return call()
         except _OURS:
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
@@ -264,10 +271,14 @@ class Recorder:
         finally:
             self.seconds += perf_counter() - began
 
-    def _release(self) -> None:
-        """Drop the tracker, which the run no longer needs."""
+    def release(self) -> None:
+        """Drop the tracker, which the run no longer needs; its process may fail until its end."""
         if isinstance(self._made, ExternalPlugin):
-            self._made.close()
+            try:
+                self._made.close()
+            except ExternalTrackerError as error:
+                if not self.failure:
+                    self._fail(len(self._rows) - 1, error)
         self._made = None
 
     def _tracker(self) -> Tracker:
@@ -302,10 +313,11 @@ class Recorder:
         # The wall clock is read inside: otherwise, reading the CPU clock would count as waiting.
         cpu = thread_time()
         try:
-            called_at = perf_counter()
-            estimate = update(argument)
-            answered = perf_counter()
-            times = answered - called_at, thread_time() - cpu
+            with ends_forks():
+                called_at = perf_counter()
+                estimate = update(argument)
+                answered = perf_counter()
+                times = answered - called_at, thread_time() - cpu
             if self._external is not None:  # this process is idle meanwhile
                 times = self._external.call_times or (times[0], times[0])
                 answered = began + times[0]
@@ -328,15 +340,20 @@ class Recorder:
 
     def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Validate and store an estimate."""
-        box, confidence = validate_estimate(estimate)
-        self._mask = None
-        if estimate.mask is not None:
-            self._mask = validate_mask(estimate.mask, shared_frame.image.shape[:2])
-            self.gives_masks = self._complete
-        self._rows[frame] = (*box, bool(estimate.visible), confidence)
-        for key, value in estimate.details.items():
+        if not isinstance(estimate, Estimate):
+            raise MalformedEstimateError(
+                f"update returned {value_text(estimate)}. Expected: an Estimate"
+            )
+        fields = read_estimate(estimate, shared_frame.image.shape)
+        if estimate.box is None and estimate.visible:
+            read_box(estimate.box)  # raises the error: only a target that is not visible has no box
+        self._last_box = fields["box"] or self._last_box
+        self._mask = fields["mask"]
+        self.gives_masks |= self._complete and self._mask is not None
+        self._rows[frame] = (*self._last_box, fields["visible"], fields["confidence"])
+        for key, value in fields["details"].items():
             if key not in self._details:
-                if not isinstance(key, str) or key in RESERVED_COLUMNS or not key.isprintable():
+                if key in RESERVED_COLUMNS or not key.isprintable():
                     raise MalformedEstimateError(
                         f"the name {key!r} of a detail is reserved or not printable text"
                     )
@@ -373,7 +390,7 @@ class Recorder:
                 raise MalformedEstimateError(
                     f"revised frame {earlier!r} is not one of the processed frames 0 to {last}"
                 )
-            self._revisions[self._first_seen + int(earlier)] = np.array(validate_box(box))
+            self._revisions[self._first_seen + int(earlier)] = np.array(read_box(box))
 
     def fail(self, frame: int, reason: str) -> None:
         """Mark the run as failed, for a reason other than an exception."""
@@ -387,6 +404,9 @@ class Recorder:
             raise error
         if not self._alone and _lacks_memory(error):
             raise NotAttributableError("the memory is exhausted") from error
+        if fault := machine_fault(error):
+            place = f"{self.identity.tracker} on {self._sequence.name}"
+            raise MachineError(f"{place}, {self._sequence.frame_name(frame)}: {fault}") from error
         # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         message = message.removeprefix(f"{type(error).__module__}.")

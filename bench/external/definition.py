@@ -73,6 +73,13 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
         raise TrackerError(f"{name}: give either the key 'file' or the key 'trax', not both.")
     if requested_name:
         check_name(requested_name, name)
+    if "images" in table:
+        options = {"images": table.pop("images"), **options}
+    if "images" in options and "trax" in table:
+        raise TrackerError(
+            f"{name}: images is {options['images']!r}, but trackers that speak TraX read the "
+            "images themselves. Omit images, and convert them in the tracker."
+        )
     keys = _TRAX_OPTIONS if "trax" in table else ("python", *_LIMITS)
     table |= {key: options.pop(key) for key in keys if key in options}
     if "trax" in table:
@@ -144,6 +151,8 @@ def _convert_vot_table(section: Mapping[str, str], owner: str, folder: Path) -> 
     table = {"trax": command, "environment": environment, "version": section.get("version", "")}
     if "timeout" in section:
         table["frame_timeout"] = section["timeout"]
+    if "images" in section:
+        table["images"] = section["images"]
     return {**table, "parameters": _with_prefix(section, "arg_")}
 
 

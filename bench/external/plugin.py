@@ -11,11 +11,11 @@ from typing import Any, ClassVar, TypeVar
 from pydantic import Field
 
 from trackmark import trackers
-from trackmark.bench.external.process import LineProcess
+from trackmark.bench.external.process import ExternalTrackerError, LineProcess
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.trackers import TrackerPlugin
 from trackmark.trackers.base.parameters import Parameters
+from trackmark.trackers.base.plain import AdaptedTracker
 
 TRANSFER_CLOCK = "wall time with transfer"
 """Value of `clock` in the circumstances of runs whose tracker does not measure itself."""
@@ -31,7 +31,7 @@ class Definition(Parameters):
     version: str = ""
 
 
-class ExternalPlugin(TrackerPlugin):
+class ExternalPlugin(AdaptedTracker):
     """Base class of plugins that pass frames to a tracker in another process.
 
     Attributes
@@ -57,7 +57,10 @@ class ExternalPlugin(TrackerPlugin):
 
     @abstractmethod
     def close(self) -> None:
-        """Release the process; called when a run no longer needs the tracker."""
+        """Release the process; called when a run no longer needs the tracker.
+
+        Raises `ExternalTrackerError` if the process has answered more often than it was asked.
+        """
 
 
 _Process = TypeVar("_Process", bound=LineProcess)
@@ -81,7 +84,8 @@ def close_idle_processes() -> None:
     """End the processes that wait for a tracker."""
     for processes in _idle.values():
         while processes:
-            processes.pop().close()
+            with suppress(ExternalTrackerError):  # no run needs its answers any more
+                processes.pop().close()
 
 
 def digest_file(file: Path) -> str:

@@ -23,7 +23,7 @@ from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.catalogue import in_file
 from trackmark.trackers.base.plain import create_plugin, seed_number
 
-WORKER = Path(__file__).with_name("worker.py")
+START, WORKER = (Path(__file__).with_name(name) for name in ("start.py", "worker.py"))
 MARK = b"@@TRACKMARK:"
 """Start of each answer of `worker.py`."""
 
@@ -43,15 +43,15 @@ class WorkerProcess(LineProcess):
     def __init__(self, definition: PythonDefinition) -> None:
         # The file has no name, so that nothing is left if this process is killed.
         self.frames = tempfile.TemporaryFile(dir=FRAME_FOLDER, buffering=0)  # noqa: SIM115  # closed with the process
-        # With faulthandler, a crash prints the stack of Python.
-        options = [definition.python, "-X", "faulthandler", "-u"]
         file, name = in_file(definition.file) or (Path(), "")
         self.source = str(file)
+        self._n_requests = 0
         tracker = [str(file), *filter(None, [name])]
         super().__init__(
-            [*options, str(WORKER), str(self.frames.fileno()), *tracker],
+            [definition.python, "-u", str(START), str(WORKER), str(self.frames.fileno()), *tracker],
             name=shlex.join([definition.python, *tracker]),
-            environment=definition.environment,
+            # A crash then prints the stack of Python.
+            environment={"PYTHONFAULTHANDLER": "1", **definition.environment},
             files=[self.frames],
         )
         self.description = self.ask(definition.start_timeout, "describe")
@@ -59,18 +59,36 @@ class WorkerProcess(LineProcess):
     def ask(self, seconds: float, operation: str, **arguments: Any) -> dict[str, Any]:
         """Return the answer to a request; raise `ExternalTrackerError` if it fails."""
         self.is_usable = False
-        request = json.dumps([operation, arguments], default=int)  # integers of NumPy
+        self._n_requests += 1
+        request = json.dumps([self._n_requests, operation, arguments], default=int)  # of NumPy
         self.send(request.encode() + b"\n", seconds)
         # A command that starts the interpreter can print lines of its own.
-        line = self.read_line(seconds, MARK)
-        answer: dict[str, Any] = json.loads(line.partition(MARK)[2])
+        answer = self._parse(self.read_line(seconds, MARK))
         if "error" in answer:
             raise self.fail(f"raised {answer['error']}")
+        if "invalid" in answer:
+            raise self.fail(f"returned an invalid estimate: {answer['invalid']}")
         if "unusable" in answer:
             self.close()
             raise TrackerError(answer["unusable"])
         self.is_usable = True
         return answer
+
+    def _parse(self, line: bytes) -> dict[str, Any]:
+        """Return the answer to the last request; only code of a tracker can write another line."""
+        try:
+            number, answer = json.loads(line.partition(MARK)[2])
+            is_error = number is None and "error" in answer
+            is_expected = isinstance(answer, dict) and (number == self._n_requests or is_error)
+        except (ValueError, TypeError):
+            is_expected = False
+        if not is_expected:
+            text = line.decode(errors="replace")[:80]
+            raise self.fail(
+                f"sent {text!r}, which is not the answer to request {self._n_requests}. Write to "
+                "stdout or stderr only, not to other descriptors of the process"
+            )
+        return dict(answer)
 
 
 class PythonPlugin(ExternalPlugin):
@@ -92,18 +110,21 @@ class PythonPlugin(ExternalPlugin):
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
+        self._last_box = np.array(box)
+        image = self.convert(image)
         pixels = [image] if mask is None else [image, mask]
         self._call(self.definition.start_timeout, "init", *pixels, box=np.asarray(box).tolist())
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        fields = self._call(self.definition.frame_timeout, "update", image)["estimate"]
-        if fields.get("mask"):
+        converted = self.convert(image)
+        fields = self._call(self.definition.frame_timeout, "update", converted)["estimate"]
+        if fields["mask"]:
             shape, dtype = fields["mask"]
             self.process.frames.seek(0)
             data = self.process.frames.read(math.prod(shape) * np.dtype(dtype).itemsize)
             fields["mask"] = np.frombuffer(data, dtype).reshape(shape)
-        return Estimate(**fields)
+        return self.estimate(fields)
 
     def close(self) -> None:
         """See `ExternalPlugin.close`."""

@@ -10,11 +10,11 @@ import os
 import re
 import shlex
 import shutil
-import tempfile
 from collections.abc import Collection
 from contextlib import suppress
-from math import isnan
+from math import isnan, nan
 from pathlib import Path
+from time import monotonic
 from typing import Any, ClassVar, NamedTuple
 
 import cv2
@@ -33,7 +33,9 @@ from trackmark.bench.external.process import (
     ExternalTrackerError,
     LineProcess,
 )
+from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
+from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
 from trackmark.trackers.base.plain import create_plugin
 
 MARK = b"@@TRAX:"
@@ -168,14 +170,13 @@ class TraxProcess(LineProcess):
     """
 
     def __init__(self, definition: TraxDefinition) -> None:
-        prefix = FRAME_PREFIX.format(pid=os.getpid())
-        file = tempfile.NamedTemporaryFile(prefix=prefix, suffix=".bmp", dir=FRAME_FOLDER)  # noqa: SIM115  # closed with the process
-        self.file = file.name
+        file = TemporaryPath(FRAME_FOLDER, FRAME_PREFIX, ".bmp", is_file=True)
+        self.file = str(file.path)
         super().__init__(
             shlex.split(definition.trax),
             environment={"TRAX": "1", **definition.environment},  # as vot-toolkit
             folder=Path(definition.folder),
-            files=[file],
+            paths=[file],
         )
         self.hello = self.receive("hello", definition.start_timeout).properties
         self.version = self.hello.get("trax.version", "1")
@@ -204,8 +205,7 @@ class TraxProcess(LineProcess):
         if message.name == "quit":
             reason = message.properties.get("trax.reason") or "no reason given"
             raise self.fail(f"ended the session: {reason}")
-        # vot-trax of some versions calls the message `status`.
-        if message.name.replace("status", "state") != name:
+        if message.name != name and not (name == "state" and _is_answer(line)):
             text = line.decode(errors="replace")[:80]
             raise self.fail(f"sent {text!r}. Expected: the message {name!r}")
         return message
@@ -223,10 +223,20 @@ class TraxProcess(LineProcess):
         return f"data:image/png;{base64.b64encode(png.tobytes()).decode()}"
 
     def close(self, seconds: float = QUIT_SECONDS) -> None:
-        """End the process, after up to `seconds` to end by itself."""
-        with suppress(ExternalTrackerError):  # it has ended already
+        """End the process, after up to `seconds` to end by itself.
+
+        Raises `ExternalTrackerError` if the process has sent more answers than requested.
+        """
+        line, limit = b"", monotonic() + seconds
+        with suppress(ExternalTrackerError):  # it ends, or takes too long
             self.send(format_message("quit"), seconds)
-        super().close(seconds)
+            assert self._process.stdin is not None
+            self._process.stdin.close()
+            while not _is_answer(line) and monotonic() < limit:
+                line = self.read_line(seconds, MARK)
+        if _is_answer(line):
+            raise self.fail(_too_many(line))
+        super().close()
 
 
 class TraxPlugin(ExternalPlugin):
@@ -240,7 +250,6 @@ class TraxPlugin(ExternalPlugin):
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self.process: TraxProcess = take_process(TraxProcess, self.definition, self.digest)
-        self._box: Box
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
@@ -251,25 +260,33 @@ class TraxPlugin(ExternalPlugin):
             request += format_message("frame", address)
         else:
             request = format_message("initialize", address, region, **properties)
-        self._box = box
+        self._last_box = np.array(box)
         self._ask(request, image, self.definition.start_timeout)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`.
 
-        If the tracker reports no target (see `parse_region`), the estimate has the last box and is
-        not visible.
+        If the tracker reports no target (see `parse_region` and `NO_TARGET`), the estimate has the
+        last box and is not visible.
         """
         request = format_message("frame", self.process.show(image))
         box, mask, text = self._ask(request, image, self.definition.frame_timeout)
-        self._box = self._box if box is None else box
-        confidence = float(text if self.definition.confidence else "nan")
-        if not (0.0 <= confidence <= 1.0 or isnan(confidence)):
-            raise self.process.fail(
-                f"answered with the confidence {text}. Expected: a number from 0 to 1. Add "
-                "confidence=false to the specification to ignore confidences"
-            )
-        return Estimate(self._box.copy(), box is not None, confidence, mask)
+        confidence = self._parse_confidence(text) if self.definition.confidence else nan
+        fields = {"box": box, "visible": box is not None, "confidence": confidence, "mask": mask}
+        try:
+            return self.estimate(read_estimate(fields, image.shape))
+        except MalformedEstimateError as error:
+            raise self.process.fail(f"returned an invalid estimate: {error}") from None
+
+    def _parse_confidence(self, text: str) -> float:
+        with suppress(ValueError):
+            confidence = float(text)
+            if 0.0 <= confidence <= 1.0 or isnan(confidence):
+                return confidence
+        raise self.process.fail(
+            f"answered with the confidence {text}. Expected: a number from 0 to 1. Add "
+            "confidence=false to the specification to ignore confidences"
+        )
 
     def close(self) -> None:
         """See `ExternalPlugin.close`."""
@@ -277,9 +294,16 @@ class TraxPlugin(ExternalPlugin):
 
     def _ask(self, request: bytes, image: Image, seconds: float) -> tuple[Any, Any, str]:
         """Send a request; return box, mask and text of the confidence of the answer."""
+        if line := self.process.unread_line(MARK):
+            raise self.process.fail(_too_many(line))
         self.process.send(request, seconds)
         message = self.process.receive("state", seconds)
-        region = "".join(message.values[:1])
+        if len(message.values) > 1:
+            raise self.process.fail(
+                f"answered with {len(message.values)} regions, {' '.join(message.values)[:80]!r}. "
+                "Expected: one region without spaces"
+            )
+        region = "".join(message.values)
         try:
             box, mask = parse_region(region, image.shape)
         except ValueError:
@@ -288,6 +312,17 @@ class TraxPlugin(ExternalPlugin):
                 "rectangle, a polygon or a mask"
             ) from None
         return box, mask, message.properties.get("confidence", "nan")
+
+
+def _is_answer(line: bytes) -> bool:
+    """Return whether a line has the message `state`, which some versions call `status`."""
+    return parse_message(line).name in ("state", "status")
+
+
+def _too_many(line: bytes) -> str:
+    """Return the problem of a message that answers no request."""
+    text = line.decode(errors="replace")[:80]
+    return f"sent {text!r} without a request. Expected: one answer per frame"
 
 
 def open_plugin(
@@ -304,6 +339,11 @@ def open_plugin(
         command = shlex.split(definition.trax)
     except ValueError as error:
         raise TrackerError(f"{owner}: command {definition.trax!r}: {error}.") from None
+    if not any(command):
+        raise TrackerError(
+            f"{owner}: the command {definition.trax!r} names no program. Give a program with its "
+            "arguments."
+        )
     files = _command_files(command, definition)
     digest = "-".join(map(digest_file, files))
     process = take_process(TraxProcess, definition, digest)

@@ -5,10 +5,13 @@ with rectangles. The state of a frame has the property `confidence` if the track
 """
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from math import isnan, nan
 from pathlib import Path
 from typing import BinaryIO
 from urllib.parse import unquote
+
+import numpy as np
 
 from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.external.trax import (
@@ -18,14 +21,19 @@ from trackmark.bench.external.trax import (
     parse_message,
     parse_region,
 )
-from trackmark.datasets.image_files import decode_image
-from trackmark.trackers import Image, Tracker, TrackerError
-from trackmark.trackers.base.interface import check_box
+from trackmark.datasets.image_files import decode_image, read_image_file
+from trackmark.trackers import Image, Mask, Tracker, TrackerError
+from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_box, read_estimate
+from trackmark.trackers.base.plain_class import ends_forks
 
 MAX_REASON = 500
 """Maximum length of the reason of a failure [characters]."""
 
 FORMATS = {"image": "path;", "region": "rectangle;", "channels": "color;"}
+
+
+class ClientError(TrackerError):
+    """Mistake of a client: an invalid request, region or image."""
 
 
 def serve(
@@ -35,19 +43,28 @@ def serve(
 
     Each `initialize` creates a new tracker with `make`. `name` is sent as the tracker's name.
 
-    Raises `TrackerError` for an invalid request or estimate, and exceptions of the tracker. The
-    client gets the reason before.
+    Raises `ClientError` for an invalid request, `TrackerError` for an invalid estimate, and
+    exceptions of the tracker. The client gets the reason before.
     """
     hello = {"version": 4, "name": name, "identifier": name, "family": "trackmark", **FORMATS}
     properties = {f"trax.{key}": value for key, value in hello.items()}
-    answers.write(format_message("hello", **properties))
+    _write(answers, format_message("hello", **properties))
     try:
         for answer in _states(make, requests):
-            answers.write(answer)
+            _write(answers, answer)
     except Exception as error:
-        reason = f"{type(error).__name__}: {error}"
-        answers.write(format_message("quit", **{"trax.reason": reason[:MAX_REASON]}))
+        is_known = type(error) in (ClientError, TrackerError)
+        reason = str(error) if is_known else f"{type(error).__name__}: {error}"
+        with suppress(ClientError):  # the reason of the end may be that the client is gone
+            _write(answers, format_message("quit", **{"trax.reason": reason[:MAX_REASON]}))
         raise
+
+
+def _write(answers: BinaryIO, message: bytes) -> None:
+    try:
+        answers.write(message)
+    except OSError as error:
+        raise ClientError(f"the client cannot be answered: {error.strerror}.") from None
 
 
 def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[bytes]:
@@ -63,31 +80,57 @@ def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[
             region = request.values[-1]  # the image comes with the next `frame`
             continue
         if request.name != "frame" or not request.values:
-            text = line.decode(errors="replace")[:80]
-            raise TrackerError(f"the client sent {text!r}. Expected: initialize or frame.")
+            text = line.decode(errors="replace").strip()[:80]
+            raise ClientError(f"the client sent {text!r}. Expected: initialize or frame.")
         image = _read_image(request.values[0])
         confidence = nan
         if region:
             if isinstance(tracker, ExternalPlugin):
                 tracker.close()  # its process serves the next one
-            tracker = make()
-            box, mask = parse_region(region, image.shape)
-            if box is None:
-                raise TrackerError(f"the client initialises with {region!r}: no target.")
-            tracker.init(image, box, mask)
+            box, mask = _parse_init(region, image.shape)
+            with ends_forks():
+                tracker = make()
+                tracker.init(image, np.array(box), mask)
             region = ""
         elif tracker is None:
-            raise TrackerError("the client sent a frame before initialize.")
+            raise ClientError("the client sent a frame before initialize.")
         else:
-            estimate = tracker.update(image)
-            box, confidence = check_box(estimate.box), float(estimate.confidence)
+            with ends_forks():
+                estimate = tracker.update(image)
+            try:
+                fields = read_estimate(estimate, image.shape)
+            except MalformedEstimateError as error:
+                raise TrackerError(f"{error}.") from None
+            box, confidence = fields["box"] or box, fields["confidence"]
         properties = {} if isnan(confidence) else {"confidence": confidence}
-        yield format_message("state", format_region(["rectangle"], box), **properties)
+        yield format_message("state", format_region(["rectangle"], np.array(box)), **properties)
+
+
+def _parse_init(region: str, shape: tuple[int, ...]) -> tuple[list[float], Mask | None]:
+    """Return box and mask of the region with which a client initialises the tracker."""
+    try:
+        box, mask = parse_region(region, shape)
+        numbers = None if box is None else read_box(box, no_target=True)
+    except ValueError:
+        raise ClientError(
+            f"the client initialises with {region[:80]!r}. Expected: finite numbers of a "
+            "rectangle, a polygon or a mask, with width and height above 0."
+        ) from None
+    if numbers is None:
+        raise ClientError(f"the client initialises with {region[:80]!r}: no target.")
+    return numbers, mask
 
 
 def _read_image(address: str) -> Image:
     """Return the image of a path or a `file:` address."""
     path = Path(address.removeprefix("file://"))
-    # vot-trax does not encode special characters; other clients do.
-    file = path if path.exists() else Path(unquote(str(path)))
-    return decode_image(file.read_bytes())
+    try:
+        # vot-trax does not encode special characters; other clients do.
+        file = path if path.exists() else Path(unquote(str(path)))
+        return decode_image(read_image_file(file))
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ClientError(
+            f"the image {address[:200]!r} of the client cannot be read: {reason}. Expected: the "
+            "path of an image."
+        ) from None

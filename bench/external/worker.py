@@ -1,18 +1,20 @@
 """Run one tracker class of a file in this interpreter, for a harness in another interpreter.
 
-Usage: python worker.py FRAMES FILE [CLASS]. Needs Python 3.6 or newer and NumPy, but not trackmark.
-Each request on stdin, `[operation, arguments]`, is one line of JSON; so is each answer on stdout,
-after `MARK`. Output of the tracker goes to stderr. After an exception, the answer is `error`, the
-traceback is on stderr, and the process ends.
+Usage: python worker.py FRAMES FILE [CLASS], or by `start.py`. Needs Python 3.6 or newer and NumPy,
+but not trackmark. Each request on stdin, `[number, operation, arguments]`, is one line of JSON. So
+is each answer on stdout, `[number, answer]` after `MARK`, with the number of the request. Output of
+the tracker goes to stderr. After an exception, the answer is `error` without a number, the
+traceback is on stderr, and the process ends. If the tracker forks the process, only the process
+that started answers.
 
 | operation and arguments | answer |
 |---|---|
-| describe | class, name, doc, parameters, randomness, libraries |
+| describe | class, name, doc, parameters, randomness, images, libraries |
 | create: parameters, seed, entropy, spawn_key | |
 | init: pixels, box | wall, cpu |
-| update: pixels | wall, cpu, estimate |
+| update: pixels | wall, cpu, estimate; or invalid: the reason why it is not an estimate |
 
-FRAMES is the descriptor of a file with the image of each request (BGR), and after it the mask of
+FRAMES is the descriptor of a file with the image of each request, and after it the mask of
 `init`. `pixels` is a list of their shapes and types. The mask of an estimate is written to the same
 file; `estimate` has its shape and type. `wall` and `cpu` are the times of the tracker's method [s];
 `cpu` counts all threads.
@@ -51,8 +53,9 @@ def import_file(path: str, name: str) -> Any:
 
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
-RULES = os.path.join(FOLDER, "..", "..", "trackers", "base", "plain_class.py")
-plain_class = import_file(RULES, "trackmark_plain_class")
+RULES = os.path.join(FOLDER, "..", "..", "trackers", "base")
+plain_class = import_file(os.path.join(RULES, "plain_class.py"), "trackmark_plain_class")
+estimate_check = import_file(os.path.join(RULES, "estimate_check.py"), "trackmark_estimate_check")
 
 
 def load(path: str) -> Any:
@@ -60,7 +63,8 @@ def load(path: str) -> Any:
     path = os.path.abspath(path)
     sys.path[0] = os.path.dirname(path)  # instead of the folder of this file
     stem = os.path.splitext(os.path.basename(path))[0]
-    return import_file(path, "trackmark_plugin_" + stem)
+    with plain_class.ends_forks():
+        return import_file(path, "trackmark_plugin_" + stem)
 
 
 def libraries() -> Any:
@@ -88,7 +92,8 @@ def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) 
     def sequence() -> Any:
         return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
 
-    return plain_class.create(kind, parameters, seed, sequence)
+    with plain_class.ends_forks():
+        return plain_class.create(kind, parameters, seed, sequence)
 
 
 def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None) -> Any:
@@ -99,13 +104,17 @@ def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None
     if operation == "init":
         method = plain_class.adapt_init(method)
         arguments += [np.array(box, np.float64), masks[0] if masks else None]
-    wall, cpu = time.perf_counter(), time.process_time()
-    result = method(*arguments)
-    answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
+    with plain_class.ends_forks():
+        wall, cpu = time.perf_counter(), time.process_time()
+        result = method(*arguments)
+        answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
     if operation == "update":
-        answer["estimate"] = fields = plain_class.estimate_fields(result)
-        if fields.get("mask") is not None:
-            mask = np.asarray(fields["mask"])
+        try:
+            answer["estimate"] = fields = estimate_check.read_estimate(result, image.shape)
+        except estimate_check.MalformedEstimateError as error:
+            return {"invalid": str(error)}
+        mask = fields["mask"]
+        if mask is not None:
             frames.seek(0)
             frames.write(mask.tobytes())
             fields["mask"] = [mask.shape, mask.dtype.str]
@@ -120,29 +129,24 @@ def read_array(file: Any, shape: Any, dtype: Any) -> Any:
     return array
 
 
-def to_json(value: Any) -> Any:
-    """Return an array or a number of NumPy or of another library as JSON."""
-    return np.asarray(value, np.float64).tolist()
-
-
 def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Iterable[Any]:
-    """Yield the answer to each request; `name` is the class, and can be empty if there is one."""
+    """Yield number and answer of each request; the class `name` can be empty if there is one."""
     kind = tracker = None  # type: Any
     for line in requests:
-        operation, arguments = json.loads(line)
+        number, operation, arguments = json.loads(line)
         if operation == "describe":
             try:
                 kind = plain_class.tracker_class(module, name)
-                yield dict(plain_class.describe(kind), libraries=libraries())
+                yield number, dict(plain_class.describe(kind), libraries=libraries())
             except ValueError as error:
                 owner = filter(None, [module.__file__, getattr(kind, "__name__", name)])
-                yield {"unusable": "%s: %s" % (":".join(owner), error)}
+                yield number, {"unusable": "%s: %s" % (":".join(owner), error)}
         elif operation == "create":
             tracker = None  # releases the memory of the last one first
             tracker = create(kind, **arguments)
-            yield {}
+            yield number, {}
         else:
-            yield call(tracker, operation, frames, **arguments)
+            yield number, call(tracker, operation, frames, **arguments)
 
 
 def end_with_harness(requests: int) -> None:
@@ -162,19 +166,19 @@ def main() -> None:
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
 
-    def write(answer: Any) -> None:
-        answers.write(MARK + json.dumps(answer, default=to_json) + "\n")
+    def write(number: Any, answer: Any) -> None:
+        answers.write(MARK + json.dumps([number, answer], default=repr) + "\n")
         answers.flush()
 
     try:
-        for answer in respond(requests, frames, load(sys.argv[2]), "".join(sys.argv[3:])):
-            write(answer)
+        for number, answer in respond(requests, frames, load(sys.argv[2]), "".join(sys.argv[3:])):
+            write(number, answer)
     except SystemExit:
         raise
     except BaseException as error:
         traceback.print_exc()
         sys.stderr.flush()
-        write({"error": traceback.format_exception_only(type(error), error)[-1].strip()})
+        write(None, {"error": traceback.format_exception_only(type(error), error)[-1].strip()})
         os._exit(1)
 
 

@@ -1,6 +1,5 @@
 """Page of trackers that are run once on a sequence, with all of their estimates."""
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
+from trackmark.reports.temporary_paths import temporary_folder
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
 
@@ -35,10 +35,10 @@ def write_live_page(
     Raises `TrackerError`, `SequenceError` or `ExperimentError` if something cannot be run, and
     `OSError` if the page cannot be written.
     """
-    with tempfile.TemporaryDirectory(prefix="trackmark-live-") as folder:
+    with temporary_folder() as folder:
         count = repetition + 1
         experiment = Experiment("live", tuple(trackers), (source,), count, arrays=True)
-        execution = Execution(experiment, Path(folder))
+        execution = Execution(experiment, folder)
         plan = execution.plan
         last = plan.repetitions[plan.run_trackers] - 1
         plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition

@@ -35,6 +35,7 @@ from trackmark.bench.pages.parts_table import parts_table
 from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.by_preset import table_prefix
+from trackmark.bench.reporting.corner_boxes import corner_boxes
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.bench.reporting.tables import clocks, not_repeatable, summary_of
@@ -121,7 +122,7 @@ class _Content:
         self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
-            means = self.scored.groupby("tracker", observed=True)["mean_overlap"].mean().fillna(0)
+            means = self.scored.groupby("tracker")["mean_overlap"].mean().fillna(0)
             names.sort(key=lambda name: -means[name])
         self.runs = collect_runs(judged_runs(experiment), names)
         is_finished = self.scored["status"] == "finished"
@@ -153,6 +154,7 @@ class _Content:
             )
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
+        details = (*details, *corner_boxes(self.experiment, self.all_runs))
         for name, note in [*self.failed.items()][:1]:
             n_failed = (self.scored["status"] == "failed").sum()
             text = f"{n_failed} of {len(self.scored)} runs failed"
@@ -206,7 +208,7 @@ class _Content:
             yield PageSection("failures", title, blocks=[block], **options)
         if parts := parts_table(self.scored, self.occurring, runs):
             yield PageSection("parts", "By parameter and attribute", blocks=[parts])
-        n_runs = self.scored.groupby("tracker", observed=True).size()
+        n_runs = self.scored.groupby("tracker").size()
         if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
             yield PageSection("survival", "Time to failure", blocks=self.survival)
         charts = timeline_charts(runs)

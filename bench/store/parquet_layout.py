@@ -17,7 +17,6 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -35,6 +34,7 @@ from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, store_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
+from trackmark.reports.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -67,9 +67,9 @@ def convert_results(folder: Path, progress: Callable[[int, int], None] = lambda 
         raise ResultsError(
             f"{folder / DATABASE} already exists. Remove it to convert the results again."
         )
-    with TemporaryDirectory(dir=folder, prefix=".convert-") as temporary:
-        number = _convert(folder, Path(temporary), progress)
-        (Path(temporary) / DATABASE).replace(folder / DATABASE)
+    with temporary_folder(folder, ".convert-") as temporary:
+        number = _convert(folder, temporary, progress)
+        (temporary / DATABASE).replace(folder / DATABASE)
     return number
 
 

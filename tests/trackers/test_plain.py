@@ -7,7 +7,8 @@ import pytest
 
 from trackmark import trackers
 from trackmark.trackers import Estimate, Randomness, TrackerError
-from trackmark.trackers.base.plain import to_estimate, to_plugin
+from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
+from trackmark.trackers.base.plain import to_plugin
 from trackmark.trackers.base.plain_class import adapt_init
 
 BOX = [1.0, 2.0, 3.0, 4.0]
@@ -46,7 +47,7 @@ def test_plain_class_of_a_file_is_a_tracker_with_parameters(plain):
     tracker = trackers.create(plain, step="2.5", twice="true")
     tracker.init(IMAGE, np.array(BOX))
     estimate = tracker.update(IMAGE)
-    assert (estimate.box, estimate.confidence) == ([6.0, 2.0, 3.0, 4.0], 0.5)
+    assert (estimate.box.tolist(), estimate.confidence) == ([6.0, 2.0, 3.0, 4.0], 0.5)
 
 
 @pytest.mark.parametrize(
@@ -63,15 +64,139 @@ def test_plain_class_of_a_file_is_a_tracker_with_parameters(plain):
     ],
 )
 def test_returned_value_of_each_form_is_an_estimate(answer):
-    estimate = to_estimate(answer)
-    assert list(estimate.box) == BOX
-    assert estimate.visible is True
-    assert estimate.details == {}
+    fields = read_estimate(answer, IMAGE.shape)
+    assert fields["box"] == BOX
+    assert fields["visible"] is True
+    assert fields["details"] == {}
 
 
-def test_dict_with_an_unknown_key_is_an_error():
-    with pytest.raises(TrackerError, match=r"keys 'box', 'score'\. Expected: 'box', and only"):
-        to_estimate({"box": BOX, "score": 1.0})
+class Hostile:
+    """Object whose attributes and text raise exceptions."""
+
+    def __getattr__(self, name):
+        raise RuntimeError("no\nattributes")
+
+    def __repr__(self):
+        raise RuntimeError
+
+
+MALFORMED = [
+    ({"box": BOX, "score": 1.0}, "keys 'box', 'score'. Expected: 'box', and only"),
+    ({}, "a dict with the keys (none). Expected: 'box'"),
+    ({"confidence": 0.5}, "a dict with the keys 'confidence'. Expected: 'box'"),
+    ((True, BOX), "update returned (True, [1.0, 2.0, 3.0, 4.0]). This looks like (ok, box)"),
+    ((np.bool_(False), None), "This looks like (ok, box)"),
+    ((0.5, BOX), "Expected: (box, confidence), in this order"),
+    ([BOX], "the box is [[1.0, 2.0, 3.0, 4.0]]. Expected: four numbers"),
+    (np.array([BOX]), "the box is an array of shape (1, 4) and type float64"),
+    (np.array([BOX]).T, "the box is an array of shape (4, 1) and type float64"),
+    (np.array(1.0), "the box is an array of shape () and type float64"),
+    (["1", "2", "3", "4"], "the box is ['1', '2', '3', '4']"),
+    ("1,2,3,4", "the box is '1,2,3,4'"),
+    ([True] * 4, "the box is [True, True, True, True]"),
+    (np.ones(4, bool), "the box is array([ True"),
+    (np.array(BOX, complex), "the box is array([1.+0.j"),
+    (np.array([*BOX[:3], None], object), "the box is array([1.0, 2.0, 3.0, None], dtype=object)"),
+    ([10**400, 2, 3, 4], "the box is [1000"),
+    (np.array([np.inf, 2, 3, 4], np.float16), "the box [inf, 2.0, 3.0, 4.0] is invalid"),
+    ([1, 2, 0, 4], "the box [1.0, 2.0, 0.0, 4.0] is invalid"),
+    ([0, 0, 0, 4], "the box [0.0, 0.0, 0.0, 4.0] is invalid"),
+    (Hostile, "an object of type Hostile, whose attributes raise RuntimeError("),
+    ((BOX, "0.5"), "the confidence is '0.5'. Expected: a number in [0, 1], or NaN"),
+    ((BOX, True), "the confidence is True"),
+    ((BOX, np.array([0.5])), "the confidence is an array of shape (1,) and type float64"),
+    ((BOX, 0.5j), "the confidence is 0.5j"),
+    ((BOX, np.inf), "the confidence inf is not in [0, 1] or NaN"),
+    ({"box": BOX, "visible": "no"}, "visible is 'no'. Expected: true or false"),
+    ({"box": BOX, "visible": 0.5}, "visible is 0.5"),
+    ({"box": BOX, "visible": np.zeros(2, bool)}, "visible is an array of shape (2,) and type bool"),
+    ({"box": BOX, "mask": [[True]]}, "the mask is of type list. Expected: an array of bool"),
+    ({"box": BOX, "mask": np.zeros((9, 9))}, "the mask is float64 of shape (9, 9)"),
+    ({"box": BOX, "mask": np.zeros((9, 8), bool)}, "Expected: bool of the image's shape (9, 9)"),
+    ({"box": BOX, "details": [1]}, "the details are [1]. Expected: a dict of numbers by name"),
+    ({"box": BOX, "details": {"a": np.zeros((5, 5))}}, "details['a'] is an array of shape (5, 5)"),
+    ({"box": BOX, "details": {"a": "1"}}, "details['a'] is '1'. Expected: a number by its name"),
+    ({"box": BOX, "details": {1: 1.0}}, "details[1] is 1.0. Expected: a number by its name"),
+]
+
+
+@pytest.mark.parametrize(("answer", "problem"), MALFORMED)
+def test_malformed_estimate_has_a_reason_of_one_line(answer, problem):
+    with pytest.raises(MalformedEstimateError) as raised:
+        read_estimate(Hostile() if answer is Hostile else answer, IMAGE.shape)
+    assert problem in str(raised.value)
+    assert "\n" not in str(raised.value)
+    assert len(str(raised.value)) < 300
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        None,
+        (None, 0.25),
+        [0, 0, 0, 0],
+        (np.zeros(4), 0.25),
+        {"visible": False},
+        {"box": None, "visible": np.False_, "confidence": 0.25},
+        Estimate(np.zeros(4)),
+    ],
+)
+def test_missing_box_keeps_the_last_box_and_is_not_visible(answer):
+    class Lost:
+        def init(self, image, box):
+            self.answers = [[1, 2, 5, 6], answer]
+
+        def update(self, image):
+            return self.answers.pop(0)
+
+    plugin = to_plugin(Lost)
+    tracker = plugin(plugin.Parameters(), np.random.SeedSequence(0))
+    tracker.init(IMAGE, np.array(BOX))
+    estimates = [tracker.update(IMAGE) for _ in range(2)]
+    assert [estimate.visible for estimate in estimates] == [True, False]
+    assert [estimate.box.tolist() for estimate in estimates] == [[1, 2, 5, 6]] * 2
+
+
+def test_static_methods_are_methods_of_a_tracker():
+    class Static:
+        @staticmethod
+        def init(image, box): ...
+
+        @staticmethod
+        def update(image):
+            return BOX
+
+    plugin = to_plugin(Static)
+    tracker = plugin(plugin.Parameters(), np.random.SeedSequence(0))
+    tracker.init(IMAGE, np.array(BOX))
+    assert tracker.update(IMAGE).box.tolist() == BOX
+
+
+@pytest.mark.parametrize(
+    ("images", "pixel"), [("bgr", [10, 20, 30]), ("rgb", [30, 20, 10]), ("grey", 22)]
+)
+def test_images_have_the_declared_channels(tmp_path, images, pixel):
+    seen = "self.seen = image[0, 0].tolist(), image.flags.writeable"
+    update = f"def update(self, image): {seen}; return [1, 2, 3, 4]"
+    declared = f"class Colour:\n    images = {images!r}\n    def init(self, image, box): ...\n"
+    (tmp_path / "declared.py").write_text(f"{declared}    {update}\n")
+    (tmp_path / "option.py").write_text(f"{declared}    {update}\n".replace(repr(images), "[]"))
+    image = np.full((9, 9, 3), [10, 20, 30], np.uint8)
+    image.flags.writeable = False
+    for tracker in (
+        trackers.create(str(tmp_path / "declared.py")),
+        trackers.create(str(tmp_path / "option.py"), images=images),
+    ):
+        tracker.init(image, np.array(BOX))
+        tracker.update(image)
+        assert tracker._tracker.seen == (pixel, False)
+
+
+def test_invalid_images_are_an_error_before_the_run(plain):
+    with pytest.raises(TrackerError, match=r"value of images of .* 'gray'\. Did you mean 'grey'"):
+        trackers.create(plain, images="gray")
+    with pytest.raises(TrackerError, match="parameter of camshift 'images'"):
+        trackers.create("camshift", images="rgb")
 
 
 @pytest.mark.parametrize(
@@ -129,6 +254,10 @@ def test_unusable_class_is_an_error_before_it_is_created():
         update = print
         randomness = "some"
 
+    class Painted(Lacks):
+        update = print
+        images = "RGB"
+
     class Reserved(Lacks):
         update = print
 
@@ -139,6 +268,7 @@ def test_unusable_class_is_an_error_before_it_is_created():
         (Takes, "the argument 'size' has no default"),
         (Short, r"init takes \(image\). Expected: init\(image, box\)"),
         (Reserved, "the argument 'model_config' has a reserved name"),
+        (Painted, "images is 'RGB'. Expected one of: bgr, rgb, grey"),
         (Odd, "the randomness is 'some'. Expected one of: none, generator, process"),
     ):
         with pytest.raises(TrackerError, match=message):

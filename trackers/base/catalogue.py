@@ -27,8 +27,8 @@ from trackmark.trackers.base.parameters import (
     closest_match,
     unknown_name_error,
 )
-from trackmark.trackers.base.plain import to_plugin
-from trackmark.trackers.base.plain_class import tracker_class
+from trackmark.trackers.base.plain import AdaptedTracker, to_plugin
+from trackmark.trackers.base.plain_class import ends_forks, tracker_class
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -180,13 +180,21 @@ def resolve_plugin(
 ) -> Specification:
     """Return a class with the values of all parameters; `parameters` can contain `preset`.
 
-    `option_names` are further valid names, for the error for an unknown parameter.
+    For a tracker without a base class, it can contain `images`. `option_names` are further valid
+    names, for the error for an unknown parameter.
     """
     fields = plugin.Parameters.model_fields
+    own_options = {"preset", "images"} if issubclass(plugin, AdaptedTracker) else {"preset"}
     for name in parameters:
-        if name not in {*fields, "preset"}:
-            raise unknown_name_error(f"parameter of {label}", name, {*fields, *option_names})
+        if name not in {*fields, *own_options}:
+            names = {*fields, *own_options, *option_names}
+            raise unknown_name_error(f"parameter of {label}", name, names - {"preset"})
     parameters = dict(parameters)
+    options: dict[str, Any] = {}
+    if issubclass(plugin, AdaptedTracker):
+        images = parameters.pop("images", plugin.images)
+        if images != plugin.images:
+            plugin, options = plugin.with_images(images, label), {"images": images}
     default = _default_preset(plugin)
     preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
@@ -201,7 +209,7 @@ def resolve_plugin(
     base = plugin.Parameters.checked(
         label, {**values, **{key: getattr(settled, key) for key in required_names}}
     )
-    options: dict[str, Any] = {} if preset == default else {"preset": preset}
+    options |= {} if preset == default else {"preset": preset}
     for key in sorted(fields):
         if key in required_names or getattr(settled, key) != getattr(base, key):
             options[key] = getattr(settled, key)
@@ -348,7 +356,8 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             return validate_plugin(getattr(module, exported), name), file
         if entries:
             allow_former_imports()
-            plugin = validate_plugin(entries[0].load(), name)
+            with ends_forks():
+                plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             warn_of_former_imports(file)
             return plugin, file
@@ -393,7 +402,7 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         sys.path.append(folder)  # for modules next to the file, also those that a run imports
     allow_former_imports()
     try:
-        with contextlib.chdir(Path.cwd()):  # the file may change the working directory
+        with ends_forks(), contextlib.chdir(Path.cwd()):  # the file may change the directory
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
         hint = ""
@@ -434,6 +443,12 @@ def validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
         raise TrackerError(f"tracker {name!r}: {plugin!r} is not a class.")
     if not issubclass(plugin, TrackerPlugin):
         return to_plugin(plugin, name)
+    declares_images = isinstance(getattr(plugin, "images", None), str)
+    if declares_images and not issubclass(plugin, AdaptedTracker):
+        raise TrackerError(
+            f"tracker {name!r}: its class attribute images applies to classes without a base "
+            "class. Omit it, and convert the BGR images in init and update."
+        )
     presets: Any = plugin.presets
     if inspect.isabstract(plugin):
         missing_methods = ", ".join(sorted(plugin.__abstractmethods__))

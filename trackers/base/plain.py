@@ -5,19 +5,66 @@
 
 import warnings
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from pydantic import create_model
 
 from trackmark.trackers.base import plain_class
+from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness, TrackerPlugin
-from trackmark.trackers.base.parameters import Parameters, TrackerError
+from trackmark.trackers.base.parameters import Parameters, TrackerError, unknown_name_error
 
 _Plugin = TypeVar("_Plugin", bound=TrackerPlugin)
 
 
-class PlainTracker(TrackerPlugin):
+class AdaptedTracker(TrackerPlugin):
+    """Plugin that calls a tracker without a base class, which returns values of several forms.
+
+    Attributes
+    ----------
+    images : str
+        Channels of the images that the tracker gets; see `convert`.
+    """
+
+    images: str = plain_class.IMAGES[0]
+    _last_box: Box
+
+    @classmethod
+    def with_images(cls, images: Any, owner: str) -> "type[AdaptedTracker]":
+        """Return the class with other `images`; raise `TrackerError` for an unknown value.
+
+        `owner`: name of the tracker in messages.
+        """
+        if images not in plain_class.IMAGES:
+            raise unknown_name_error(f"value of images of {owner}", str(images), plain_class.IMAGES)
+        same = {"images": images, "__doc__": cls.__doc__, "__module__": cls.__module__}
+        return type(cls.__name__, (cls,), same)
+
+    def convert(self, image: Image) -> Image:
+        """Return a BGR image as the tracker gets it.
+
+        It is read-only if `image` is: `bgr` or `rgb` of shape (height, width, 3), or `grey` of
+        shape (height, width), by the weights of ITU-R BT.601, as in OpenCV.
+        """
+        if self.images == plain_class.IMAGES[0]:
+            return image
+        import cv2  # here: lists of trackers do not need it
+
+        is_grey = self.images == "grey"
+        converted = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY if is_grey else cv2.COLOR_BGR2RGB)
+        converted.flags.writeable = image.flags.writeable
+        return np.asarray(converted)
+
+    def estimate(self, fields: Mapping[str, Any]) -> Estimate:
+        """Return the result of `read_estimate` as an estimate; without a box, with the last one."""
+        if fields["box"] is not None:
+            self._last_box = np.array(fields["box"])
+        return Estimate(**{**fields, "box": self._last_box.copy()})
+
+
+class PlainTracker(AdaptedTracker):
     """Plugin that calls a plain tracker; see `to_plugin`.
 
     `make` creates the plain tracker.
@@ -32,17 +79,27 @@ class PlainTracker(TrackerPlugin):
         try:
             plain_class.check_methods(tracker)
             self._init = plain_class.adapt_init(tracker.init)
+            if not isinstance(type(self).make, type):  # a function: the object has the attribute
+                self.images = plain_class.declared_images(type(tracker))
         except ValueError as error:
             raise TrackerError(f"tracker {type(self).__name__!r}: {error}") from None
         self._tracker = tracker
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
-        self._init(image, box, mask)
+        self._last_box = np.array(box)
+        self._init(self.convert(image), box, mask)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        return to_estimate(self._tracker.update(image))
+        answer = self._tracker.update(self.convert(image))
+        try:
+            estimate = self.estimate(read_estimate(answer, image.shape))
+        except MalformedEstimateError as error:
+            raise TrackerError(f"{error}.") from None
+        if isinstance(answer, Estimate):
+            return replace(estimate, arrays=answer.arrays, revised=answer.revised)
+        return estimate
 
 
 def to_plugin(make: Callable[..., Any], name: str = "") -> type[PlainTracker]:
@@ -101,7 +158,9 @@ def create_plugin(
             f"{', '.join(Randomness)}."
         ) from None
     for name in description["parameters"]:
-        if name == "checked" or (name.startswith("model_") and hasattr(Parameters, name)):
+        if name in ("checked", "images") or (
+            name.startswith("model_") and hasattr(Parameters, name)
+        ):
             raise TrackerError(
                 f"tracker {owner!r}: the argument {name!r} has a reserved name. Choose another one."
             )
@@ -114,6 +173,7 @@ def create_plugin(
         "name": description["name"],
         "Parameters": parameters,
         "randomness": randomness,
+        **({"images": description["images"]} if "images" in description else {}),
     }
     return type(description["class"], (base,), attributes)
 
@@ -121,17 +181,3 @@ def create_plugin(
 def seed_number(seed: np.random.SeedSequence) -> int:
     """Return the argument `seed` of a plain tracker: an int in [0, 2³¹), valid in all libraries."""
     return int(seed.generate_state(1)[0]) >> 1
-
-
-def to_estimate(answer: Any) -> Estimate:
-    """Return the value that `update` of a plain tracker returned as an `Estimate`.
-
-    Raises `TrackerError` for a dict without `box` or with unknown keys; see
-    `plain_class.estimate_fields`.
-    """
-    if isinstance(answer, Estimate):
-        return answer
-    try:
-        return Estimate(**plain_class.estimate_fields(answer))
-    except ValueError as error:
-        raise TrackerError(str(error)) from None

@@ -6,23 +6,27 @@ of Python 3.6, and needs NumPy only. The functions raise `ValueError` for unusab
 
 import inspect
 import math
-from collections.abc import Mapping
+import os
+from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
-from typing import Any, Callable, Dict, List
+from typing import Any, Callable, Dict, Iterator, List
 
 import numpy as np
 
-FIELDS = ("box", "visible", "confidence", "mask", "details")
-"""Fields of an estimate that a plain tracker can return."""
+IMAGES = ("bgr", "rgb", "grey")
+"""Order of the channels of the images that a plain tracker gets: its class attribute `images`."""
 
 _RANDOM = ("seed", "rng")
 
 
 def missing_methods(tracker: Any) -> List[str]:
     """Return the methods of a tracker that a class or an object lacks."""
-    abstract = getattr(tracker, "__abstractmethods__", ())
-    methods = {name: getattr(tracker, name, None) for name in ("init", "update")}
+    abstract = getattr(tracker, "__abstractmethods__", ()) if isinstance(tracker, type) else ()
+    try:
+        methods = {name: getattr(tracker, name, None) for name in ("init", "update")}
+    except Exception as error:  # code of the tracker, such as `__getattr__`
+        raise ValueError(f"its attributes raise {type(error).__name__}: {error}.") from None
     return [name for name in methods if not callable(methods[name]) or name in abstract]
 
 
@@ -80,7 +84,7 @@ def describe(make: Any) -> Dict[str, Any]:
         if any(base.__name__ == "TrackerPlugin" for base in make.__mro__):
             raise ValueError("it derives from TrackerPlugin. Omit python=, or write a plain class.")
         check_methods(make)
-        adapt_init(partial(make.init, None))  # type: ignore[attr-defined]  # raises ValueError
+        adapt_init(_bound(make, "init"))  # raises ValueError
     name, parameters = getattr(make, "name", ""), _parameters(make)
     is_random = any(key in _signature(make).parameters for key in _RANDOM)
     return {
@@ -89,7 +93,46 @@ def describe(make: Any) -> Dict[str, Any]:
         "name": name if isinstance(name, str) else "",  # it can be a property
         "parameters": parameters,
         "randomness": getattr(make, "randomness", "generator" if is_random else "none"),
+        "images": declared_images(make),
     }
+
+
+def declared_images(kind: Any) -> str:
+    """Return the class attribute `images`; raise `ValueError` for an unknown text.
+
+    An attribute of another type than text has another meaning, and is ignored.
+    """
+    images = getattr(kind, "images", IMAGES[0])
+    if not isinstance(images, str):
+        return IMAGES[0]
+    if images not in IMAGES:
+        raise ValueError(
+            f"its class attribute images is {images!r}. Expected one of: {', '.join(IMAGES)}."
+        )
+    return str(images)
+
+
+def _bound(kind: Any, name: str) -> Any:
+    """Return a method of a class as its objects have it: without `self`."""
+    method, stored = getattr(kind, name), inspect.getattr_static(kind, name)
+    is_function = hasattr(type(stored), "__get__")  # otherwise, a callable object
+    takes_self = is_function and not isinstance(stored, (staticmethod, classmethod))
+    return partial(method, None) if takes_self else method
+
+
+@contextmanager
+def ends_forks() -> Iterator[None]:
+    """End processes that code of a tracker has forked within the context, if they leave it.
+
+    Such a process would go on as a second harness. It ends without the exit handlers, which belong
+    to the first one.
+    """
+    pid = os.getpid()
+    try:
+        yield
+    finally:
+        if os.getpid() != pid:
+            os._exit(0)
 
 
 def _parameters(make: Any) -> Dict[str, Any]:
@@ -144,31 +187,6 @@ def adapt_init(init: Callable[..., Any]) -> Callable[..., Any]:
             f"init takes {signature}. Expected: init(image, box) or init(image, box, mask)."
         ) from None
     return adapted
-
-
-def estimate_fields(answer: Any) -> Dict[str, Any]:
-    """Return the fields of the estimate that `update` returned.
-
-    `answer` is four numbers, `(box, confidence)`, or a dict or an object with `box` and other
-    fields of an estimate, which can be None if they are unknown. The harness validates the values.
-    """
-    if hasattr(answer, "box"):
-        answer = {name: getattr(answer, name) for name in FIELDS if hasattr(answer, name)}
-    if isinstance(answer, Mapping):
-        fields = dict(answer)
-        if "box" not in fields or not set(fields) <= set(FIELDS):
-            raise ValueError(
-                f"update returned a dict with the keys {', '.join(map(repr, fields))}. Expected: "
-                f"'box', and only the keys {', '.join(FIELDS)}."
-            )
-    elif isinstance(answer, (tuple, list)) and len(answer) == 2:
-        fields = {"box": answer[0], "confidence": answer[1]}
-    else:
-        fields = {"box": answer}
-    fields = {name: fields[name] for name in fields if name == "box" or fields[name] is not None}
-    if hasattr(fields["box"], "__array__"):  # for example a tensor
-        fields["box"] = np.asarray(fields["box"])
-    return fields
 
 
 def _signature(function: Callable[..., Any]) -> inspect.Signature:

@@ -1,6 +1,8 @@
 """Server of TraX: our trackers, driven by our client and by vot-toolkit."""
 
 import io
+import os
+import re
 import shlex
 import subprocess
 import sys
@@ -130,11 +132,38 @@ def test_invalid_request_ends_the_session(tmp_path):
     for requests, reason in {
         (frame,): "a frame before initialize",
         (format_message("initialize", "0"), frame): "initialises with '0': no target",
-        (b"@@TRAX:state 1\n",): "sent '@@TRAX:state 1",
+        (b"@@TRAX:state 1\n",): "sent '@@TRAX:state 1'",
+        (b"@@TRAX:initialize\n",): "sent '@@TRAX:initialize'",
+        (format_message("initialize", "1,2,3"), frame): "initialises with '1,2,3'. Expected",
+        (format_message("initialize", "1,2,0,4"), frame): "initialises with '1,2,0,4'. Expected",
+        (format_message("frame", "file:///dev/zero"),): "dev/zero' of the client .*not a regular",
+        (format_message("frame", "image:" + 9999 * "x"),): "of the client cannot be read: File nam",
+        (format_message("frame", str(tmp_path)),): "of the client cannot be read: not a regular",
     }.items():
         last = converse(*requests, error=reason)[-1]
         assert last.name == "quit"
-        assert reason in last.properties["trax.reason"]
+        assert re.search(reason, last.properties["trax.reason"])
+
+
+def test_client_mistake_is_one_line_without_traceback(tmp_path):
+    for request, status in ((b"@@TRAX:state 1\n", 2), (b"@@TRAX:quit\n", 0), (None, 2)):
+        (tmp_path / "requests").write_bytes(request or b"")
+        redirection = "<&-" if request is None else f"<{tmp_path}/requests"
+        command = ["sh", "-c", f"{shlex.join([*COMMAND, 'static'])} {redirection}"]
+        done = subprocess.run(command, cwd=HOME, capture_output=True, text=True)
+        assert done.returncode == status, done.stderr
+        assert "Traceback" not in done.stderr
+        assert bool(done.stderr) == bool(status)
+
+
+def test_vanished_client_ends_the_session():
+    reading, writing = os.pipe()
+    os.close(reading)
+    with (
+        os.fdopen(writing, "wb", buffering=0) as answers,
+        pytest.raises(TrackerError, match="the client cannot be answered: Broken pipe"),
+    ):
+        serve(lambda: trackers.create("static"), "x", [], answers)
 
 
 PINS = ["vot-toolkit==0.7.1", "attributee==0.1.9", "phx-class-registry<5", "matplotlib<3.9"]

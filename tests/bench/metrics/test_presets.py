@@ -1,6 +1,5 @@
 """Conformance of all metrics presets, which the tests find automatically."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ from hypothesis import strategies as st
 from tests.bench.metrics.artificial_runs import SIZE, answer_of, noisy, truth_of, walk
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import RunEstimates
-from trackmark.bench.store.run_rows import SCORED_BY
 
 N = 400
 TRUTH = walk(N)
@@ -45,14 +43,6 @@ def test_preset_is_found_by_file_and_alias():
     assert (metrics.is_preset("vot"), metrics.is_preset("votes")) == (True, False)
     with pytest.raises(ValueError, match=r"'lasott'\. Did you mean 'lasot'\?"):
         metrics.preset("lasott")
-
-
-def test_index_depends_on_all_modules_that_define_its_scores():
-    imported = set()
-    for module in SCORED_BY:
-        source = (ROOMS / f"{module}.py").read_text()
-        imported |= set(re.findall(r"from trackmark\.bench\.metrics\.(\w+)", source))
-    assert imported <= set(SCORED_BY)
 
 
 def sparse_truth(boxes):

@@ -203,7 +203,7 @@ def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
     assert frame["experiment"].unique().tolist() == ["trial"]
     assert bench.load_runs(results.folder.parent).equals(frame)
     for column in ("tracker", "sequence", "status", "failure", "parameters"):
-        assert frame[column].dtype == "category", column
+        assert frame[column].dtype == object, column
     assert frame["mean_overlap"].notna().tolist() == [True, True, False]
     chosen = bench.load_runs(results.folder, [run_key(run.identity)])
     assert chosen["repetition"].tolist() == [0]

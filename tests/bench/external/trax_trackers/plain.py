@@ -52,6 +52,7 @@ def main():
         f'"trax.region=rectangle;" "trax.channels={channels};"'
     )
     regions = {"garbage": "nonsense,1", "nan": "nan,1,2,3", "special": "0"}
+    regions["spaces"] = '1," "2," "3," "4'
     answer, frame, region = "state" if version > 1 else "status", 0, ""
     for line in sys.stdin:
         if line.startswith("@@TRAX:quit"):
@@ -68,7 +69,9 @@ def main():
             misbehave(mode)
             region = regions.get(mode, region)
         confidence = 7 if mode == "confidence" else 0.5
-        write(f'a log line\n@@TRAX:{answer} "{region}" "confidence={confidence}"')
+        message = f'@@TRAX:{answer} "{region}" "confidence={confidence}"'
+        surplus = {"twice": frame == 3, "later": frame == 4, "last": frame == 7}.get(mode)
+        write(f"a log line\n{message}" + f"\n{message}" * bool(surplus))
         frame += 1
 
 
