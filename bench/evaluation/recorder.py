@@ -46,7 +46,7 @@ from trackmark.trackers.base.estimate_check import (
     read_estimate,
     value_text,
 )
-from trackmark.trackers.base.plain_class import ends_forks
+from trackmark.trackers.base.plain_class import ForkGuard
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -259,7 +259,7 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            with ends_forks():
+            with ForkGuard():
                 return call()
         except _OURS:
             raise
@@ -311,7 +311,7 @@ class Recorder:
         # The wall clock is read inside: otherwise, reading the CPU clock would count as waiting.
         cpu = thread_time()
         try:
-            with ends_forks():
+            with ForkGuard():
                 called_at = perf_counter()
                 estimate = update(argument)
                 answered = perf_counter()

@@ -28,7 +28,7 @@ from trackmark.trackers.base.parameters import (
     unknown_name_error,
 )
 from trackmark.trackers.base.plain import AdaptedTracker, to_plugin
-from trackmark.trackers.base.plain_class import ends_forks, tracker_class
+from trackmark.trackers.base.plain_class import ForkGuard, tracker_class
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -356,7 +356,7 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             return validate_plugin(getattr(module, exported), name), file
         if entries:
             allow_former_imports()
-            with ends_forks():
+            with ForkGuard():
                 plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             warn_of_former_imports(file)
@@ -402,7 +402,7 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         sys.path.append(folder)  # for modules next to the file, also those that a run imports
     allow_former_imports()
     try:
-        with ends_forks(), contextlib.chdir(Path.cwd()):  # the file may change the directory
+        with ForkGuard(), contextlib.chdir(Path.cwd()):  # the file may change the directory
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
         hint = ""
