@@ -13,6 +13,7 @@ import click
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from trackmark.bench.commands._progress import command_messages
 from trackmark.bench.commands._terminal import complain, interruptible, outlets
+from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import log_compilation, prepare_numba
 
 _COMMANDS = Path(__file__).parent / "commands"
@@ -86,7 +87,7 @@ def _invoke(arguments: Sequence[str] | None) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except (ImportError, OSError, RuntimeError, ValueError) as error:
+    except (ImportError, MachineError, OSError, RuntimeError, ValueError) as error:
         message = _message_of(error)
         if message is None:
             raise
@@ -97,6 +98,10 @@ def _invoke(arguments: Sequence[str] | None) -> int:
 
 def _message_of(error: Exception) -> str | None:
     """Return the message for an error of the input or the machine; None for a defect."""
+    from trackmark.bench.store.files import ResultsError
+
+    if not isinstance(error, ResultsError) and (fault := machine_fault(error)):
+        return str(fault)
     if isinstance(error, OSError):
         # Any call can raise it, for example for a file name of 5000 characters.
         reason = error.strerror or str(error)
@@ -115,7 +120,6 @@ def _message_of(error: Exception) -> str | None:
         return f"{quote(error.object)}: not UTF-8 at character {error.start + 1}. Give UTF-8."
     from trackmark.bench.experiments.experiment import ExperimentError
     from trackmark.bench.protocols import ProtocolError
-    from trackmark.bench.store.files import ResultsError
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 

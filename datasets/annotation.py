@@ -19,8 +19,8 @@ def interpolate(
     """Interpolate the ground truth of all frames from the boxes of key frames.
 
     Between two key frames, x, y, width and height change linearly, also across frames without the
-    target. There is no extrapolation: the target counts as absent before the first and after the
-    last key frame.
+    target. There is no extrapolation: the target is annotated as absent before the first and after
+    the last key frame.
 
     Parameters
     ----------

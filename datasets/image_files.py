@@ -245,11 +245,12 @@ def image_files(folder: Path) -> list[Path]:
     return sorted(files, key=lambda file: natural_order(file.name))
 
 
-def numbered_images(folder: Path, *firsts: int) -> list[Path]:
+def numbered_images(folder: Path, *firsts: int, prefix: str = "") -> list[Path]:
     """Return the images directly in a folder whose names are consecutive numbers, in order.
 
     A missing image would shift the ground truth of all later frames.
-    `firsts` are the valid numbers of the first image; without them, all numbers are valid.
+    `firsts` are the valid numbers of the first image; without them, all numbers are valid. Each
+    name starts with `prefix`.
 
     Raises `SequenceError` naming the image that is missing, has no number, or has the number of
     another image. If the folder has no images, the error names the folder.
@@ -258,24 +259,26 @@ def numbered_images(folder: Path, *firsts: int) -> list[Path]:
     if not images:
         raise SequenceError(f"{folder}: there are no images.")
     check_frame_numbers(images)
-    for file in images:
-        if not file.stem.isdecimal():
+    digits = [file.stem.removeprefix(prefix) for file in images]
+    for file, text in zip(images, digits, strict=True):
+        if not (file.stem.startswith(prefix) and text.isdecimal()):
             raise SequenceError(
-                f"{file}: the name is not a number. Expected: 00000.jpg, 00001.jpg, …"
+                f"{file}: the name is not a number. Expected: {prefix}00000.jpg, "
+                f"{prefix}00001.jpg, …"
             )
-    number = int(images[0].stem)
+    number, width = int(digits[0]), len(digits[0])
     if firsts and number not in firsts:
         first = min(firsts, key=lambda first: abs(first - number))
-        missing = images[0].with_stem(f"{first:0{len(images[0].stem)}}")
+        missing = images[0].with_stem(f"{prefix}{first:0{width}}")
         problem = (
             f"{missing}: this image is missing; the first one is {images[0].name}. Add the file"
         )
         if number < first:
             problem = f"{images[0]}: the first image must be {missing.name}. Remove the file"
         raise SequenceError(f"{problem}, or number all images from {first}.")
-    for before, after in pairwise(images):
-        if int(after.stem) != int(before.stem) + 1:
-            missing = before.with_stem(f"{int(before.stem) + 1:0{len(before.stem)}}")
+    for (before, text), (after, next_text) in pairwise(zip(images, digits, strict=True)):
+        if int(next_text) != int(text) + 1:
+            missing = before.with_stem(f"{prefix}{int(text) + 1:0{len(text)}}")
             raise SequenceError(
                 f"{missing}: this image is missing between {before.name} and {after.name}. Add "
                 "the file, or remove the images on one side of the gap."

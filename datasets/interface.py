@@ -1,6 +1,6 @@
 """Image sequence with ground truth, the interface between datasets and other packages."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Protocol, TypeAlias, overload
@@ -20,6 +20,38 @@ MAX_COORDINATE = 1e7
 
 class SequenceError(ValueError):
     """Error for a sequence that cannot be opened, read or run; its message names the file."""
+
+
+class UnusableSequencesError(SequenceError):
+    """Error for all sequences of a command that cannot be used.
+
+    If there are other sequences, the message says how to go on without these.
+
+    Parameters
+    ----------
+    errors : mapping of str to str
+        Messages by the name or path of the sequence.
+    n_sequences : int
+        Number of all sequences of the command.
+    others : collection of str
+        Paths of the sequences that were found without an error, if they are not opened yet.
+    """
+
+    def __init__(
+        self, errors: Mapping[str, str], n_sequences: int, others: Collection[str] = ()
+    ) -> None:
+        self.errors, self.n_sequences, self.others = errors, n_sequences, others
+        lines = list(errors.values())
+        if len(errors) > 1:
+            lines = [f"{len(errors)} of {n_sequences} sequences cannot be used.", *lines]
+        if len(errors) < n_sequences:
+            names = ",".join(f"!{name.rstrip('/').rpartition('/')[2]}" for name in errors)
+            them = "it" if len(errors) == 1 else "them"
+            lines.append(f"To go on without {them}, add {names} to the sequences.")
+        super().__init__("\n".join(lines))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.errors, self.n_sequences, self.others)
 
 
 @dataclass(frozen=True)
@@ -52,12 +84,15 @@ class Origin:
         Paper to cite.
     description : str
         Target or scene in words, as stated in the data.
+    unread_files : tuple of str
+        Files with flags per frame, such as `absent.txt`, that the reader of the format ignores.
     """
 
     format: str = ""
     licence: str = ""
     citation: str = ""
     description: str = ""
+    unread_files: tuple[str, ...] = ()
 
 
 class Frames(Protocol):
@@ -86,11 +121,15 @@ class Sequence:
     frames : Frames
         Images. Images after the last ground-truth row are not part of the sequence.
     boxes : array of float64, shape (n, 4), optional
-        Ground-truth boxes `[x, y, width, height]` in pixels from 0. A NaN row means that the
-        target is absent. Without boxes, every row is NaN: such a sequence can be opened and
-        shown, but not evaluated.
+        Ground-truth boxes `[x, y, width, height]` in pixels from 0. In an annotated frame, a NaN
+        row means that the target is absent. Without boxes, no frame is annotated: such a sequence
+        can be opened and shown, but not evaluated.
     fingerprint : str or callable
         Digest of pixels and ground truth. A callable is called once, at the first access.
+    annotated : bool array of shape (n,), optional
+        Flags of the frames for which the ground truth states box or absence; by default all. Other
+        frames are shown to trackers, but not scored: their boxes and regions become NaN, and they
+        have no mask.
     regions : mapping of str to array of shape (n, 4), optional
         Further ground-truth boxes by name (`full`, `tight`, …).
     visibility : array of shape (n,), optional
@@ -140,6 +179,7 @@ class Sequence:
         boxes: ArrayLike | None = None,
         *,
         fingerprint: str | Callable[[], str],
+        annotated: ArrayLike | None = None,
         regions: Mapping[str, ArrayLike] | None = None,
         visibility: ArrayLike | None = None,
         attributes: Mapping[str, ArrayLike] | None = None,
@@ -173,11 +213,13 @@ class Sequence:
                 f"{self.truth_source}: {n} ground-truth rows for {n_images} images of {name}. "
                 "Remove the rows without image, or add the missing images."
             )
-        self.boxes: Array = _frozen(rows, (n, 4), f"{name}: boxes")
+        flags = np.full(n, boxes is not None) if annotated is None else annotated
+        self.annotated: NDArray[np.bool_] = _frozen(flags, (n,), f"{name}: annotated", np.bool_)
+        self.boxes: Array = self._annotated_rows(rows, f"{name}: boxes")
         self._check_coordinates()
         self.images_beyond_truth = n_images - n
         self.regions: dict[str, Array] = {
-            key: _frozen(rows, (n, 4), f"{name}: region {key}")
+            key: self._annotated_rows(rows, f"{name}: region {key}")
             for key, rows in (regions or {}).items()
         }
         self.values: dict[str, Array] = {
@@ -262,8 +304,29 @@ class Sequence:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Flags of the frames in which the target is present, shape (n,)."""
+        """Flags of the frames in which the target is present, shape (n,).
+
+        The target is absent in the other frames that are `annotated`.
+        """
         return np.asarray(np.isfinite(self.boxes).all(axis=1))
+
+    @property
+    def remarks(self) -> list[str]:
+        """Sentences on images, frames and files that are not read or not scored."""
+        beyond, unknown = self.images_beyond_truth, int((~self.annotated).sum())
+        remarks = []
+        if beyond:
+            images = "1 image" if beyond == 1 else f"{beyond} images"
+            remarks.append(f"ignored {images} after the ground truth.")
+        if 0 < unknown < len(self):
+            remarks.append(f"{unknown} of {len(self)} frames are not annotated and not scored.")
+        if self.origin.unread_files:
+            files = ", ".join(self.origin.unread_files)
+            remarks.append(
+                f"{files} is not read: this format defines no such flags. If the target is absent "
+                "in the flagged frames, write empty boxes into a ground-truth file (--truth)."
+            )
+        return remarks
 
     @property
     def first_frame(self) -> int:
@@ -322,11 +385,18 @@ class Sequence:
 
     def mask(self, frame: int) -> Mask | None:
         """Return the target's pixels in a frame, shape (height, width), or None if unknown."""
-        return None if self._masks is None else self._masks(frame)
+        return None if self._masks is None or not self.annotated[frame] else self._masks(frame)
 
     def frame_name(self, frame: int) -> str:
         """Return the name of a frame in messages: its file name, or `frame i`."""
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
+
+    def _annotated_rows(self, rows: ArrayLike, label: str) -> Array:
+        """Return boxes as a read-only array, with NaN rows in frames that are not annotated."""
+        array = np.array(_frozen(rows, (len(self.annotated), 4), label))
+        array[~self.annotated] = np.nan
+        array.flags.writeable = False
+        return array
 
     def _check_coordinates(self) -> None:
         """Check that no coordinate exceeds MAX_COORDINATE, so that box areas cannot overflow."""
@@ -348,6 +418,7 @@ class Sequence:
             _FrameSelection(self.frames, selection),
             self.boxes[frames],
             fingerprint=lambda: f"{self.fingerprint}{label}",
+            annotated=self.annotated[frames],
             regions={key: rows[frames] for key, rows in self.regions.items()},
             visibility=self.visibility[frames],
             attributes={key: flags[frames] for key, flags in self.attributes.items()},

@@ -23,6 +23,8 @@ class SequenceMetadata:
         Frame rate [frames/s].
     present : int
         Number of frames in which the target is present; 0 without ground truth.
+    annotated : int
+        Number of frames for which the ground truth states box or absence; others are not scored.
     regions : list of str
         Names of further ground-truth boxes.
     attributes : mapping of str to int
@@ -33,6 +35,8 @@ class SequenceMetadata:
         Number of images after the last ground-truth row; they are not read.
     fingerprint : str
         See `Sequence.fingerprint`.
+    remarks : tuple of str
+        See `Sequence.remarks`.
     truth_missing : str
         Reason why a file that looks like ground truth was not read, or an empty text.
     origin : Origin
@@ -44,11 +48,13 @@ class SequenceMetadata:
     size: tuple[int, int]
     fps: float | None
     present: int
+    annotated: int
     regions: list[str]
     attributes: Mapping[str, int]
     truth_source: str
     images_beyond_truth: int
     fingerprint: str
+    remarks: tuple[str, ...] = ()
     truth_missing: str = ""
     origin: Origin = field(default_factory=Origin)
 
@@ -74,10 +80,12 @@ def sequence_metadata(sequence: Sequence, size: tuple[int, int] | None = None) -
         name=sequence.name,
         length=len(sequence),
         size=size,
+        annotated=int(sequence.annotated.sum()),
         truth_source=sequence.truth_source,
         truth_missing=sequence.truth_missing,
         images_beyond_truth=sequence.images_beyond_truth,
         fingerprint=sequence.fingerprint,
+        remarks=tuple(sequence.remarks),
         origin=sequence.origin,
         **stored_metadata(sequence),
     )

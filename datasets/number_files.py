@@ -16,6 +16,7 @@ from trackmark.datasets.truth_file import read_text
 # `float` also accepts 1_0, infinity and digits of other scripts, which are invalid here.
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan)", re.ASCII | re.IGNORECASE)
 _SEPARATOR = re.compile(r"\s*,\s*|\s+")
+_PADDED = re.compile(r"0[0-9]+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
 
 _MAX_FPS = 100_000.0
@@ -24,6 +25,37 @@ _MAX_FPS = 100_000.0
 def words(line: str) -> list[str]:
     """Split a line at commas, tabs or spaces; a word between two commas may be empty."""
     return _SEPARATOR.split(line.strip()) if line.strip() else []
+
+
+def check_form(line: str, number: int, path: Path) -> None:
+    """Check that a line has one separator and no decimal commas; `number` counts from 1.
+
+    Decimal commas turn a box of four numbers into a polygon of eight. They show as commas together
+    with other separators, or as second halves such as 05 that no integer has.
+
+    Raises `SequenceError` naming file and line.
+    """
+    has_spaces = len(line.split(maxsplit=1)) > 1
+    if "," not in line or not (has_spaces or (",0" in line and "." not in line)):
+        return  # most lines; the rest of this function takes as long as the conversion to numbers
+    separators = {
+        "a comma and a space" if match.strip() and match != match.strip() else match.strip()
+        for match in _SEPARATOR.findall(line.strip())
+    }
+    halves = words(line)[1::2] if "." not in line else []
+    if len(separators) > 1:
+        names = sorted(
+            {"": "a space or tab", ",": "a comma"}.get(sign, sign) for sign in separators
+        )
+        problem = f"mixes separators ({'; '.join(names)})"
+    elif any(_PADDED.fullmatch(half) for half in halves):
+        problem = "has numbers with leading zeros, as after decimal commas"
+    else:
+        return
+    raise SequenceError(
+        f"{path}: line {number}: {quote(line.strip())} {problem}. Expected: one separator between "
+        "all numbers, and decimal points. Write 12.5 instead of 12,5."
+    )
 
 
 def numbers(line: str) -> list[float]:
@@ -47,6 +79,7 @@ def read_rows(path: Path, counts: Collection[int], expected: str, row_name: str 
     rows: list[list[float]] = []
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
         check_line(line, number, path)
+        check_form(line, number, path)
         row = numbers(line)
         if len(row) not in ({len(rows[0])} if rows else counts):
             raise SequenceError(
@@ -74,15 +107,25 @@ def check_line(line: str, number: int, path: Path) -> None:
 def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
     """Check that a file has a row for every image, because a missing row could be an inner row.
 
+    A file with one row is valid: in test sets, only the first box is public.
+
     Raises `SequenceError` naming file and counts.
     """
-    if rows < len(images):
+    if 1 < rows < len(images):
         raise SequenceError(
             f"{path}: {rows} rows for {len(images)} images: a missing row would shift the ground "
-            "truth of all later frames. Expected: one row per image. Add the missing row; if "
-            "only the last images have no annotation, add rows nan,nan,nan,nan, or move the images "
-            f"after {images[rows - 1].name} to another folder."
+            "truth of all later frames. Expected: one row per image. Add the missing row; if only "
+            f"the last images have no annotation, move the images after {images[rows - 1].name} "
+            "to another folder."
         )
+
+
+def frames_with_values(rows: int, images: SequenceOf[Path]) -> int:
+    """Return the number of frames with flags or labels, for a number of ground-truth rows.
+
+    If only the first box is public, flags and labels may still exist for all images.
+    """
+    return len(images) if rows == 1 else rows
 
 
 def as_boxes(
@@ -119,13 +162,6 @@ def read_boxes(path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
     return as_boxes(rows, path, origin, minus_is_absent=minus_is_absent)
 
 
-def pad_first_box(boxes: Array, n: int) -> Array:
-    """Add NaN rows up to n frames if only the first box is public, as in test sets."""
-    if len(boxes) > 1:
-        return boxes
-    return np.vstack([boxes, np.full((max(0, n - 1), 4), nan)])
-
-
 def read_integers(
     path: Path, n: int, maximum: int = 1, *, padded: bool = False
 ) -> NDArray[np.int64]:
@@ -140,6 +176,7 @@ def read_integers(
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
         if padded:
             check_line(line, number, path)
+        check_form(line, number, path)
         for word, value in zip(words(line), numbers(line), strict=False):
             if value not in range(maximum + 1):
                 raise SequenceError(

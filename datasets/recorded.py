@@ -66,6 +66,9 @@ def recorded(
 ) -> Sequence:
     """Return the sequence of recorded images.
 
+    If the ground truth has only one row, as in test sets, the sequence has all images, and the
+    other frames are not annotated. Otherwise the last row ends the sequence.
+
     Parameters
     ----------
     name : str
@@ -85,25 +88,27 @@ def recorded(
     truth_missing, fps, frame_names, attributes, masks, shapes, values
         See `Sequence`.
     """
-    boxes = None if truth is None else truth.boxes
-    visibility = None if truth is None else truth.visibility
+    if truth is not None and _has_one_row(truth):
+        truth = _with_all_frames(truth, len(frames))
+    n = len(frames if truth is None else truth.boxes)
     # Image files after the last ground-truth row are never read.
-    read = files if boxes is None else files[: len(boxes)]
+    read = files[:n]
 
     sequence = Sequence(
         name,
         frames,
-        boxes,
+        None if truth is None else truth.boxes,
         fingerprint=lambda: _fingerprint(sequence, digests(read)),
-        visibility=visibility,
-        attributes=attributes,
+        annotated=None if truth is None else truth.annotated_frames,
+        visibility=None if truth is None else truth.visibility,
+        attributes={key: _extended(x, n, fill=False) for key, x in (attributes or {}).items()},
         fps=fps,
         masks=masks,
-        shapes=shapes,
+        shapes=None if shapes is None else shapes.extended(n),
         frame_names=frame_names,
         truth_source=str(truth_source or ""),
         truth_missing=truth_missing,
-        values=values,
+        values={key: _extended(x, n, 0.0) for key, x in (values or {}).items()},
         origin=Origin(description=description),
     )
     return sequence
@@ -122,12 +127,36 @@ def recorded_images(
     return recorded(name, frames, images, truth, truth_source, frame_names=names, **options)
 
 
+def _has_one_row(truth: GroundTruth) -> bool:
+    """Return whether the ground truth states one frame only, the last one that it contains."""
+    return bool(truth.annotated_frames.sum() == 1 and truth.annotated_frames[-1])
+
+
+def _with_all_frames(truth: GroundTruth, n: int) -> GroundTruth:
+    """Return the ground truth of n frames, of which those after the last row are not annotated."""
+    visibility = truth.visibility
+    return GroundTruth(
+        _extended(truth.boxes, n, np.nan),
+        None if visibility is None else _extended(visibility, n, np.nan),
+        annotated=_extended(truth.annotated_frames, n, fill=False),
+    )
+
+
+def _extended(values: NDArray[Any], n: int, fill: float) -> NDArray[Any]:
+    """Return values by frame, extended to n frames by rows with the value `fill`."""
+    further = np.full((max(n - len(values), 0), *values.shape[1:]), fill, values.dtype)
+    return np.concatenate([values, further])
+
+
 def _fingerprint(sequence: Sequence, digests: SequenceOf[str]) -> str:
     """Return a digest of a sequence's ground truth and of its files' digests."""
     digest = hashlib.sha256()
     for values in (sequence.boxes, sequence.visibility):
         # Adding 0 turns -0 into 0, so that equal values have equal bytes.
         digest.update((values + 0.0).astype("<f8").tobytes() + b"\0")
+    # Without truth nothing is annotated; that is no statement of the ground truth.
+    if 0 < sequence.annotated.sum() < len(sequence):
+        digest.update(b"annotated\0" + sequence.annotated.tobytes())
     for tag, flags in sorted(sequence.attributes.items()):
         digest.update(tag.encode() + b"\0" + flags.tobytes())
     for file_digest in digests:

@@ -88,6 +88,10 @@ class Shapes(Sequence[Shape]):
         shape = self._shapes.get(self._frames[index])
         return shape.decode(self._size) if isinstance(shape, EncodedMask) else shape
 
+    def extended(self, n: int) -> "Shapes":
+        """Return the shapes of n frames, at least as many as before; further frames have none."""
+        return Shapes(self._shapes, [*self._frames, *[-1] * (n - len(self))], self._size)
+
     def as_stored(self) -> list[NDArray[np.float64] | EncodedMask | None]:
         """Return the shape of each frame; masks remain encoded."""
         return [self._shapes.get(frame) for frame in self._frames]

@@ -1,9 +1,10 @@
 """Ground truth in a CSV file: `frame,x,y,width,height`, one row per frame.
 
-Frames count from 0. Boxes are in pixels from the upper left corner of the image. The target is
-absent in a frame without a row or with an empty box. The last row ends the sequence. There are two
-optional columns: `visibility` is the visible fraction in [0, 1]; `source` is `marked` for a box
-that was marked by hand, or `interpolated`. Lines that start with `#` are comments.
+Frames count from 0. Boxes are in pixels from the upper left corner of the image. An empty box
+states that the target is absent. A frame without a row is not annotated: it is shown to trackers,
+but not scored. The last row ends the sequence, unless the file has only one row, as in test sets.
+There are two optional columns: `visibility` is the visible fraction in [0, 1]; `source` is `marked`
+for a box that was marked by hand, or `interpolated`. Lines that start with `#` are comments.
 """
 
 import re
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.interface import Array, SequenceError
@@ -35,12 +37,20 @@ MAX_FRAMES = 10_000_000
 class GroundTruth:
     """Ground truth of all frames of a sequence."""
 
-    # shape (n, 4): `[x, y, width, height]` [pixels]; a NaN row means that the target is absent
+    # shape (n, 4): `[x, y, width, height]` [pixels]; NaN if absent or not annotated
     boxes: Array
     # shape (n,): visible fraction in [0, 1]; NaN if unknown
     visibility: Array | None = None
     # `marked` or `interpolated` for each frame; empty if unknown
     sources: tuple[str, ...] | None = None
+    # shape (n,): frames for which the file states box or absence; None for all
+    annotated: NDArray[np.bool_] | None = None
+
+    @property
+    def annotated_frames(self) -> NDArray[np.bool_]:
+        """Flags of the annotated frames, shape (n,)."""
+        everywhere = np.ones(len(self.boxes), np.bool_)
+        return everywhere if self.annotated is None else self.annotated
 
 
 def read_given_or_default(
@@ -94,19 +104,23 @@ def read(path: Path) -> GroundTruth:
         )
     n = rows[-1].frame + 1
     boxes, visibility, sources = np.full((n, 4), nan), np.full(n, nan), [""] * n
+    annotated = np.zeros(n, np.bool_)
     for frame, box, visible, source in rows:
         boxes[frame], visibility[frame], sources[frame] = box, visible, source
+        annotated[frame] = True
     return GroundTruth(
         boxes,
         visibility if "visibility" in header else None,
         tuple(sources) if "source" in header else None,
+        None if annotated.all() else annotated,
     )
 
 
 def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
     """Write or replace a ground-truth file; `read` returns bit-identical values.
 
-    A frame without target has a row with an empty box. `comments` are lines before the header.
+    A frame without target has a row with an empty box, and a frame that is not annotated has no
+    row. `comments` are lines before the header.
     """
     n = len(truth.boxes)
     columns: dict[str, list[str]] = {"frame": [str(frame) for frame in range(n)]}
@@ -119,7 +133,8 @@ def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
     # Comments contain file names, which can contain line ends or bytes that are not UTF-8.
     lines = [f"# {' '.join(comment.splitlines())}".rstrip() for comment in comments]
     lines.append(",".join(columns))
-    lines += [",".join(row) for row in zip(*columns.values(), strict=True)]
+    rows = zip(truth.annotated_frames, *columns.values(), strict=True)
+    lines += [",".join(row) for is_annotated, *row in rows if is_annotated]
     text = "\n".join(lines) + "\n"
     path.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
 

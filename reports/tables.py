@@ -7,7 +7,7 @@ runs. A failed run has the worst score.
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import cycle
@@ -23,7 +23,6 @@ MISSING = "—"
 NOT_RUN = "not run"
 _STATUS_MEANINGS = {
     "missing": "of the runs that were asked for",
-    "stale": "by another version of the tracker or the sequence",
     NOT_RUN: "of the sequences",
 }
 _FRAME = re.compile(r"^(frame \d+|\S+\.(?:png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", re.IGNORECASE)
@@ -147,7 +146,7 @@ def summary_table(
     # The spread over repetitions is defined if all sequences have equally many.
     by_pass = mean_by(["tracker", "repetition"], runs)
     spread = _statistic("std", measures, ["tracker"], by_pass, skip_undefined=skip_undefined)
-    sizes = runs.groupby(["tracker", "sequence"], **_GROUPS).size().groupby("tracker", **_GROUPS)
+    sizes = runs.groupby(["tracker", "sequence"], sort=False).size().groupby("tracker", sort=False)
     spread = spread.where(sizes.min() == sizes.max())
     values = _values(runs, mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
@@ -180,9 +179,6 @@ def sequence_table(
         "repetitions."
     )
     return _table("sequences", caption, values, runs, measures, preset)
-
-
-_GROUPS: Mapping[str, Any] = {"sort": False, "observed": True}
 
 
 def _table(
@@ -223,7 +219,7 @@ def _statistic(
     A value is NaN if a score of the group is missing, unless `skip_undefined`.
     """
     columns = dict.fromkeys(name for m in measures for name in (m.name, m.out_of) if name in runs)
-    grouped = runs.groupby(levels, **_GROUPS)[[*columns]]
+    grouped = runs.groupby(levels, sort=False)[[*columns]]
     is_whole = grouped.count().eq(grouped.size(), axis=0) | skip_undefined
     statistic: pd.DataFrame = grouped.agg(name)
     return statistic.where(is_whole)
@@ -242,10 +238,10 @@ def _values(
     Failed runs count if they have a score by the first measure.
     """
     levels, names = list(mean.index.names), [measure.name for measure in measures]
-    others = runs[~counted(runs, names[0])].groupby(levels, **_GROUPS)["status"]
+    others = runs[~counted(runs, names[0])].groupby(levels, sort=False)["status"]
     counts = others.size().reindex(mean.index, fill_value=0)
     kinds = others.agg(lambda statuses: " or ".join(statuses.unique())).reindex(mean.index)
-    sizes = runs.groupby(levels, **_GROUPS).size().reindex(mean.index)
+    sizes = runs.groupby(levels, sort=False).size().reindex(mean.index)
     reasons = [
         f"{count} of {size} {kind}" if count else ""
         for count, size, kind in zip(counts, sizes, kinds, strict=True)
@@ -334,7 +330,7 @@ def failure_notes(
     whose runs all failed.
     """
     notes = dict[str, str]()
-    for tracker, rows in runs.groupby("tracker", sort=False, observed=True):
+    for tracker, rows in runs.groupby("tracker", sort=False):
         failed = rows[rows["status"] == "failed"]
         if failed.empty:
             continue
@@ -348,6 +344,19 @@ def failure_notes(
     return notes
 
 
+def stale_notes(runs: pd.DataFrame) -> dict[str, str]:
+    """Return a note by tracker with stale runs, which names up to three of their sequences."""
+    notes = dict[str, str]()
+    for tracker, rows in runs[runs["status"] == "stale"].groupby("tracker", sort=False):
+        sequences = [*map(str, rows["sequence"].unique())]
+        more = f" and {len(sequences) - 3} more" if len(sequences) > 3 else ""
+        notes[str(tracker)] = (
+            f"stale: {tracker}, {len(rows)} by another version of the tracker or the sequence "
+            f"({', '.join(sequences[:3])}{more}). Run them again."
+        )
+    return notes
+
+
 def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
     """Return notes on failed and missing runs and malformed boxes by tracker.
 
@@ -355,16 +364,17 @@ def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
     """
     worst = "the worst score" if (counted(runs, score) & (runs["status"] == "failed")).any() else ""
     notes = [f"{tracker}: {note}" for tracker, note in failure_notes(runs, worst).items()]
-    for status in ("missing", "stale", NOT_RUN):
+    for status in ("missing", NOT_RUN):
         selected = runs[runs["status"] == status]
-        counts = selected.groupby("tracker", sort=False, observed=True).size()
+        counts = selected.groupby("tracker", sort=False).size()
         notes += [
             f"{status}: {tracker}, {count} {_STATUS_MEANINGS[status]}"
             for tracker, count in counts.items()
         ]
+    notes += stale_notes(runs).values()
     if "malformed" in runs:
         finished = runs[runs["status"] == "finished"]
-        sums = finished.groupby("tracker", sort=False, observed=True)["malformed"].sum()
+        sums = finished.groupby("tracker", sort=False)["malformed"].sum()
         notes += [
             f"malformed: {tracker}, {count:.0f} boxes not finite with a positive size: misses"
             for tracker, count in sums[sums > 0].items()

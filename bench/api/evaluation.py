@@ -15,7 +15,7 @@ from trackmark.bench.comparing.run_summary import tracker_line
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score
-from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
+from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
@@ -105,7 +105,6 @@ def evaluate(
                 )
                 circumstances = {**run_of_tracker.circumstances, **origin}
                 runs[key] = replace(run_of_tracker, circumstances=circumstances)
-            evaluated_sequences[sequence.fingerprint] = sequence
     finally:
         close_idle_processes()
     results = Results(runs, stored, metrics, [sequence for sequence, _ in opened], in_memory)
@@ -219,13 +218,15 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
             ]
         for sequence, source in pairs:
             other, _ = opened.setdefault(sequence.name, (sequence, source))
-            if other.fingerprint != sequence.fingerprint:
+            if not are_equal(other, sequence):
                 raise SequenceError(
                     f"two different sequences are called {sequence.name!r}. Evaluate them in two "
                     "calls."
                 )
     if not opened:
         raise SequenceError("no sequence is given. Give at least one.")
+    for sequence, _ in opened.values():
+        remember_evaluated(sequence)
     return list(opened.values())
 
 

@@ -248,6 +248,13 @@ class RunProgress:
             if not _Screen.quiet:
                 print_event("FAILED", f"FAILED  {text}" if _in_terminal() else text)
 
+    def warn(self, text: str) -> None:
+        """Print a message on a sequence that cannot be read."""
+        if self._bar is not None:
+            self._bar.clear()
+        if not _Screen.quiet:
+            print_event("ERROR", text)
+
     def _show(self) -> None:
         if self._bar is not None:
             self._bar.total, self._bar.n = self._work, self._work_before + self._work_now

@@ -15,6 +15,7 @@ from trackmark.bench.commands._options import (
     output_option,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import patience
 from trackmark.bench.experiments.experiment import ExperimentError
 
@@ -96,6 +97,7 @@ def command(options: AnnotateOptions) -> None:
     if not options.pick:
         truth = _truth(drawing, len(sequence), (width, height))
     _check_target(target, replace=options.force or options.pick)
+    check_outputs({"--output": target}, [path for path in (options.keys,) if path is not None])
     notes = [options.note] if options.note else []
 
     def save(drawing: Drawing) -> None:
@@ -153,6 +155,8 @@ def _marked(texts: tuple[str, ...], keys: Path | None) -> dict[int, list[float]]
 
 def _read_drawing(file: Path) -> "Drawing":
     """Return key frames and frames without target of a ground-truth file."""
+    import numpy as np
+
     from trackmark.bench.commands._box_picker import Drawing
     from trackmark.datasets import truth_file
 
@@ -170,7 +174,8 @@ def _read_drawing(file: Path) -> "Drawing":
         if box[0] == box[0] and source != "interpolated"
     }
     between = range(min(boxes, default=0), max(boxes, default=0))
-    return Drawing(boxes=boxes, absent=[(i, i) for i in between if rows[i][0] != rows[i][0]])
+    is_absent = truth.annotated_frames & np.isnan(truth.boxes[:, 0])
+    return Drawing(boxes=boxes, absent=[(i, i) for i in between if is_absent[i]])
 
 
 def _parse_box(text: str) -> tuple[int, list[float]]:

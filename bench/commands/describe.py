@@ -238,7 +238,6 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
         raise datasets.SequenceError(f"{error} Did you mean the tracker {close!r}?") from None
     width, height = outline.size
     none = f"none {outline.truth_missing}".strip()
-    beyond = outline.images_beyond_truth
     origin = outline.origin
     data: dict[str, Any] = {
         "name": outline.name,
@@ -247,7 +246,7 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
         "fps": outline.fps,
         "truth": f"{outline.present} of {outline.length} frames" if outline.present else none,
         "truth from": outline.truth_source if outline.present else "",
-        "not read": f"{beyond} images after the last row of the ground truth" if beyond else "",
+        "remarks": " ".join(outline.remarks),
         "regions": ", ".join(outline.regions),
         "attributes": ", ".join(f"{key} ({n} frames)" for key, n in outline.attributes.items()),
         "taken for": origin.format,

@@ -258,7 +258,7 @@ def _print_left_out(experiments: Sequence[Path]) -> int:
 
     lines = dict[str, None]()
     for experiment in experiments:
-        for _, runs in load_runs(experiment).groupby("protocol", sort=False, observed=True):
+        for _, runs in load_runs(experiment).groupby("protocol", sort=False):
             failures = failed_runs(runs)
             lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
     for line in lines:

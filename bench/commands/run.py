@@ -1,6 +1,7 @@
 """Run trackers on sequences and store the results."""
 
 import json
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,8 +20,8 @@ from trackmark.bench.commands._options import (
     execution_option,
     matching_sequences,
     metrics_option,
+    name_option,
     option,
-    output_option,
     protocol_option,
     split_list,
     truth_option,
@@ -72,9 +73,8 @@ class RunOptions(ScreenOptions, EngineOptions):
     arrays: bool = option(
         "Store masks, contours, particles and maps of new runs for the report's player."
     )
-    name: str | None = output_option(
-        "Name of the results folder.  [default: derived from --trackers and --sequences]",
-        metavar="NAME",
+    name: str | None = name_option(
+        "Name of the results folder.  [default: derived from --trackers and --sequences]"
     )
     retry_failed: bool = execution_option("Repeat runs that failed.")
     dry_run: bool = execution_option(
@@ -153,9 +153,10 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     """Execute a plan, print its scores by metrics presets and return the exit status."""
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.layout import run_key
+    from trackmark.datasets import SequenceError
 
     as_json = options.as_json
-    warn_of_unread_images(execution)
+    print_remarks(execution)
     printed: set[RunKey] = set()
 
     def print_row(row: Mapping[str, Any]) -> None:
@@ -171,8 +172,11 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     execute_runs(execution, print_row, keep_errors=True)
     rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
-    for error in execution.errors:
-        complain(error)
+    try:
+        execution.raise_errors()
+    except SequenceError as error:
+        for line in str(error).splitlines():
+            complain(line)
     if as_json:
         for row in rows:
             cell = run_key(row)
@@ -208,12 +212,19 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     click.echo(json.dumps(data, allow_nan=False))
 
 
-def warn_of_unread_images(execution: "Execution") -> None:
-    """Print how many images of each sequence have no ground truth and are not read."""
+def print_remarks(execution: "Execution") -> None:
+    """Print which images, frames and files of sequences are not read or not scored.
+
+    Remarks that differ only in their numbers are printed for the first sequence.
+    """
+    by_kind: dict[str, list[str]] = {}
     for sequence in execution.plan.sequences:
-        if n := sequence.images_beyond_truth:
-            images = "1 image" if n == 1 else f"{n} images"
-            print_event("warning", f"{sequence.name}: ignored {images} after the ground truth.")
+        for remark in sequence.remarks:
+            kind = re.sub(r"\d+", "", remark)
+            by_kind.setdefault(kind, []).append(f"{sequence.name}: {remark}")
+    for first, *others in by_kind.values():
+        more = f" {len(others)} more sequences like this." if others else ""
+        print_event("warning", first + more)
 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:

@@ -50,8 +50,7 @@ def with_published(
         protocol=STORED_ONE_PASS,
         status="finished",
     )
-    plain = runs.astype(dict.fromkeys(runs.columns[runs.dtypes == "category"], object))
-    whole = pd.concat([plain, published], ignore_index=True)
+    whole = pd.concat([runs, published], ignore_index=True)
     return whole, list(published["tracker"].unique())
 
 

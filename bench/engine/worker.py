@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.engine.heartbeat import Heartbeat, NoRoomError
+from trackmark.bench.engine.heartbeat import Heartbeat
 from trackmark.bench.engine.process_state import (
     ProcessState,
     can_open_files,
@@ -46,6 +46,7 @@ from trackmark.bench.experiments.tracker_spec import (
     run_identity,
 )
 from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import prepare_numba
 from trackmark.bench.protocols import TIMING
 from trackmark.datasets import Sequence, SequenceError
@@ -89,7 +90,7 @@ def main() -> None:
             answer = _answer(request, heartbeat, used)
             worn = threading.active_count() > threads
             heartbeat.write_message(answer | {"worn": worn})
-        except NoRoomError:
+        except MachineError:  # the answer itself cannot be written
             heartbeat.write_no_room()
         used = True
         os.write(channel, b".")
@@ -98,9 +99,9 @@ def main() -> None:
 def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any]:
     """Return the result of a request, or an error.
 
-    An error has one key: `harm` (reason, if a tracker may be the cause), `error` (message, for an
-    error of the sequence) or `defect` (traceback of a defect of the harness). `used` is whether
-    trackers were called in this process before.
+    An error has one key: `machine` (message, for a full disk), `harm` (reason, if a tracker may be
+    the cause), `error` (message, for an error of the sequence) or `defect` (traceback of a defect
+    of the harness). `used` is whether trackers were called in this process before.
     """
     try:
         if request.failure:
@@ -109,6 +110,8 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
             result = perform(request.unit, request.run_seconds, heartbeat)
         sys.stdout.flush()
     except (SequenceError, MemoryError) as error:
+        if fault := machine_fault(error):
+            return {"machine": str(fault)}
         # If decoding lacks memory or files, a tracker that was called may have used them up.
         called = used or heartbeat.has_called
         if isinstance(error, MemoryError) or (isinstance(error.__cause__, MemoryError) and called):
@@ -118,9 +121,9 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
         return {"error": str(error)}
     except NotAttributableError as error:
         return {"harm": str(error)}
-    except NoRoomError:
-        raise
     except Exception as error:  # noqa: BLE001  # trackers' errors are caught where they are called
+        if fault := machine_fault(error):
+            return {"machine": str(fault)}
         if heartbeat.has_called or request.unit.owner:  # a tracker may have modified the harness
             text = "".join(traceback.format_exception_only(error)).strip()
             text = text[:MAX_TRACEBACK_CHARACTERS]

@@ -22,6 +22,11 @@ class RegionGroundTruth:
     origin: GroundTruthLike
 
     @property
+    def annotated(self) -> NDArray[np.bool_]:
+        """Annotated frames; see `GroundTruthLike`."""
+        return self.origin.annotated
+
+    @property
     def image_size(self) -> tuple[int, int] | None:
         """Width and height of the images; None if unknown."""
         size: tuple[int, int] | None = getattr(self.origin, "image_size", None)

@@ -1,6 +1,7 @@
 """Recorder of one run: creates and calls the tracker, validates and stores its estimates.
 
-Exceptions of a tracker are caught only in this module and stored as the failure of its run.
+Exceptions of a tracker are caught only in this module and stored as the failure of its run. Errors
+of the machine, such as a full disk, are raised: they are no failure of the tracker.
 """
 
 import traceback
@@ -19,6 +20,7 @@ from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import TRANSFER_CLOCK, ExternalPlugin
 from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import (
@@ -402,6 +404,9 @@ class Recorder:
             raise error
         if not self._alone and _lacks_memory(error):
             raise NotAttributableError("the memory is exhausted") from error
+        if fault := machine_fault(error):
+            place = f"{self.identity.tracker} on {self._sequence.name}"
+            raise MachineError(f"{place}, {self._sequence.frame_name(frame)}: {fault}") from error
         # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         message = message.removeprefix(f"{type(error).__module__}.")

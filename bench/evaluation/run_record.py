@@ -99,17 +99,17 @@ class Run:
     def overlaps(self, sequence: str | Path | Sequence | None = None) -> NDArray[np.float64]:
         """Return the overlap (IoU) of each row with the ground truth, shape (n,).
 
-        Values are in [0, 1]. They are NaN if the target is absent, 0 for rows without a box, and 1
-        for the init box. By default the sequence is opened as for the run. Raises `ValueError` for
-        another sequence.
+        Values are in [0, 1]. They are NaN if the target is absent or the frame is not annotated, 0
+        for rows without a box, and 1 for the init box. By default the sequence is opened as for the
+        run. Raises `ValueError` for another sequence.
         """
         return overlap(self._truth(sequence), self.boxes)
 
     def centre_errors(self, sequence: str | Path | Sequence | None = None) -> NDArray[np.float64]:
         """Return the centre location error of each row [px], shape (n,).
 
-        Values are NaN if the target is absent, and infinite for rows without a box. The argument
-        and errors are those of `overlaps`.
+        Values are NaN if the target is absent or the frame is not annotated, and infinite for rows
+        without a box. The argument and errors are those of `overlaps`.
         """
         return centre_error(self._truth(sequence), self.boxes)
 

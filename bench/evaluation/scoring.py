@@ -92,6 +92,7 @@ def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthA
         truth.visibility[frames],
         getattr(truth, "image_size", None),
         None if shapes is None else shapes[int(frames[0]) :: step],
+        annotated=np.broadcast_to(truth.annotated, len(truth.boxes))[frames],
     )
 
 

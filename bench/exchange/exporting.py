@@ -16,9 +16,9 @@ from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.exchange import format_names, load_format
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows, file_name
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
+from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.reports.files import write_file
 
 
@@ -50,7 +50,7 @@ def export_results(
     origin = result_format.origin if origin is None else origin
     rows = [
         row
-        for row in list_scored_runs(results)
+        for row in ordered_rows(results)
         if row["protocol"] == parse_protocol(protocol).text
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
@@ -72,7 +72,12 @@ def export_results(
         texts |= files
     _write(texts, force=force)
     on_message(f"{format_name} contains {result_format.exports}; pixels are counted from {origin}.")
-    if failed := len(rows) - len(finished):
+    for row in [row for row in rows if row["status"] == "stale"]:
+        on_message(
+            f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: not exported, "
+            "because the run is of another version of the tracker or the sequence. Run it again."
+        )
+    if failed := sum(row["status"] == "failed" for row in rows):
         on_message(f"{failed} failed runs are not exported.")
     if omitted := len(finished) - len(exported):
         on_message(f"{omitted} runs are not exported: {format_name} stores one repetition only.")

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,11 @@ from trackmark.bench.execution.plan import KnownSequences, Plan, make_plan
 from trackmark.bench.execution.scheduling import Units, missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import add_scores, run_row
-from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.store.results import Results, with_circumstances
+from trackmark.bench.store.run_rows import add_scores, list_scored_runs, run_row
+from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
+from trackmark.datasets.interface import UnusableSequencesError
 
 
 def run_experiment(
@@ -73,8 +74,7 @@ def run_experiment(
     )
     for _ in execution.rows():
         pass
-    if execution.errors:
-        raise SequenceError("\n".join(execution.errors))
+    execution.raise_errors()
     return execution.folder
 
 
@@ -94,7 +94,9 @@ class Execution:
     limits: Limits = field(default_factory=Limits)
     known_sequences: KnownSequences = field(default_factory=dict)  # sequences that are already open
     on_opened: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
-    errors: list[str] = field(default_factory=list)  # messages on sequences that could not be read
+    # message on each sequence that could not be read, by its specification
+    errors: dict[str, str] = field(default_factory=dict)
+    on_error: Callable[[str], None] = lambda _: None  # called with such a message at once
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
@@ -103,7 +105,7 @@ class Execution:
         self.plan: Plan = make_plan(
             self.experiment, self._results, self.known_sequences, self.on_opened, jobs
         )
-        self._truths: set[tuple[SequenceSource, str]] = set()  # stored ones
+        self._truths: dict[tuple[SequenceSource, str], TruthRow] = {}
 
     @cached_property
     def performer(self) -> Engine:
@@ -135,32 +137,46 @@ class Execution:
                         raise result
                     rows = self._store(unit, result)
                 except SequenceError as error:
-                    if str(error) not in self.errors:
-                        self.errors.append(str(error))
+                    if unit.source.text not in self.errors:
+                        self.on_error(str(error))
+                    self.errors.setdefault(unit.source.text, str(error))
                     continue
                 scored += rows
                 yield from rows
         finally:
             add_scores(self._results, scored)  # otherwise computed by the next reader
 
+    def raise_errors(self) -> None:
+        """Raise one `SequenceError` if sequences could not be read."""
+        if self.errors:
+            raise UnusableSequencesError(self.errors, len(self.plan.sequences))
+
     def _store(self, unit: Unit, runs: dict[Entry, Run]) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows."""
-        source = unit.source.absolute()
-        if (unit.source, unit.fingerprint) not in self._truths:
+        source, key = unit.source.absolute(), (unit.source, unit.fingerprint)
+        if key not in self._truths:
             sequence = datasets.load(source.text, truth=source.truth)
-            write_truth(self.folder, sequence)
-            self._truths.add((unit.source, sequence.fingerprint))
-        if (unit.source, unit.fingerprint) not in self._truths:
+            row = pack_truth(sequence.fingerprint, stored_truth(sequence))
+            self._truths[unit.source, sequence.fingerprint] = row
+        if key not in self._truths:
             raise SequenceError(
                 f"{unit.source.text}: the sequence changed during its runs, which were not stored. "
                 "Run the same command again."
             )
         origin = {"source": source.text, "truth": str(source.truth or "")}
-        # A run that another process has stored in the meantime is kept.
-        self._results.write_all(
-            (replace(run, circumstances={**run.circumstances, **origin}), entry.replaces)
-            for entry, run in runs.items()
+        complete = [
+            with_circumstances(replace(run, circumstances={**run.circumstances, **origin}))
+            for run in runs.values()
+        ]
+        replaced = [entry.replaces for entry in runs]
+        # The ground truth is written with every unit: another process can have removed it. A run
+        # that another process has stored in the meantime is kept.
+        is_stored = self._results.write_all(
+            zip(complete, replaced, strict=True), [self._truths[key]]
         )
-        stored = [self._results.read(run_key(run.identity)) for run in runs.values()]
-        truth = cache(partial(read_truth, self.folder))
-        return [run_row(r, truth(r.identity.sequence, r.identity.fingerprint)) for r in stored]
+        truth = unpack_truth(self._truths[key])
+        rows = [run_row(run, truth) for run, own in zip(complete, is_stored, strict=True) if own]
+        others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
+        if others:  # stored by another process
+            rows += [row for row in list_scored_runs(self._results) if run_key(row) in others]
+        return rows

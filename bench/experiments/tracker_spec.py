@@ -80,8 +80,12 @@ class Identity:
 
     @cached_property
     def tracker_digest(self) -> str:
-        """Digest of the tracker's source and libraries."""
-        return _digest(self.tracker_version)
+        """Digest of the tracker's source and libraries.
+
+        The files of imported results do not count: each sequence has its own.
+        """
+        version = {key: value for key, value in self.tracker_version.items() if key != "files"}
+        return _digest(version if self.imported else self.tracker_version)
 
 
 def _digest(determining: Mapping[str, Any]) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import IO
 
+from trackmark.bench.machine_errors import machine_fault, temporary_file
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
@@ -82,7 +83,7 @@ class LineProcess:
         paths: Sequence[TemporaryPath] = (),
     ) -> None:
         self.command = name or shlex.join(command)
-        output = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # closed by `_end`
+        output = temporary_file()  # closed by `_end`
         self._output = output.fileno()
         fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # it is cut while both sides write
         try:
@@ -98,6 +99,8 @@ class LineProcess:
             )
         except (OSError, ValueError) as error:  # ValueError: a null character
             _close([output, *files, *paths])
+            if fault := machine_fault(error):
+                raise fault from error
             raise ExternalTrackerError(
                 f"{self.command}: the command cannot be started: {error}. Check its path."
             ) from None

@@ -21,7 +21,12 @@ class GroundTruthLike(Protocol):
 
     @property
     def boxes(self) -> NDArray[np.float64]:
-        """Boxes, shape (n, 4); NaN rows if the target is absent."""
+        """Boxes, shape (n, 4); NaN rows if the target is absent or the frame is not annotated."""
+        ...
+
+    @property
+    def annotated(self) -> NDArray[np.bool_]:
+        """Frames with known box or absence, shape (n,), or () if all; others are not used."""
         ...
 
     @property

@@ -5,7 +5,7 @@ definition with its source. A preset computes the scores of one run from the gro
 combines the scores of many runs as its benchmark does.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, Literal, TypeAlias
@@ -34,6 +34,8 @@ class GroundTruthArrays:
     """Ground truth of n frames as arrays, for example of a part of a `datasets.Sequence`."""
 
     boxes: NDArray[Any]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows without target
+    # (n,): frames for which box or absence is known; shape () for all
+    annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True), kw_only=True)
     # boxes of other regions by name
     regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))  # (n,): in [0, 1]
@@ -151,18 +153,27 @@ class Preset:
 
 @dataclass(frozen=True)
 class EvaluatedRun:
-    """Frames of a run and its ground truth from the first frame with a target."""
+    """Annotated frames of a run and their ground truth from the first frame with a target."""
 
-    frames: slice
+    frames: NDArray[np.int64]  # (m,): numbers of these frames
     truth: NDArray[np.float64]  # (m, 4)
     estimate: NDArray[np.float64]  # (m, 4); the first box is the ground truth
     present: NDArray[np.bool_]  # (m,): frames with a target
     size: tuple[int, int] | None  # width and height of the images; None if unknown
-    shapes: Shapes
+    all_shapes: Shapes  # regions of all frames
+
+    @property
+    def shapes(self) -> Iterator[NDArray[Any] | None]:
+        """Regions of the selected frames; masks are decoded one by one."""
+        frames = () if self.all_shapes is None else self.frames.tolist()
+        return (self.all_shapes[frame] for frame in frames if self.all_shapes is not None)
 
 
 def select_evaluated(truth: GroundTruthLike, estimates: RunEstimates) -> EvaluatedRun:
-    """Select the frames of a run and its ground truth from the initialisation on.
+    """Select the annotated frames of a run and their ground truth from the initialisation on.
+
+    Frames that are not annotated do not count in any preset: neither as hits nor as misses. Of a
+    supervised run, initialisations and failures are facts of the run and are always selected.
 
     Raises `ValueError` if there is no ground truth or the numbers of rows differ.
     """
@@ -173,14 +184,22 @@ def select_evaluated(truth: GroundTruthLike, estimates: RunEstimates) -> Evaluat
         raise ValueError(
             f"Estimated boxes have shape {estimate.shape}. Expected: ({n}, 4), as the ground truth."
         )
-    present = np.asarray(np.isfinite(boxes).all(axis=1))
+    annotated = np.broadcast_to(truth.annotated, n)
+    present = np.asarray(np.isfinite(boxes).all(axis=1)) & annotated
     first = int(present.argmax()) if n else 0
     if not n or not present[first]:
         raise ValueError("The ground truth has no frame with a target. Expected: at least one.")
-    frames = slice(first, n)
+    if estimates.states is not None:
+        if np.shape(estimates.states) != (n,):
+            raise ValueError(
+                f"The states of a supervised run have shape {np.shape(estimates.states)}. "
+                f"Expected: ({n},), with INITIALISED first."
+            )
+        facts = (FrameState.INITIALISED, FrameState.FAILED)
+        annotated = annotated | np.isin(estimates.states, facts)
+    frames = first + np.flatnonzero(annotated[first:])
     estimate[first] = boxes[first]
     shapes, size = getattr(truth, "shapes", None), getattr(truth, "image_size", None)
-    shapes = None if shapes is None else shapes[frames]
     return EvaluatedRun(frames, boxes[frames], estimate[frames], present[frames], size, shapes)
 
 

@@ -5,7 +5,7 @@ counted. A box of width w covers w columns, a polygon also the pixels of its ver
 docs/metrics.md lists the differences.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -25,7 +25,7 @@ def raster_overlap(
     truth: NDArray[np.float64],
     estimate: NDArray[np.float64],
     size: tuple[int, int] | None = None,
-    shapes: Shapes = None,
+    shapes: Iterable[NDArray[Any] | None] | None = None,
 ) -> NDArray[np.float64]:
     """Return the intersection over union of the pixels of two regions by frame, in [0, 1].
 

@@ -10,7 +10,6 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.reporting.stored_runs import judged_runs
-from trackmark.datasets import SequenceError
 from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
 from trackmark.reports.temporary_paths import temporary_folder
@@ -46,8 +45,7 @@ def write_live_page(
         specs = [*plan.trackers.values()]
         for _ in execution.rows(lambda done: watch(done, execution.units.work)):
             pass
-        if execution.errors:
-            raise SequenceError("\n".join(execution.errors))
+        execution.raise_errors()
         runs = collect_runs(
             judged_runs(execution.folder), [spec.label for spec in specs], with_numbers=True
         )

@@ -23,7 +23,7 @@ def parts_table(
     units = units_of(sequences)
     masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
     shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
-    groups = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
+    groups = scored.groupby(["tracker", "sequence"])["mean_overlap"]
     means = groups.mean().where(groups.count() == groups.size())
     rows, places, has_intervals = [], [], False
     for (parameter, value), mask in masks.items():

@@ -122,7 +122,7 @@ class _Content:
         self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
-            means = self.scored.groupby("tracker", observed=True)["mean_overlap"].mean().fillna(0)
+            means = self.scored.groupby("tracker")["mean_overlap"].mean().fillna(0)
             names.sort(key=lambda name: -means[name])
         self.runs = collect_runs(judged_runs(experiment), names)
         is_finished = self.scored["status"] == "finished"
@@ -208,7 +208,7 @@ class _Content:
             yield PageSection("failures", title, blocks=[block], **options)
         if parts := parts_table(self.scored, self.occurring, runs):
             yield PageSection("parts", "By parameter and attribute", blocks=[parts])
-        n_runs = self.scored.groupby("tracker", observed=True).size()
+        n_runs = self.scored.groupby("tracker").size()
         if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
             yield PageSection("survival", "Time to failure", blocks=self.survival)
         charts = timeline_charts(runs)

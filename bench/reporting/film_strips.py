@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.reporting.outlines import Outlines, outlines_of_run
 from trackmark.bench.reporting.stored_runs import StoredRun, one_pass_runs, open_sequence
+from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip, write_film_strip
 from trackmark.reports.palette import colours
 from trackmark.reports.write import file_names
@@ -30,7 +30,8 @@ def write_strips(
     `trackers`: all trackers in the order of their colours. `on_message`: called with a message on
     each sequence that cannot be drawn.
     """
-    rows = {str(row["sequence"]): row for row in list_scored_runs(Results(experiment))}
+    stored = ordered_rows(Results(experiment))
+    rows = {str(row["sequence"]): row for row in stored if row["status"] != "stale"}
     shades, files, paths = colours(trackers), file_names(rows), list[Path]()
     for name in sorted(rows):
         sequence = open_sequence(rows[name])

@@ -23,11 +23,11 @@ def one_pass_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
 
 
 def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
-    """Yield the runs of an experiment by all protocols except timing."""
+    """Yield the runs of an experiment by all protocols except timing, without stale runs."""
     results = Results(folder)
     truth = cache(partial(read_truth, folder))
     for row in ordered_rows(results, **only):
-        if row["protocol"] != TIMING:
+        if row["protocol"] != TIMING and row["status"] != "stale":
             run = results.read(run_key(row))
             yield row, run, truth(row["sequence"], row["fingerprint"])
 

@@ -37,15 +37,30 @@ def refuse_parquet_layout(folder: Path) -> None:
         )
 
 
-def experiment_folders(folder: Path) -> list[Path]:
+def refuse_empty_file(folder: Path) -> None:
+    """Raise `ResultsError` for a results file of zero bytes, which trackmark never leaves."""
+    file = folder / DATABASE
+    if file.is_file() and not file.stat().st_size:
+        raise ResultsError(
+            f"{file} is damaged: it has 0 bytes. Restore the file from a backup, or remove it and "
+            "run the same command again."
+        )
+
+
+def experiment_folders(folder: Path, *, damaged: bool = False) -> list[Path]:
     """Return the experiments' folders: the folder itself, and its subfolders with results.
 
-    Raises `ResultsError` if there are none, or if one has results of an older version of trackmark.
+    `damaged`: also return folders with an empty file.
+
+    Raises `ResultsError` if there are none, or if one has results of an older version of trackmark
+    or an empty file.
     """
     candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
     for path in candidates:
         refuse_parquet_layout(path)
     folders = [path for path in candidates if (path / DATABASE).is_file()]
+    for path in folders if not damaged else ():
+        refuse_empty_file(path)
     if not folders:
         raise ResultsError(
             f"{folder}: this folder contains no results. Create results by `trackmark run`."

@@ -1,6 +1,5 @@
 """Rows of stored runs with scores, which are computed once per run and version of the scorer."""
 
-import hashlib
 import json
 import logging
 from collections.abc import Callable, Iterable, Mapping
@@ -16,15 +15,14 @@ from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results, sort_key
-from trackmark.bench.store.truth import read_truth
-
-SCORED_BY = ("centre_error", "native", "overlap", "regions", "times")
-"""Modules of `bench.metrics` that define the stored scores."""
+from trackmark.bench.store.results import RemovedError, Results, sort_key
+from trackmark.bench.store.truth import MissingTruthError, read_truth
+from trackmark.datasets.source_digest import tree_digest
 
 TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
     *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth", "clock"),
+    "date",
 )
 """Names of the text fields of a row."""
 
@@ -42,7 +40,8 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
     `source` and `truth` are the paths from which the sequence was opened. Times are in seconds:
     `seconds` is the time of all calls of the tracker, `frame_seconds` the mean time to decode or
     render a frame, and `update_seconds` the median CPU time of an update. `clock` names
-    the clock of a tracker that is not timed by its CPU time; otherwise it is empty.
+    the clock of a tracker that is not timed by its CPU time; otherwise it is empty. `date` is the
+    date and time (UTC, ISO 8601) at which the run was stored first.
 
     Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
     with a warning on standard error. Raises `ResultsError` if rows are missing.
@@ -73,11 +72,12 @@ def list_scored_runs(
             row = rows[number]
             try:
                 run = results.read(run_key(row))
-            except DamagedError as error:  # its contents are damaged
+                truth_of_run = truth(row["sequence"], row["fingerprint"])
+            except (DamagedError, RemovedError) as error:
                 _warn(str(error))
                 del rows[number]
                 continue
-            row["scores"] = _scores(run, truth(row["sequence"], row["fingerprint"]))
+            row["scores"] = _scores(run, truth_of_run)
             scored.append(row)
             progress(done, len(unscored))
         with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
@@ -127,11 +127,12 @@ def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
     """Return the database id and the row of each undamaged run, in order."""
     trackers, tracker_errors = database.intact_rows("tracker")
     identities = {row["version"]: json.loads(row["identity"]) for row in trackers}
-    intact_truths, truth_errors = set(), []
+    intact_truths, truth_errors, damaged_truths = set(), [], set()
     for truth in database.select("SELECT * FROM truth"):
         if is_intact(truth):
             intact_truths.add(truth[:2])
         else:
+            damaged_truths.add(truth[:2])
             truth_errors.append(database.changed_row("truth", truth))
     stored, run_errors = database.intact_rows("run")
     for error in (*tracker_errors, *truth_errors, *run_errors):
@@ -146,7 +147,10 @@ def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
                     continue
                 raise database.damaged(f"the tracker with the version {version} is missing")
             shared[version] = _identity_fields(Identity(**identities[version], repetition=0))
-        if truth_errors and (row["sequence"], row["fingerprint"]) not in intact_truths:
+        truth = row["sequence"], row["fingerprint"]
+        if truth not in intact_truths:
+            if truth not in damaged_truths:
+                _warn(str(MissingTruthError(database.path, *truth)))
             continue
         circumstances = json.loads(row["circumstances"])
         ended = row["status"], row["failure"], row["repetition"], row["frames"]
@@ -163,6 +167,7 @@ def _fields(
         "source": circumstances.get("source", ""),
         "truth": circumstances.get("truth", ""),
         "clock": circumstances.get("clock", ""),
+        "date": circumstances.get("date", ""),
         "repetition": repetition,
         "frames": frames,
         **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},
@@ -192,8 +197,16 @@ def _scores(run: Run, truth: Any) -> dict[str, float]:
 
 @cache
 def _scorer_version() -> str:
-    """Return a digest of the source files that define the scores."""
-    bench = Path(__file__).parents[1]
-    files = [bench / "metrics" / f"{name}.py" for name in SCORED_BY]
-    files.append(bench / "evaluation/scoring.py")
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    return scorer_digest(Path(__file__).parents[1])
+
+
+def scorer_digest(bench: Path) -> str:
+    """Return a digest of the code that computes the stored scores: this file and its imports.
+
+    `bench` is the folder of the package. Presets and protocols are found by their file names, so
+    that no import statement names them.
+    """
+    found = [
+        file for part in ("metrics/presets", "protocols") for file in bench.glob(f"{part}/*.py")
+    ]
+    return tree_digest(bench / "store" / Path(__file__).name, bench, found)

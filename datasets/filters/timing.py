@@ -32,6 +32,7 @@ def with_changes(
     unchanged: dict[str, Any] = {
         "name": sequence.name,
         "fingerprint": "",
+        "annotated": sequence.annotated,
         "regions": sequence.regions,
         "visibility": sequence.visibility,
         "attributes": sequence.attributes,
@@ -82,6 +83,7 @@ def _reordered(sequence: Sequence, numbers: NDArray[np.int64]) -> Sequence:
         sequence,
         lambda frame: sequence[frames[frame]].copy(),
         boxes=sequence.boxes[numbers],
+        annotated=sequence.annotated[numbers],
         regions={name: rows[numbers] for name, rows in sequence.regions.items()},
         visibility=sequence.visibility[numbers],
         attributes={name: flags[numbers] for name, flags in sequence.attributes.items()},

@@ -3,11 +3,13 @@
 Perazzi et al., "A benchmark dataset and evaluation methodology for video object segmentation",
 CVPR 2016: a mask has the values 0 and 255. Pont-Tuset et al., "The 2017 DAVIS challenge on video
 object segmentation", arXiv:1704.00675: values are object numbers from 1, and 255 means no object.
+In test sets only the first mask is public: later frames are not annotated and not scored.
 """
 
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,7 @@ from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, MASKS = "JPEGImages", "Annotations"
+PATH_IS_ONE_TARGET = True
 USUAL_RESOLUTION = "480p"
 EXPECTS = f"a folder {IMAGES}/RESOLUTION/NAME with {MASKS}/RESOLUTION/NAME (DAVIS)"
 CITATION = (
@@ -64,6 +67,13 @@ def options(path: Path) -> list[dict[str, Any]]:
     return [describe_option("object", numbers, int(numbers[0]))]
 
 
+def list_sequences(path: Path) -> list[Path]:
+    """Return one path per object; see `ReaderOfSplits`."""
+    numbers = list(_read_objects(*_files(path)))
+    paths = [path.with_name(f"{path.name}:object={number}") for number in numbers]
+    return paths if len(paths) > 1 else [path]
+
+
 def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
     """Open the sequence of one object, by default the first; its boxes enclose its masks.
 
@@ -91,7 +101,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 class _Object:
     """Object of a sequence, identified by its value in the masks."""
 
-    files: list[Path]  # mask files, one per frame
+    files: list[Path]  # mask files, one per annotated frame
     value: int
     boxes: Array  # (n, 4): tight bounding boxes; NaN if the object has no pixel
 
@@ -101,8 +111,21 @@ class _Object:
 
 
 def _read_objects(images: list[Path], masks: list[Path]) -> dict[str, _Object]:
-    """Read all masks and return the objects by number, sorted."""
-    width, height = size_of_first(images)
+    """Read all masks and return the objects by number, sorted; see `_cached_objects`."""
+    stamps = tuple((file, file.stat().st_size, file.stat().st_mtime_ns) for file in masks)
+    return _cached_objects(images[0], stamps)
+
+
+@lru_cache(maxsize=64)
+def _cached_objects(
+    first_image: Path, stamps: tuple[tuple[Path, int, int], ...]
+) -> dict[str, _Object]:
+    """Read all masks; a folder is listed and its objects are opened from one reading.
+
+    `stamps` are the mask files, with size and modification time, by which changes are noticed.
+    """
+    masks = [file for file, _, _ in stamps]
+    width, height = size_of_first([first_image])
     boxes: dict[int, Array] = {}
     for frame, file in enumerate(masks):
         values = _read_values(file)
@@ -174,13 +197,15 @@ def _images(path: Path) -> tuple[list[Path], Path]:
 
 
 def _files(path: Path) -> tuple[list[Path], list[Path]]:
-    """Return the images and their masks, one per frame.
+    """Return the images and their masks, one per frame, or the first mask if there is no other.
 
     Raises `SequenceError` naming an image or a mask that is missing.
     """
     images, folder = _images(path)
     masks = [folder / f"{image.stem}.png" for image in images]
     mask_files = set(image_files(folder))
+    if mask_files == {masks[0]}:
+        return images, masks[:1]
     for mask in masks:
         if mask not in mask_files:
             raise SequenceError(

@@ -3,7 +3,7 @@
 A row of the ground truth is `x,y,width,height`; x and y count from 1 (got-10k/toolkit#6). The
 target is absent if `absence.label` is set, or if the size is not positive (got-10k/toolkit#10).
 `cover.label` is an interval of the visible fraction, of which the centre is used. In test sets only
-the first box is public: later frames have no ground truth and are not scored. Huang, Zhao, Huang,
+the first box is public: later frames are not annotated and not scored. Huang, Zhao, Huang,
 "GOT-10k: a large high-diversity benchmark for generic object tracking in the wild", IEEE TPAMI
 43(5), 2021.
 """
@@ -18,7 +18,7 @@ from trackmark.datasets.interface import Sequence
 from trackmark.datasets.number_files import (
     check_row_count,
     field_fps,
-    pad_first_box,
+    frames_with_values,
     read_boxes,
     read_fields,
     read_flags,
@@ -31,6 +31,7 @@ TRUTH, FIELDS, COVER = "groundtruth.txt", "meta_info.ini", "cover.label"
 FLAGS = ("absence", "cut_by_image")
 EXPECTS = f"a folder of images with {TRUTH} and {FIELDS} or {COVER} (GOT-10k)"
 MARKS = (TRUTH, FIELDS, COVER, *(f"{flag}.label" for flag in FLAGS))
+FLAG_FILES = (COVER, *(f"{flag}.label" for flag in FLAGS))
 CITATION = (
     "Huang, Zhao, Huang, GOT-10k: a large high-diversity benchmark for generic object tracking in "
     "the wild, IEEE TPAMI 43(5), 2021"
@@ -54,13 +55,14 @@ def read(path: Path, truth: Path | None) -> Sequence:
     name, images, source = path.resolve().name, numbered_images(path, 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    boxes = pad_first_box(read_boxes(source, origin=1.0, minus_is_absent=True), len(images))
+    boxes = read_boxes(source, origin=1.0, minus_is_absent=True)
     check_row_count(len(boxes), images, source)
-    flags = read_flags([path / f"{flag}.label" for flag in FLAGS], len(boxes))
+    n = frames_with_values(len(boxes), images)
+    flags = read_flags([path / f"{flag}.label" for flag in FLAGS], n)
     if "absence" in flags:
-        boxes[flags["absence"]] = np.nan
+        boxes[flags["absence"][: len(boxes)]] = np.nan
     cover = path / COVER
-    visibility = _VISIBILITY[read_integers(cover, len(boxes), 8)] if cover.is_file() else None
+    visibility = _VISIBILITY[read_integers(cover, n, 8)] if cover.is_file() else None
     fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
     classes = [fields.get(key, "") for key in ("object_class", "motion_class")]
     return recorded_images(

@@ -12,7 +12,12 @@ import numpy as np
 from trackmark.datasets import truth_file
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence
-from trackmark.datasets.number_files import check_row_count, read_boxes, read_flags
+from trackmark.datasets.number_files import (
+    check_row_count,
+    frames_with_values,
+    read_boxes,
+    read_flags,
+)
 from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
@@ -22,6 +27,7 @@ MARKS = ("img/", TRUTH, *(f"{flag}.txt" for flag in FLAGS))
 CITATION = (
     "Fan et al., LaSOT: a high-quality benchmark for large-scale single object tracking, CVPR 2019"
 )
+FLAG_FILES = tuple(f"{flag}.txt" for flag in FLAGS)
 LICENCE = "for research only (stated by its authors in HengLan/LaSOT_Evaluation_Toolkit#25)"
 
 
@@ -38,9 +44,10 @@ def read(path: Path, truth: Path | None) -> Sequence:
         return recorded_images(name, images, truth_file.read(truth), truth)
     boxes = read_boxes(source, origin=1.0)
     check_row_count(len(boxes), images, source)
-    flags = read_flags([path / f"{flag}.txt" for flag in FLAGS], len(boxes))
+    n = frames_with_values(len(boxes), images)
+    flags = read_flags([path / f"{flag}.txt" for flag in FLAGS], n)
     for absent in flags.values():
-        boxes[absent] = np.nan
+        boxes[absent[: len(boxes)]] = np.nan
     text = path / "nlp.txt"
     return recorded_images(
         name,

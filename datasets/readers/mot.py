@@ -1,9 +1,12 @@
 """Sequences of MOTChallenge: `img1/`, `gt/gt.txt` and `seqinfo.ini`; one target is selected.
 
-A row of the ground truth is `frame,target,x,y,width,height,counts,class,visibility`. In 2015, three
-world coordinates follow `counts`. Frames, targets, x and y count from 1. Rows with `counts` 0
-(distractors, reflections) are left out. The target is absent in a frame without a row. Milan et
-al., "MOT16: a benchmark for multi-object tracking", arXiv:1603.00831.
+A row of the ground truth is `frame,target,x,y,width,height,counts,class,visibility`; files of other
+tools end after `counts` or `class`. In 2015, three world coordinates follow `counts`. Frames, x and
+y count from 1, targets from 0 or 1. A visibility of -1 is unknown. Rows with `counts` 0
+(distractors, reflections) are left out. The target is absent in a frame without a row, unless all
+rows are of the first frame: then later frames are not annotated. CVAT names the images
+`frame_000000.jpg`, …; the first one is frame 1. Milan et al., "MOT16: a benchmark for multi-object
+tracking", arXiv:1603.00831.
 """
 
 from collections.abc import Mapping
@@ -21,12 +24,14 @@ from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
+PATH_IS_ONE_TARGET = True
 EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"
 MARKS = (f"{IMAGES}/", str(TRUTH), FIELDS)
 CITATION = "Milan et al., MOT16: a benchmark for multi-object tracking, arXiv:1603.00831"
 
 _ROW = "frame, target, x, y, width, height, counts, class, visibility"
-_WITH_VISIBILITY, _WITH_WORLD = 9, 10  # numbers of columns
+_SHORTEST, _WITH_VISIBILITY, _WITH_WORLD = 7, 9, 10  # numbers of columns
+_CVAT_PREFIX = "frame_"
 
 
 def recognises(path: Path) -> bool:
@@ -41,11 +46,18 @@ def options(path: Path) -> list[dict[str, Any]]:
     return [describe_option("target", targets, int(_longest(targets)), remark)]
 
 
+def list_sequences(path: Path) -> list[Path]:
+    """Return one path per target; see `ReaderOfSplits`."""
+    targets = list(_read_targets(path / TRUTH))
+    paths = [path.with_name(f"{path.name}:target={target}") for target in targets]
+    return paths if len(paths) > 1 else [path]
+
+
 def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
     """Open the sequence of one target, by default the target in most frames."""
     name = path.resolve().name
     fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
-    images = numbered_images(field_path(fields, "imDir", path / FIELDS, IMAGES), 1)
+    images = _images(field_path(fields, "imDir", path / FIELDS, IMAGES))
     fps = field_fps(fields, "frameRate", path / FIELDS)
     length = fields.get("seqLength", str(len(images)))
     if length != str(len(images)):
@@ -65,10 +77,11 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
             f"{path / TRUTH}: target {target} is in frame {frames.max() + 1}, but there are "
             f"{len(images)} images of {name}. Add the missing images."
         )
-    boxes, visibility = np.full((len(images), 4), np.nan), np.full(len(images), np.nan)
+    n = 1 if all(other[:, 0].max() == 1 for other in targets.values()) else len(images)
+    boxes, visibility = np.full((n, 4), np.nan), np.full(n, np.nan)
     boxes[frames] = rows[:, 2:6] - [1.0, 1.0, 0.0, 0.0]
     if rows.shape[1] == _WITH_VISIBILITY:
-        visibility[frames] = rows[:, 8]
+        visibility[frames] = np.where(rows[:, 8] < 0, np.nan, rows[:, 8])
     return recorded_images(
         name if target == longest else f"{name}:target={target}",
         images,
@@ -78,16 +91,23 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     )
 
 
+def _images(folder: Path) -> list[Path]:
+    """Return the images; those that CVAT names count from 0."""
+    if any(folder.glob(f"{_CVAT_PREFIX}*")):
+        return numbered_images(folder, 0, prefix=_CVAT_PREFIX)
+    return numbered_images(folder, 1)
+
+
 def _read_targets(source: Path) -> dict[str, Array]:
     """Return the rows of each target with the flag `counts`, sorted by frame."""
-    rows = read_rows(source, {_WITH_VISIBILITY, _WITH_WORLD}, _ROW, "a row of MOTChallenge")
+    rows = read_rows(source, range(_SHORTEST, _WITH_WORLD + 1), _ROW, "a row of MOTChallenge")
     keys = rows[:, :2]
-    is_key = (keys == np.floor(keys)) & (keys >= (1, 1)) & (keys < 1e9)
+    is_key = (keys == np.floor(keys)) & (keys >= (1, 0)) & (keys < 1e9)
     invalid = ~is_key.all(axis=1) | ~np.isfinite(rows).all(axis=1)
     counts = rows[:, 6] > 0
     invalid |= counts & (rows[:, 4:6] <= 0).any(axis=1)
     if rows.shape[1] == _WITH_VISIBILITY:
-        invalid |= (rows[:, 8] < 0) | (rows[:, 8] > 1)
+        invalid |= ((rows[:, 8] < 0) & (rows[:, 8] != -1)) | (rows[:, 8] > 1)
     order = np.lexsort((rows[:, 0], rows[:, 1]))
     duplicates = np.flatnonzero((np.diff(keys[order], axis=0) == 0).all(axis=1))
     invalid[order[duplicates + 1]] = True

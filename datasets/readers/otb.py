@@ -15,7 +15,12 @@ import numpy as np
 from trackmark.datasets import truth_file
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
-from trackmark.datasets.number_files import check_row_count, count_columns, read_boxes
+from trackmark.datasets.number_files import (
+    check_row_count,
+    count_columns,
+    frames_with_values,
+    read_boxes,
+)
 from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
@@ -78,28 +83,33 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
         target = choose(path, "target", targets, options)
         source = targets[target]
         rows = GroundTruth(read_boxes(source, origin=1.0))
-        if int(files[0].stem) == 0 and len(files) != len(rows.boxes):
+        n_rows = len(rows.boxes)
+        if int(files[0].stem) == 0 and n_rows not in (1, len(files)):
             raise SequenceError(
-                f"{files[0]}: {len(rows.boxes)} ground-truth rows for {len(files)} images of "
+                f"{files[0]}: {n_rows} ground-truth rows for {len(files)} images of "
                 f"{name}. It is unknown whether the first row belongs to this image. Remove this "
                 "image, or the images without a row."
             )
         later = [file for file in files if int(file.stem) >= first]
-        if len(later) >= len(rows.boxes):  # otherwise the annotated part is numbered from 1
+        is_part = n_rows == 1 and last is not None and len(files) == last - first + 1
+        if len(later) >= n_rows and not is_part:  # otherwise the part is numbered from 1
             files = later
-        if last is None or len(rows.boxes) != last - first + 1:
-            check_row_count(len(rows.boxes), files, source)
+        if n_rows == 1 and last is not None:  # images after the annotated part are not used
+            files = files[: last - first + 1]
+        if last is None or n_rows != last - first + 1:
+            check_row_count(n_rows, files, source)
         name = f"{name}.{target}" if target else name
     else:
         rows, source = truth_file.read(truth), truth
     attrs = path / "attrs.txt"
     tags = truth_file.read_text(attrs).replace(",", " ").split() if attrs.exists() else []
+    n = frames_with_values(len(rows.boxes), files)
     return recorded_images(
         name,
         files,
         rows,
         source,
-        attributes={tag: np.ones(len(rows.boxes), dtype=np.bool_) for tag in tags},
+        attributes={tag: np.ones(n, dtype=np.bool_) for tag in tags},
     )
 
 

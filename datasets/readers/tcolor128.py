@@ -47,7 +47,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     if truth is not None:
         return recorded_images(name, in_range, truth_file.read(truth), truth)
     boxes = read_boxes(source, origin=1.0)
-    if len(boxes) != len(in_range):
+    if len(boxes) not in (1, len(in_range)):
         raise SequenceError(
             f"{source}: {len(boxes)} rows for {len(in_range)} images in the range of {span.name}."
         )

@@ -1,7 +1,7 @@
 """Sequences of TrackingNet: `SET/frames/NAME/` and `SET/anno/NAME.txt`.
 
 A row of the ground truth is `x,y,width,height`, assumed to count from 0, as nothing else is stated.
-In the set TEST only the first box is public: later frames have no ground truth and are not scored.
+In the set TEST only the first box is public: later frames are not annotated and not scored.
 Müller et al., "TrackingNet: a large-scale dataset and benchmark for object tracking in the wild",
 ECCV 2018.
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 from trackmark.datasets import truth_file
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence
-from trackmark.datasets.number_files import check_row_count, pad_first_box, read_boxes
+from trackmark.datasets.number_files import check_row_count, read_boxes
 from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
@@ -45,7 +45,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     images, source = numbered_images(location[0], 0), location[1]
     if truth is not None:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
-    boxes = pad_first_box(read_boxes(source), len(images))
+    boxes = read_boxes(source)
     check_row_count(len(boxes), images, source)
     return recorded_images(source.stem, images, GroundTruth(boxes), source)
 

@@ -1,13 +1,16 @@
 """Sequences of the VOT challenges in their former and current layouts.
 
 A row of `groundtruth.txt` is a box `x,y,width,height`, a polygon `x1,y1,x2,y2,…`, a mask
-`mX,Y,WIDTH,HEIGHT,RUN,RUN,…` (lengths of alternating runs outside and inside, row by row), or `0`
-if unknown. Coordinates count from 0, as in the VOT toolkit. The box of a polygon or a mask is the
-smallest upright box around it. The GOT-10k toolkit instead uses a box of the polygon's area, and
-adds one pixel to its sides. Former layouts have the images next to `groundtruth.txt`, the current
-one in `color/`. Since 2023, a folder has several `groundtruth_OBJECT.txt`, one sequence each.
-Kristan et al., "A novel performance evaluation methodology for single-target trackers", IEEE TPAMI
-38(11), 2016.
+`mX,Y,WIDTH,HEIGHT,RUN,RUN,…` (lengths of alternating runs outside and inside, row by row), or a
+code: `0` if the frame is not annotated, `1` if the target is not visible (`UNKNOWN` and `INVISIBLE`
+of the VOT toolkit, used since VOTS 2023). The target is also absent in rows of NaN, which mark
+absence in the long-term challenges. Coordinates count from 0, as in the VOT toolkit.
+
+The box of a polygon or a mask is the smallest upright box around it. The GOT-10k toolkit instead
+uses a box of the polygon's area, and adds one pixel to its sides. Former layouts have the images
+next to `groundtruth.txt`, the current one in `color/`. Since 2023, a folder has several
+`groundtruth_OBJECT.txt`, one sequence each. Kristan et al., "A novel performance evaluation
+methodology for single-target trackers", IEEE TPAMI 38(11), 2016.
 """
 
 from collections.abc import Iterable, Mapping
@@ -16,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, quote
@@ -23,10 +27,12 @@ from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import image_files, numbered_images, size_of_first
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.number_files import (
+    check_form,
     check_line,
     check_row_count,
     field_fps,
     field_path,
+    frames_with_values,
     numbers,
     read_fields,
     read_flags,
@@ -41,6 +47,7 @@ from trackmark.datasets.truth_file import GroundTruth
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
 MARKS = ("color/", FIELDS, TRUTH, f"{OBJECT}*.txt")
+FLAG_FILES = ("*.tag", "*.label")
 CITATION = (
     "Kristan et al., A novel performance evaluation methodology for single-target trackers, "
     "IEEE TPAMI 38(11), 2016"
@@ -48,7 +55,10 @@ CITATION = (
 
 # name, number of images and number of rows of published sequences without the last row
 PARTIAL = {("ball", 602, 601)}
-_ROW = "a box x,y,width,height, a polygon x1,y1,x2,y2,x3,y3,…, a mask mX,Y,WIDTH,HEIGHT,RUN,…, or 0"
+_NOT_ANNOTATED, _NOT_VISIBLE = [0.0], [1.0]  # codes of the VOT toolkit
+_ROW = (
+    "a box x,y,width,height, a polygon x1,y1,x2,y2,x3,y3,…, a mask mX,Y,WIDTH,HEIGHT,RUN,…, 0 or 1"
+)
 
 
 def recognises(path: Path) -> bool:
@@ -91,17 +101,17 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     name = f"{name}_{target}" if len(truths) > 1 else name
     regions = _read_regions(source, images)
     n = len(regions.boxes)
-    # Only the first row of some test sets is published.
-    if n > 1 and (path.resolve().name, len(images), n) not in PARTIAL:
+    if (path.resolve().name, len(images), n) not in PARTIAL:
         check_row_count(n, images, source)
+    n_values = frames_with_values(n, images)
     return recorded_images(
         name,
         images,
-        GroundTruth(regions.boxes),
+        GroundTruth(regions.boxes, annotated=regions.annotated),
         source,
         fps=field_fps(fields, "fps", path / FIELDS),
-        attributes=read_flags(_files(path, (".tag", ".label")), n, padded=True),
-        values={file.stem: _read_values(file, n) for file in _files(path, (".value",))},
+        attributes=read_flags(_files(path, FLAG_FILES), n_values, padded=True),
+        values={file.stem: _read_values(file, n_values) for file in _files(path, ["*.value"])},
         masks=regions.mask if regions.size != (0, 0) else None,
         shapes=Shapes(regions.shapes, range(n), regions.size) if regions.shapes else None,
         digests=lambda files: file_digests([*files, source]),
@@ -120,7 +130,8 @@ def _truth_files(path: Path) -> dict[str, Path]:
 class _Regions:
     """Ground truth of all frames."""
 
-    boxes: Array  # (n, 4); NaN if the target is absent
+    boxes: Array  # (n, 4); NaN if the target is absent or the frame is not annotated
+    annotated: NDArray[np.bool_]  # (n,)
     # polygon or mask by frame; a frame with a box has none
     shapes: Mapping[int, Array | EncodedMask]
     size: tuple[int, int]  # width and height of the images; (0, 0) if there is no mask
@@ -138,15 +149,18 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
     if any(line.lstrip().startswith("m") for line in lines):
         size = size_of_first(images)
     boxes = np.full((len(lines), 4), np.nan)
+    annotated = np.ones(len(lines), np.bool_)
     shapes: dict[int, Array | EncodedMask] = {}
     for frame, line in enumerate(lines):
         check_line(line, frame + 1, path)
+        check_form(line, frame + 1, path)
         try:
             if line.lstrip().startswith("m"):
                 shapes[frame] = mask = _parse_mask(line.strip().removeprefix("m"), size)
                 boxes[frame] = mask.box()
             else:
                 row = _parse_row(line)
+                annotated[frame] = row != _NOT_ANNOTATED
                 boxes[frame] = _box(row, first=frame == 0)
                 if len(row) > 4 and np.isfinite(boxes[frame]).all():
                     shapes[frame] = np.array(row).reshape(-1, 2)
@@ -154,23 +168,42 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
     if not lines:
         raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
-    return _Regions(boxes, shapes, size)
+    _check_decimals(lines, path)
+    return _Regions(boxes, annotated, shapes, size)
+
+
+def _check_decimals(lines: list[str], path: Path) -> None:
+    """Refuse polygons that are boxes with decimal commas: 10,5,12,0,20,5,16,0.
+
+    They have no decimal points, and the second half of each number is one digit in all rows.
+    """
+    rows = [words(line) for line in lines if not line.lstrip().startswith("m")]
+    polygons = [row for row in rows if len(row) > 4 and len(row) == len(rows[0])]
+    is_short = [len(half) == 1 for row in polygons for half in row[1::2]]
+    if all(is_short) and len(polygons) > 1 and "." not in "".join(map("".join, polygons)):
+        raise SequenceError(
+            f"{path}: line 1: {quote(lines[0].strip())} looks like a box with decimal commas: in "
+            "all rows, every second number has one digit. Expected: decimal points. Write 12.5 "
+            "instead of 12,5."
+        )
 
 
 def _parse_row(line: str) -> list[float]:
-    """Return the numbers of a box or polygon; an empty list if the target is absent."""
+    """Return the numbers of a box or polygon, or a code; an empty list for a row of NaN."""
     row = numbers(line)
     unknown = np.isnan(row)
-    if row == [0.0] or (unknown.any() and len(row) in (1, 4)) or (len(row) and unknown.all()):
+    if (unknown.any() and len(row) in (1, 4)) or (len(row) and unknown.all()):
         return []
+    if row in (_NOT_ANNOTATED, _NOT_VISIBLE):
+        return row
     if len(row) < 4 or unknown.any() or (len(row) > 4 and len(row) % 2):
         raise ValueError(f"{quote(line.strip())} is not a region. Expected: {_ROW}")
     return row
 
 
 def _box(row: list[float], *, first: bool) -> list[float]:
-    """Return the box around the box or polygon of a row; NaN if the target is absent."""
-    if not row:
+    """Return the box around the box or polygon of a row; NaN if there is none."""
+    if len(row) < 4:
         return [np.nan] * 4
     if len(row) > 4:
         points = np.array(row).reshape(-1, 2)
@@ -214,6 +247,6 @@ def _read_values(path: Path, n: int) -> Array:
     return np.pad(rows, (0, n - len(rows)))
 
 
-def _files(path: Path, suffixes: Iterable[str]) -> list[Path]:
-    """Return the files with these suffixes, sorted."""
-    return sorted(file for file in path.iterdir() if file.suffix in suffixes)
+def _files(path: Path, patterns: Iterable[str]) -> list[Path]:
+    """Return the files that match one of the patterns, sorted."""
+    return sorted(file for pattern in patterns for file in path.glob(pattern))

@@ -83,6 +83,7 @@ class SyntheticSuite:
             name=parameters.canonical_name(name),
             length=entry.length,
             size=entry.size,
+            annotated=entry.length,
             truth_source=name,
             images_beyond_truth=0,
             fingerprint=self._fingerprint(entry, parameters),

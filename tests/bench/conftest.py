@@ -19,8 +19,14 @@ from tests import browser
 from trackmark import bench, datasets
 from trackmark.bench.cli import main
 from trackmark.bench.engine import worker
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_files import answer_lines
+from trackmark.bench.experiments.tracker_spec import Identity
+from trackmark.bench.store.layout import run_key
+from trackmark.bench.store.manifest import Manifest
+from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import StoredTruth, store_truth
 
 
 class Noise:
@@ -174,6 +180,44 @@ def run_trial(without_processes):
             )
 
     return run
+
+
+@pytest.fixture(scope="session")
+def store_many():
+    """Return a function that stores runs of any number of trackers and sequences.
+
+    The estimates are the boxes of the ground truth with noise. The sequences cannot be opened.
+    """
+
+    def store(folder, n_sequences, n_trackers, n_frames=12, source="1"):
+        random, truths, runs = np.random.default_rng(0), [], []
+        for s in range(n_sequences):
+            name, boxes = f"sequence-{s}", straight_line(n_frames)
+            attributes = {"OCC": np.arange(n_frames) > 5}
+            visibility = np.ones(n_frames)
+            truths.append(StoredTruth(name, boxes, {}, visibility, attributes, 30.0, (320, 240)))
+            for t in range(n_trackers):
+                version = {"source": source, "libraries": {}}
+                tracker = f"tracker-{t}", f"tracker-{t}", "recommended", {}, version
+                noise = random.normal(0, 1 + t / n_trackers, boxes.shape) * [1, 1, 0, 0]
+                noise[0] = 0
+                run = Run(
+                    Identity(*tracker, name, f"fingerprint {s}", 0, "accuracy"),
+                    boxes + noise,
+                    np.ones(n_frames, np.bool_),
+                    np.full(n_frames, np.nan),
+                    circumstances={"seconds": 0.1, "update_seconds": 0.01, "source": f"/{name}"},
+                )
+                runs.append(run)
+        results = Results(folder)
+        requested = {run_key(run.identity): run.identity.version for run in runs}
+        results.prepare(Manifest("Many runs", requested))
+        for s, truth in enumerate(truths):
+            store_truth(folder, f"fingerprint {s}", truth)
+        results.write_all((run, "") for run in runs)
+        return results
+
+    return store
 
 
 @pytest.fixture

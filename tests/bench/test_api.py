@@ -14,9 +14,12 @@ import numpy as np
 import pytest
 
 import trackmark as tm
+from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
 from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.truth import write_truth
+from trackmark.datasets import SequenceError
 from trackmark.trackers import TrackerError
 
 
@@ -160,8 +163,20 @@ def test_print_shows_means_and_the_answer_of_a_comparison(face):
     assert lines[0].startswith("camshift has the highest mean overlap on these 2 sequences: 0.67.")
     assert any(line.startswith("samples/bow-tie ") for line in lines)
     assert "highest success AUC (otb)" in str(tm.compare(results, metrics="otb"))
+    video = {"samples/face": "video", "samples/bow-tie": "video"}
+    assert "on this family: 0.67." in str(tm.compare(results, families=video))
     means = str(tm.compare(tm.evaluate(["static", "camshift"], face[:20])))
     assert "1 sequence: too few for intervals" in means
+
+
+def test_means_leave_out_a_sequence_of_one_frame(make_sequence):
+    sequences = [make_sequence(n=n, name=f"s{n}") for n in (1, 5, 6)]
+    results = tm.evaluate([Plain, "static"], sequences)
+    expected = tm.evaluate([Plain, "static"], sequences[1:]).means()
+    assert results.means()["mean_overlap"].equals(expected["mean_overlap"])
+    note = "s1; mean overlap is undefined for all trackers"
+    assert note in " ".join(str(results).split())
+    assert note in " ".join(results._repr_html_().split())
 
 
 def test_failed_run_warns_and_can_raise(line):
@@ -362,6 +377,34 @@ def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
     with pytest.raises(ValueError, match=r"jobs is 0\. Expected: an integer of 1"):
         tm.run(*arguments, jobs=0)
     assert tm.score(run) == tm.score(run, "data/Small")
+
+
+def _moved(sequence, pixels, fingerprint):
+    """Return a sequence of the same name and images whose boxes are moved."""
+    boxes = sequence.boxes + [pixels, 0, 0, 0]
+    return datasets.Sequence(sequence.name, sequence.frames, boxes, fingerprint=fingerprint)
+
+
+def test_equal_fingerprints_of_different_boxes_are_refused(make_sequence):
+    sequence = make_sequence()
+    other = _moved(sequence, 1, sequence.fingerprint)
+    with pytest.raises(SequenceError, match=r"two different sequences are called 'line'"):
+        tm.evaluate("static", [sequence, other])
+    results = tm.evaluate("static", [sequence, sequence])
+    assert len(results.runs) == 1
+    with pytest.raises(SequenceError, match="Give each its own fingerprint"):
+        tm.evaluate("static", other)
+    renamed = tm.evaluate("static", _moved(sequence, 1, "another"))
+    assert results["static", "line"].open_sequence() is sequence
+    assert renamed["static", "line"].open_sequence().boxes[0, 0] == sequence.boxes[0, 0] + 1
+
+
+def test_other_ground_truth_of_equal_fingerprint_is_not_stored(make_sequence, tmp_path):
+    sequence = make_sequence()
+    write_truth(tmp_path / "trial", sequence)
+    write_truth(tmp_path / "trial", sequence)
+    with pytest.raises(ResultsError, match="another ground truth of line"):
+        write_truth(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
 
 
 class Followed:

@@ -28,7 +28,16 @@ def truths(draw):
     fractions = st.one_of(st.just(np.nan), st.floats(0, 1))
     visibility = draw(st.none() | arrays(np.float64, n, elements=fractions))
     sources = draw(st.none() | st.tuples(*[st.sampled_from(["marked", "interpolated", ""])] * n))
-    return GroundTruth(boxes, visibility, sources)
+    annotated = draw(st.none() | arrays(np.bool_, n))
+    if annotated is not None:
+        annotated[-1] = True
+        boxes[~annotated] = np.nan
+        annotated = None if annotated.all() else annotated
+    if annotated is not None and visibility is not None:
+        visibility[~annotated] = np.nan
+    if annotated is not None and sources is not None:
+        sources = tuple(np.where(annotated, sources, "").tolist())
+    return GroundTruth(boxes, visibility, sources, annotated)
 
 
 @given(truth=truths())
@@ -38,6 +47,7 @@ def test_written_ground_truth_is_read_bit_identically(truth, tmp_path_factory):
     copy = read(path)
     np.testing.assert_array_equal(copy.boxes, truth.boxes)
     assert copy.sources == truth.sources
+    np.testing.assert_array_equal(copy.annotated_frames, truth.annotated_frames)
     assert (copy.visibility is None) == (truth.visibility is None)
     if truth.visibility is not None:
         np.testing.assert_array_equal(copy.visibility, truth.visibility)
@@ -61,9 +71,10 @@ def truth_of(tmp_path):
     return parse
 
 
-def test_missing_rows_and_empty_boxes_mean_absence(truth_of):
+def test_empty_box_is_absence_and_no_row_is_no_annotation(truth_of):
     truth = truth_of("frame,x,y,width,height\n1,5,6,7,8\n3,,,,\n4,1,2,3,4\n6,,,,\n")
     assert np.isfinite(truth.boxes).all(axis=1).tolist() == [0, 1, 0, 0, 1, 0, 0]
+    assert truth.annotated_frames.tolist() == [0, 1, 0, 1, 1, 0, 1]
     assert truth.boxes[1].tolist() == [5, 6, 7, 8]
 
 

@@ -208,7 +208,7 @@ def test_invalid_path_is_refused(text, message, tmp_path, monkeypatch):
 def test_given_ground_truth_opens_a_folder_without_targets(tmp_path, write_images):
     path = no_target(tmp_path / "walk", write_images)
     (tmp_path / "mine.csv").write_text(BOX)
-    assert len(load_all(path, truth=tmp_path / "mine.csv")[0]) == 1
+    assert len(load_all(path, truth=tmp_path / "mine.csv")[0]) == 2
 
 
 def test_unread_file_next_to_a_video_is_named(tmp_path, write_video):

@@ -69,6 +69,7 @@ def test_slice_selects_frames_as_a_slice_of_a_list(start, stop, step):
         n,
         boxes=[[i, 0, 1, 1] for i in range(n)],
         regions={"full": [[i, 0, 2, 2] for i in range(n)]},
+        annotated=[True] * 6 + [False],
         visibility=np.arange(n) / 10,
         attributes={"odd": [i % 2 for i in range(n)]},
         frame_names=[f"{i}.jpg" for i in range(n)],
@@ -81,12 +82,16 @@ def test_slice_selects_frames_as_a_slice_of_a_list(start, stop, step):
         return
     part = sequence[index]
     assert numbers(part) == expected
-    assert part.boxes[:, 0].tolist() == expected
-    assert part.regions["full"][:, 0].tolist() == expected
+    boxes = [i if i < 6 else pytest.approx(np.nan, nan_ok=True) for i in expected]
+    assert part.boxes[:, 0].tolist() == boxes
+    assert part.regions["full"][:, 0].tolist() == boxes
+    assert part.annotated.tolist() == [i < 6 for i in expected]
     assert part.visibility.tolist() == [i / 10 for i in expected]
     assert part.attributes["odd"].tolist() == [i % 2 == 1 for i in expected]
     assert [part.frame_name(i) for i in range(len(part))] == [f"{i}.jpg" for i in expected]
-    assert [bool(part.mask(i).all()) for i in range(len(part))] == [i % 2 == 1 for i in expected]
+    masks = [part.mask(i) for i in range(len(part))]
+    all_set = [mask is None or bool(mask.all()) for mask in masks]
+    assert all_set == [i in (1, 3, 5, 6) for i in expected]
     assert part.fps == 25.0
     assert numbers(part[::-1]) == expected[::-1]
 
@@ -120,6 +125,7 @@ def test_sequence_without_ground_truth_has_only_nan_rows():
     assert np.isnan(sequence.boxes).all()
     assert sequence.boxes.shape == (3, 4)
     assert not sequence.present.any()
+    assert not sequence.annotated.any()
     assert numbers(sequence) == [0, 1, 2]
     with pytest.raises(SequenceError, match=r"bare: there is no ground truth.*--truth.*annotate"):
         sequence.check_runnable()
@@ -129,6 +135,18 @@ def test_first_frame_is_the_first_with_the_target():
     sequence = numbered(4, [NAN, NAN, BOX, NAN])
     assert sequence.first_frame == 2
     assert sequence.present.tolist() == [False, False, True, False]
+
+
+def test_frames_without_annotation_have_no_box_and_no_mask():
+    mask = np.ones((8, 10), np.bool_)
+    sequence = numbered(
+        3, annotated=[True, False, True], regions={"full": [BOX] * 3}, masks=lambda _: mask
+    )
+    assert sequence.present.tolist() == [True, False, True]
+    assert np.isnan(sequence.boxes[1]).all()
+    assert np.isnan(sequence.regions["full"][1]).all()
+    assert [sequence.mask(frame) is None for frame in range(3)] == [False, True, False]
+    assert numbered(3, [BOX, NAN, BOX]).annotated.all()
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,11 @@
 """Scores that follow no toolkit; a perfect tracker scores 1.
 
-The frames with a target after the initialisation are evaluated. Absent frames are neither hits nor
-misses, and a malformed box is a miss: overlap 0, centre error infinite. Overlaps are those of exact
-boxes, and success is an overlap of 0.5 or more. Whether the centre is inside and whether the target
-is lost refer to the region `full`, the whole object, if there is one. Unknown visibility counts as
-visible. All sequences have equal weights. No toolkit computes the same scores.
+The frames with a target after the initialisation are evaluated. Absent frames and frames without
+annotation are neither hits nor misses. A malformed box is a miss: overlap 0, centre error infinite.
+Overlaps are those of exact boxes, and success is an overlap of 0.5 or more. Whether the centre is
+inside and whether the target is lost refer to the region `full`, the whole object, if there is one.
+Unknown visibility counts as visible. All sequences have equal weights. No toolkit computes the same
+scores.
 """
 
 import numpy as np
@@ -35,6 +36,7 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     whole = truth.regions.get("full", truth.boxes)[run.frames]
     inside = centre_inside(whole, run.estimate)
     visibility = np.broadcast_to(truth.visibility, len(truth.boxes))[run.frames]
+    frames = [*run.frames.tolist(), len(truth.boxes)]
     visible = None if estimates.visible is None else estimates.visible[run.frames]
     scores = {
         "evaluated_frames": float(evaluated.sum()),
@@ -43,7 +45,7 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         "success_share": _mean(overlaps >= SUCCESS_OVERLAP),
         "frames_inside": float((inside & evaluated).sum()),
         "inside_share": _mean(inside[evaluated]),
-        "first_loss": float(run.frames.start + first_loss(inside, evaluated, visibility)),
+        "first_loss": float(frames[first_loss(inside, evaluated, visibility)]),
         "centre_error": _mean(errors),
         "centre_error_median": _quantile(errors, 0.5),
         "centre_error_p90": _quantile(errors, 0.9),

@@ -4,7 +4,8 @@ These are the measures of VOT 2020 to 2022. A tracker is started at every anchor
 of the sequence. It fails at the first of 10 frames with a target and an overlap of 0.1 or less.
 Robustness is the share of frames before failures, and accuracy is their mean overlap. The first
 frame counts with overlap 0, so that a perfect tracker has an accuracy of (n - 1) / n. Over
-sequences, accuracy is weighted by the tracked frames and robustness by the lengths. The expected
+sequences, accuracy is weighted by the tracked frames and robustness by the lengths. The accuracy
+on a sequence without tracked frames is 0; it is undefined if no sequence has any. The expected
 average overlap is the mean, over lengths k of 115 to 754 frames, of the mean overlap of the first
 k frames. The overlap is 0 after a failure. Runs whose sequence ends sooner are excluded.
 Overlaps are those of rasterised regions clipped to the image; a correctly reported absence has an
@@ -46,8 +47,10 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     progress = first_streak((overlaps <= _FAILURE_OVERLAP) & run.present, _FAILURE_FRAMES)
     overlaps[progress:] = 0.0
     evidence = {
-        "overlaps": overlaps,
-        "progress": np.array(progress),  # number of frames before the failure
+        "overlaps": overlaps,  # of annotated frames
+        "frames": run.frames - run.frames[0],
+        "progress": np.array(progress),  # number of annotated frames before the failure
+        "length": np.array(len(truth.boxes) - run.frames[0]),
         "n_sequence_frames": np.array(estimates.n_sequence_frames or len(overlaps)),
     }
     return single_run_result(combine, evidence)
@@ -66,8 +69,10 @@ def combine(runs: Runs) -> PresetResult:
     curve, active = _expected([run for group in runs for run in group])
     part = slice(_MIN_LENGTH, _MAX_LENGTH + 1)
     counted = curve[part][active[part] > 0]
+    # The toolkit returns 0 for one sequence without tracked frames, and divides by 0 for several.
+    without_frames = 0.0 if len(runs) == 1 else np.nan
     scores = {
-        "accuracy": summed / float(tracked.sum()) if tracked.any() else 0.0,
+        "accuracy": summed / float(tracked.sum()) if tracked.any() else without_frames,
         "robustness": float(np.average(tracked / frames, weights=lengths)),
         "eao": float(counted.mean()) if len(counted) else np.nan,
         "eao_lengths": float(len(counted)),
@@ -84,15 +89,18 @@ def _expected(runs: list[PresetResult]) -> tuple[NDArray[np.float64], NDArray[np
     total, active = np.zeros(_MAX_LENGTH + 1), np.zeros(_MAX_LENGTH + 1)
     numbers = np.arange(_MAX_LENGTH + 1)
     for run in runs:
-        overlaps = run.evidence["overlaps"]
-        inside = numbers[1 : len(overlaps)]
-        sums = np.cumsum(overlaps[1 : len(inside) + 1])
-        total[inside] += sums / inside
-        active[inside] += 1
+        overlaps, length = run.evidence["overlaps"], int(run.evidence["length"])
+        inside = numbers[1:length]
+        # Number of annotated frames after the first one among the first k frames.
+        n_annotated = np.searchsorted(run.evidence["frames"], inside, side="right") - 1
+        sums = np.concatenate([[0.0], np.cumsum(overlaps[1:])])[n_annotated]
+        total[inside] += sums / np.maximum(n_annotated, 1)
+        active[inside] += n_annotated > 0
         if run.evidence["progress"] < len(overlaps):
-            beyond = numbers[max(len(overlaps), 2) :]
+            beyond = numbers[max(length, 2) :]
             # The toolkit divides by one less than the number of frames.
-            total[beyond] += overlaps[1:].sum() / (beyond - 1)
+            missing = length - len(overlaps)
+            total[beyond] += overlaps[1:].sum() / (beyond - 1 - missing)
             active[beyond] += 1
     return np.divide(total, active, out=np.zeros_like(total), where=active > 0), active
 

@@ -2,17 +2,17 @@
 
 These are the measures of VOT 2013 to 2019. A tracker fails if its region does not overlap the
 ground truth, and is initialised again 5 frames later. Accuracy is the mean overlap without frames
-of failures, skipped frames and the 10 frames from each initialisation on. Robustness is exp(-30
-failures / frames). Scores of a sequence are averaged over repetitions, then over sequences weighted
-by length. The expected average overlap is the mean, over lengths k of 100 to 356 frames (as in
-VOT2018), of the mean overlap of the first k frames after an initialisation. The overlap is 0 after
-a failure. Initialisations after which the sequence ends sooner are excluded. Overlaps are those of
-rasterised regions clipped to the image. Kristan et al., "A novel performance evaluation methodology
-for single-target trackers", TPAMI 2016.
+of failures, skipped frames and the 10 frames from each initialisation on. Without other frames it
+is 0, as in the toolkit. Robustness is exp(-30 failures / frames). Scores of a sequence are averaged
+over repetitions, then over sequences weighted by length. The expected average overlap is the mean,
+over lengths k of 100 to 356 frames (as in VOT2018), of the mean overlap of the first k frames after
+an initialisation. The overlap is 0 after a failure. Initialisations after which the sequence ends
+sooner are excluded. Overlaps are those of rasterised regions clipped to the image. Kristan et al.,
+"A novel performance evaluation methodology for single-target trackers", TPAMI 2016.
 """
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,12 +47,18 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         overlaps, None if estimates.states is None else estimates.states[run.frames]
     )
     overlaps = np.where(states == FrameState.TRACKED, overlaps, 0.0)
-    return single_run_result(combine, {"states": states, "overlaps": overlaps})
+    evidence = {
+        "states": states,  # of annotated frames, as the overlaps
+        "overlaps": overlaps,
+        "frames": run.frames - run.frames[0],
+        "length": np.array(len(truth.boxes) - run.frames[0]),
+    }
+    return single_run_result(combine, evidence)
 
 
 def combine(runs: Runs) -> PresetResult:
     """Return the scores of all runs, sequences weighted by their lengths."""
-    lengths = np.array([len(group[0].evidence["states"]) for group in runs], float)
+    lengths = np.array([int(group[0].evidence["length"]) for group in runs], float)
 
     def weighted(values: list[float]) -> float:
         return float(np.average(values, weights=lengths))
@@ -66,6 +72,7 @@ def combine(runs: Runs) -> PresetResult:
     rate = failures / lengths.mean()
     curve = _expected([piece for group in runs for run in group for piece in _pieces(run)])
     part = curve[_MIN_LENGTH : _MAX_LENGTH + 1]
+    part = part[np.isfinite(part)]
     scores = {
         "accuracy": weighted([_mean(_accuracy(run) for run in group) for group in runs]),
         "failures": failures,
@@ -117,33 +124,54 @@ def _accuracy(run: PresetResult) -> float:
     """Return the mean overlap of the frames that count for the accuracy; 0 if there are none."""
     states = run.evidence["states"]
     counted = states == FrameState.TRACKED
-    for start in np.flatnonzero(states == FrameState.INITIALISED):
-        counted[start : start + _BURN_IN] = False
+    frames = run.evidence["frames"]
+    for start in frames[states == FrameState.INITIALISED]:
+        counted &= (frames < start) | (frames >= start + _BURN_IN)
     return float(run.evidence["overlaps"][counted].mean()) if counted.any() else 0.0
 
 
-def _pieces(run: PresetResult) -> Iterable[tuple[NDArray[np.float64], bool]]:
-    """Yield the overlaps from each initialisation on, and whether they end with a failure."""
-    states, overlaps = run.evidence["states"], run.evidence["overlaps"]
+class _Piece(NamedTuple):
+    """Frames from an initialisation to a failure or to the end of the sequence."""
+
+    sums: NDArray[np.float64]  # (n,): sum of the overlaps in the first k frames
+    n_annotated: NDArray[np.int64]  # (n,): number of annotated frames among these
+    failed: bool
+
+
+def _pieces(run: PresetResult) -> Iterable[_Piece]:
+    """Yield the pieces of a run, one per initialisation; the init frame itself does not count."""
+    states, overlaps, frames = (run.evidence[key] for key in ("states", "overlaps", "frames"))
     failures = np.flatnonzero(states == FrameState.FAILED)
     for start in np.flatnonzero(states == FrameState.INITIALISED):
         later = failures[failures > start]
         end = int(later[0]) if len(later) else len(states)
-        yield overlaps[start:end], bool(len(later))
+        stop = int(frames[end] if len(later) else run.evidence["length"]) - int(frames[start])
+        by_frame, is_annotated = np.zeros(stop), np.zeros(stop, np.int64)
+        positions = frames[start + 1 : end] - frames[start]
+        by_frame[positions], is_annotated[positions] = overlaps[start + 1 : end], 1
+        yield _Piece(np.cumsum(by_frame), np.cumsum(is_annotated), bool(len(later)))
 
 
-def _expected(pieces: list[tuple[NDArray[np.float64], bool]]) -> NDArray[np.float64]:
-    """Return the mean overlap of the first k frames after an initialisation, by k."""
-    longest = max(len(overlaps) for overlaps, _ in pieces)
+def _expected(pieces: list[_Piece]) -> NDArray[np.float64]:
+    """Return the mean overlap of the first k frames after an initialisation, by k.
+
+    It is NaN if none of these frames is annotated.
+    """
+    longest = max(len(piece.sums) for piece in pieces)
     total, count = np.zeros(longest), np.zeros(longest)
-    numbers = np.maximum(np.arange(longest), 1)
-    for overlaps, failed in pieces:
-        until = longest if failed else len(overlaps)
-        padded = np.zeros(longest)
-        padded[1 : len(overlaps)] = overlaps[1:]
-        total[:until] += (np.cumsum(padded) / numbers)[:until]
-        count[:until] += 1
-    return total / count
+    for piece in pieces:
+        n = len(piece.sums)
+        until = longest if piece.failed else n
+        # Frames after a failure count with overlap 0.
+        sums = np.pad(piece.sums, (0, longest - n), mode="edge")
+        n_annotated = np.concatenate(
+            [piece.n_annotated, piece.n_annotated[-1] + 1 + np.arange(longest - n)]
+        )
+        is_defined = n_annotated > 0
+        is_defined[0] = True  # the init frame, with overlap 0
+        total[:until] += (sums / np.maximum(n_annotated, 1))[:until]
+        count[:until] += is_defined[:until]
+    return np.asarray(np.divide(total, count, out=np.full(longest, np.nan), where=count > 0))
 
 
 PRESET = Preset(

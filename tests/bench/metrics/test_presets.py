@@ -1,6 +1,5 @@
 """Conformance of all metrics presets, which the tests find automatically."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ from hypothesis import strategies as st
 from tests.bench.metrics.artificial_runs import SIZE, answer_of, noisy, truth_of, walk
 from trackmark.bench import metrics
 from trackmark.bench.metrics.preset import RunEstimates
-from trackmark.bench.store.run_rows import SCORED_BY
 
 N = 400
 TRUTH = walk(N)
@@ -47,12 +45,37 @@ def test_preset_is_found_by_file_and_alias():
         metrics.preset("lasott")
 
 
-def test_index_depends_on_all_modules_that_define_its_scores():
-    imported = set()
-    for module in SCORED_BY:
-        source = (ROOMS / f"{module}.py").read_text()
-        imported |= set(re.findall(r"from trackmark\.bench\.metrics\.(\w+)", source))
-    assert imported <= set(SCORED_BY)
+def sparse_truth(boxes):
+    """Return ground truth of every tenth frame."""
+    annotated = np.arange(N) % 10 == 0
+    return truth_of(np.where(annotated[:, None], boxes, np.nan), annotated=annotated)
+
+
+@every_preset
+def test_frames_without_annotation_are_not_scored(name):
+    boxes = np.where(np.arange(N)[:, None] % 10 == 0, TRUTH, [300.0, 200.0, 5.0, 5.0])
+    preset = metrics.preset(name)
+    sparse = preset.score(sparse_truth(TRUTH), answer_of(boxes))
+    everywhere = preset.score(truth_of(TRUTH), answer_of(TRUTH))
+    assert shares_of(name, sparse) == pytest.approx(shares_of(name, everywhere))
+    if "vot" not in name:
+        for estimates in (noisy(TRUTH), TRUTH + 1.0):
+            sparse = preset.score(sparse_truth(TRUTH), answer_of(estimates)).scores
+            tenth = preset.score(truth_of(TRUTH[::10]), answer_of(estimates[::10])).scores
+            tenth |= {"first_loss": sparse["first_loss"]} if "first_loss" in sparse else {}
+            assert sparse == pytest.approx(tenth, nan_ok=True)
+
+
+@pytest.mark.parametrize("name", ["vot-anchor", "vot-supervised"])
+def test_expected_overlap_counts_frames_also_without_annotation(name):
+    truth = np.tile([40.0, 40.0, 40.0, 40.0], (N, 1))
+    preset, estimates = metrics.preset(name), answer_of(truth + [10.0, 0.0, 0.0, 0.0])
+    dense = preset.score(truth_of(truth), estimates).scores
+    sparse = preset.score(sparse_truth(truth), estimates).scores
+    assert sparse["eao"] == pytest.approx(dense["eao"])
+    assert sparse["eao_lengths"] > 200
+    if name == "vot-supervised":  # burn-in covers ten frames, not ten annotated frames
+        assert sparse["accuracy"] == pytest.approx(dense["accuracy"])
 
 
 @every_preset

@@ -58,7 +58,7 @@ def test_truth_csv_of_the_folder_is_read(folder):
 @pytest.mark.parametrize(
     ("first", "second"),
     [
-        (TRUTH, f"# by me\n{HEADER}\n0,1.0,2.0,3,4\n1,,,,\n2,5,6.00,7,8\n"),
+        (TRUTH, f"# by me\n{HEADER}\n0,1.0,2.0,3,4\n2,5,6.00,7,8\n"),
         (f"{HEADER}\n0,0,2,3,4\n", f"{HEADER}\n0,-0.0,2,3,4\n"),
     ],
 )
@@ -69,6 +69,11 @@ def test_fingerprint_is_equal_for_equal_values(fingerprint, first, second):
 def test_fingerprint_changes_with_ground_truth(fingerprint):
     with_visibility = f"{HEADER},visibility\n0,1,2,3,4,1\n2,5,6,7,8,1\n"
     assert len(set(map(fingerprint, [TRUTH, TRUTH + "3,1,1,1,1\n", with_visibility]))) == 3
+
+
+def test_fingerprint_distinguishes_absence_from_no_annotation(fingerprint):
+    with_absence = TRUTH.replace("2,5,6,7,8", "1,,,,\n2,5,6,7,8")
+    assert fingerprint(TRUTH) != fingerprint(with_absence)
 
 
 def test_fingerprint_changes_with_the_order_of_images(folder, fingerprint):

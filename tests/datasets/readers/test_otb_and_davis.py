@@ -39,7 +39,7 @@ def write_numbered(tmp_path, write_images):
         OTB_ROWS.replace(",", " \t").replace("\n", "  \r\n"),
         "\ufeff" + OTB_ROWS.replace("\n", "\r\n") + "\r\n\r\n",
         OTB_ROWS.rstrip(),
-        "11,21\t30 40\n12.5 22,30,41\n  13.0\t23.0 31.0,42.0\n",
+        "11, 21, 30, 40\n12.5 22\t30 41\n  13.0,23.0,31.0,42.0\n",
     ],
 )
 def test_boxes_are_read_with_any_separator(write_otb, tmp_path, text):

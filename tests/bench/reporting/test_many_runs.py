@@ -1,0 +1,46 @@
+"""Reports, comparisons and tables of many trackers or sequences."""
+
+import pytest
+
+import trackmark as tm
+from trackmark.bench.store.data_frames import load_runs
+
+
+def report_all(trackmark, folder, n_sequences, n_trackers, forms):
+    """Read results by every command and function that groups runs by tracker or sequence."""
+    for form in forms:
+        printed = trackmark("report", folder, "--format", form).stdout
+        assert f"sequence-{n_sequences - 1}" in printed
+        assert f"tracker-{n_trackers - 1}" in printed
+    against = ["--against", "tracker-0"] if n_trackers > 2 else []
+    trackmark("compare", "--results", folder, *against)
+    results = tm.load_results(folder)
+    assert len(results.means()) == n_trackers
+    assert len(results.means(by="sequence")) == n_trackers * n_sequences
+
+
+@pytest.mark.parametrize(("n_sequences", "n_trackers"), [(130, 2), (2, 130)])
+def test_report_of_130_trackers_or_sequences(
+    n_sequences, n_trackers, store_many, trackmark, workspace
+):
+    store_many(workspace / "many", n_sequences, n_trackers)
+    report_all(trackmark, workspace / "many", n_sequences, n_trackers, ["csv"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("n_sequences", "n_trackers"), [(1000, 2), (2, 1000), (130, 130)])
+def test_report_of_many_trackers_and_sequences(
+    n_sequences, n_trackers, store_many, trackmark, workspace, blank_figures
+):
+    store_many(workspace / "many", n_sequences, n_trackers)
+    forms = ["text", "markdown", "csv", "latex"]
+    report_all(trackmark, workspace / "many", n_sequences, n_trackers, forms)
+    trackmark("report", "many", "--folder", "report", "--metrics", "native,otb")
+
+
+def test_load_runs_has_no_categories(store_many, tmp_path):
+    store_many(tmp_path / "many", 130, 2)
+    runs = load_runs(tmp_path / "many")
+    groups = runs.groupby(["tracker", "sequence"], sort=False)["mean_overlap"]
+    # With categories of more than 127 values, `reindex` fails in pandas.
+    assert groups.mean()[:3].reindex(groups.size().index).notna().sum() == 3
