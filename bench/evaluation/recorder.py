@@ -52,7 +52,7 @@ from trackmark.trackers.base.estimate_check import (
     value_text,
 )
 from trackmark.trackers.base.plain import seed_number
-from trackmark.trackers.base.plain_class import ends_forks
+from trackmark.trackers.base.plain_class import ForkGuard
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -276,7 +276,7 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            with ends_forks():
+            with ForkGuard():
                 return call()
         except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
@@ -344,7 +344,7 @@ class Recorder:
         update, argument = self._update, shared_frame if self._shared else shared_frame.image
         began = answered = 0.0
         try:
-            with self._context, ends_forks():
+            with self._context, ForkGuard():
                 # The wall clock is read inside: otherwise, reading the CPU clock would count as
                 # waiting.
                 cpu = thread_time()
