@@ -32,11 +32,11 @@ class GlobalGenerators:
     """
 
     def __init__(self, seed: int, is_alone: bool = False) -> None:
-        kept = [_Python(seed), _NumPy(seed)]  # type: List[Any]
+        lasting = [_Python(seed), _NumPy(seed)]  # type: List[Any]
         switched = [_OpenCV(seed), _C(seed), _Torch(seed)]  # type: List[Any]
-        self._generators = kept + switched
+        self._generators = lasting + switched
         self._switched = switched if is_alone else self._generators
-        self._to_install = kept if is_alone else []
+        self._to_install = lasting if is_alone else []
         self._to_store = []  # type: List[Any]
 
     @property
