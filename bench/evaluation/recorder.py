@@ -5,7 +5,7 @@ of the machine, such as a full disk, are raised: they are no failure of the trac
 """
 
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from math import inf, isnan, nan
 from statistics import median
@@ -178,7 +178,7 @@ class Recorder:
         box = self._truth_boxes[frame]
         if any(self._segment.perturbation):
             box, mask = self._segment.perturbed_box(box), None  # a mask would reveal the true box
-        self._last_box: NDArray[np.float64] | list[float] = box.copy()
+        self._last_box: Iterable[float] = box.tolist()
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
