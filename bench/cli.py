@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -13,7 +14,11 @@ import click
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from trackmark.bench.commands._progress import command_messages
 from trackmark.bench.commands._terminal import complain, interruptible, outlets
+from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import log_compilation, prepare_numba
+
+_COMPLETION = "_TRACKMARK_COMPLETE"
+"""Environment variable by which a shell requests completions."""
 
 _COMMANDS = Path(__file__).parent / "commands"
 
@@ -80,14 +85,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _invoke(arguments: Sequence[str] | None) -> int:
     try:
+        _check_completion()
         answer: Any = trackmark.main(arguments, prog_name="trackmark", standalone_mode=False)
+    except SystemExit as ended:  # raised by click after shell completion
+        return ended.code if isinstance(ended.code, int) else EXIT_WRONG_INPUT
     except (click.exceptions.Abort, KeyboardInterrupt):
         return EXIT_INTERRUPTED
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except (ImportError, OSError, RuntimeError, ValueError) as error:
-        message = _message_of(error)
+    except (ImportError, MachineError, OSError, RuntimeError, ValueError) as error:
+        message = _message_of_surroundings(error) or _message_of(error)
         if message is None:
             raise
         complain(message)
@@ -95,8 +103,40 @@ def _invoke(arguments: Sequence[str] | None) -> int:
     return answer if isinstance(answer, int) else 0
 
 
+def _message_of_surroundings(error: Exception) -> str | None:
+    """Return the message for an unusable working directory or environment variable."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return "the working directory was removed. Change to an existing folder."
+    if str(error) == "Number of threads specified must be > 0.":  # raised by Numba's import
+        value = os.environ.get("NUMBA_NUM_THREADS")
+        return f"NUMBA_NUM_THREADS is {value!r}. Expected: 1 or more."
+    return None
+
+
+def _check_completion() -> None:
+    """Raise an error for a request of shell completion that click does not answer."""
+    request = os.environ.get(_COMPLETION)
+    if not request:
+        return
+    from click.shell_completion import get_completion_class
+
+    shell, _, instruction = request.partition("_")
+    answered = get_completion_class(shell) is not None and instruction in ("source", "complete")
+    if not answered or (instruction == "complete" and "COMP_WORDS" not in os.environ):
+        raise click.UsageError(
+            f"{_COMPLETION}={request!r} is not a request of shell completion. Use bash_source, "
+            "zsh_source or fish_source, or unset the variable."
+        )
+
+
 def _message_of(error: Exception) -> str | None:
     """Return the message for an error of the input or the machine; None for a defect."""
+    from trackmark.bench.store.files import ResultsError
+
+    if not isinstance(error, ResultsError) and (fault := machine_fault(error)):
+        return str(fault)
     if isinstance(error, OSError):
         # Any call can raise it, for example for a file name of 5000 characters.
         reason = error.strerror or str(error)
@@ -115,7 +155,6 @@ def _message_of(error: Exception) -> str | None:
         return f"{quote(error.object)}: not UTF-8 at character {error.start + 1}. Give UTF-8."
     from trackmark.bench.experiments.experiment import ExperimentError
     from trackmark.bench.protocols import ProtocolError
-    from trackmark.bench.store.files import ResultsError
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 

@@ -81,7 +81,7 @@ _UNITS = (
 
 
 def find_other_unit(
-    rows: Array, size: tuple[int, int] | None = None, known: Array | None = None
+    rows: Array, size: tuple[int, int] | None = None, expected: Array | None = None
 ) -> BoxUnit | None:
     """Return the unit of rows that are not boxes `[x, y, width, height]` in pixels.
 
@@ -91,7 +91,7 @@ def find_other_unit(
         Rows as read from a file. Rows that are not finite are ignored.
     size : tuple of int, optional
         Width and height of the images [pixels].
-    known : array of shape (n, 4), optional
+    expected : array of shape (n, 4), optional
         Boxes in pixels that some of the rows must show; NaN in the other rows.
 
     Returns
@@ -102,12 +102,12 @@ def find_other_unit(
     rows = np.asarray(rows, np.float64)
     finite = np.isfinite(rows).all(axis=1) & (np.abs(rows) < 1e9).all(axis=1)
     extent = np.full(2, np.nan) if size is None else np.array(size, np.float64)
-    if known is not None:
-        shown = finite & np.isfinite(known).all(axis=1)
-        unit = _unit_by_known(rows[shown], known[shown], extent, rows[finite])
+    if expected is not None:
+        is_known = finite & np.isfinite(expected).all(axis=1)
+        unit = _unit_by_expected(rows[is_known], expected[is_known], extent, rows[finite])
         if unit is not None:
             return unit
-        finite &= ~shown  # toolkits write the init box, trackers the other rows
+        finite &= ~is_known  # toolkits write the init box, trackers the other rows
     finite &= rows.any(axis=1)  # zeros stand for a lost target
     return _unit_by_image(rows[finite], size, extent) if finite.any() else None
 
@@ -123,17 +123,17 @@ def share_outside(boxes: Array, size: tuple[int, int]) -> Array:
     return np.asarray(1.0 - inside / area)
 
 
-def _unit_by_known(shown: Array, known: Array, size: Array, rows: Array) -> BoxUnit | None:
-    """Return the unit in which rows show known boxes, if they do not show them as boxes."""
-    as_boxes = np.median(_difference(shown, known)) if len(shown) else 0.0
+def _unit_by_expected(rows: Array, expected: Array, size: Array, all_rows: Array) -> BoxUnit | None:
+    """Return the unit in which rows show the expected boxes, if they do not show them as boxes."""
+    as_boxes = np.median(_difference(rows, expected)) if len(rows) else 0.0
     if as_boxes <= _MIN_DIFFERENCE:
         return None
     for unit in _UNITS:
-        if unit.needs_size and (np.isnan(size).any() or np.abs(rows).max() > _MAX_SHARE):
+        if unit.needs_size and (np.isnan(size).any() or np.abs(all_rows).max() > _MAX_SHARE):
             continue
-        if unit is CORNERS and _share_ordered(rows) < _MIN_ORDERED:
+        if unit is CORNERS and _share_ordered(all_rows) < _MIN_ORDERED:
             continue
-        converted = np.median(_difference(unit.convert(shown, size), known))
+        converted = np.median(_difference(unit.convert(rows, size), expected))
         if converted <= unit.tolerance and converted * _MIN_GAIN < as_boxes:
             return unit
     return None
@@ -171,10 +171,10 @@ def _share_ordered(rows: Array) -> float:
     return float((rows[:, 2:] >= rows[:, :2]).all(axis=1).mean())
 
 
-def _difference(rows: Array, known: Array) -> Array:
+def _difference(rows: Array, expected: Array) -> Array:
     """Return the differences of all four edges beyond `_SLACK`, relative to width + height."""
-    edges, expected = (
-        np.column_stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]]) for boxes in (rows, known)
+    edges, expected_edges = (
+        np.column_stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]]) for boxes in (rows, expected)
     )
-    beyond = np.clip(np.abs(edges - expected) - _SLACK, 0.0, None).sum(axis=1)
-    return np.asarray(beyond / known[:, 2:].sum(axis=1))
+    beyond = np.clip(np.abs(edges - expected_edges) - _SLACK, 0.0, None).sum(axis=1)
+    return np.asarray(beyond / expected[:, 2:].sum(axis=1))

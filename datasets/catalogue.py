@@ -1,6 +1,7 @@
 """Catalogue of sequences: built-in names, paths of recorded data, patterns and options."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import cache
@@ -9,7 +10,12 @@ from pathlib import Path
 from typing import Any, Protocol, cast
 
 from trackmark.datasets.decoding import check_name, quote
-from trackmark.datasets.interface import Sequence, SequenceError, Summary
+from trackmark.datasets.interface import (
+    Sequence,
+    SequenceError,
+    Summary,
+    UnusableSequencesError,
+)
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.spec_string import close_match, natural_order, parse_text
 
@@ -115,7 +121,7 @@ def path_format(text: str) -> str:
     return readers.path_format(_split_path(text)[0])
 
 
-def matching(text: str) -> list[str]:
+def matching(text: str, excluded: Collection[str] = ()) -> list[str]:
     """Return the sequences that a name, path, pattern, suite or folder selects.
 
     Parameters
@@ -123,6 +129,9 @@ def matching(text: str) -> list[str]:
     text : str
         Name or path as for `load`; a pattern with `*` and `?` of built-in names (also with
         options) or of paths; or a suite or folder, for all sequences in it.
+    excluded : collection of str
+        Patterns of the names of recorded sequences that are left out, even if they are incomplete:
+        names of folders or files, such as `car1`.
 
     Returns
     -------
@@ -132,23 +141,24 @@ def matching(text: str) -> list[str]:
     Raises
     ------
     SequenceError
-        For a pattern that matches no sequence, and for an incomplete sequence in a folder.
+        For a pattern that matches no sequence, and for incomplete sequences in a folder, of which
+        the message names all.
     """
     bare, filters = _split_filters(text)
     if filters:
         from trackmark.datasets.filters import with_filters
 
-        return [with_filters(name, filters) for name in matching(bare)]
+        return [with_filters(name, filters) for name in matching(bare, excluded)]
     if is_built_in(text):
         return [text]
     pattern, colon, options = text.partition(":")
     if not any(sign in text for sign in "*?"):
         pattern = f"{pattern.rstrip('/')}/*"
     built_in = [f"{name}{colon}{options}" for name in names() if fnmatchcase(name, pattern)]
-    return built_in or _paths_matching(text)
+    return built_in or _paths_matching(text, excluded)
 
 
-def _paths_matching(text: str) -> list[str]:
+def _paths_matching(text: str, excluded: Collection[str]) -> list[str]:
     """Return the paths of recorded data that a text selects; see `matching`."""
     from trackmark.datasets import readers
 
@@ -157,15 +167,25 @@ def _paths_matching(text: str) -> list[str]:
     # For a name that is too long, Path.glob raises an error, but glob.glob returns no match.
     matches = [Path(name) for name in glob(str(path))] if is_pattern else [path]  # noqa: PTH207
     if is_pattern:
-        matches = [match for match in matches if not readers.is_mask_path(match)]
-    paths = [
-        str(sequence)
-        for match in sorted(matches, key=lambda match: natural_order(str(match)))
-        for sequence in readers.sequence_paths(match, is_named=not is_pattern)
-        or readers.sequences_in(match)
-    ]
-    if is_pattern and not paths:  # the sequences can be in subfolders
-        paths = [str(sequence) for sequence in readers.sequences_in(path.parent, path.name)]
+        matches = [
+            match
+            for match in matches
+            if not readers.is_mask_path(match)
+            and not any(fnmatchcase(match.name, name) for name in excluded)
+        ]
+    paths: list[str] = []
+    errors: dict[str, str] = {}
+    for match in sorted(matches, key=lambda match: natural_order(str(match))):
+        with _collected(errors, paths, match.name if is_pattern else ""):
+            sequences = readers.sequence_paths(match, is_named=not is_pattern)
+            paths += map(str, sequences or readers.sequences_in(match, excluded=excluded))
+    if is_pattern and not (paths or errors):  # the sequences can be in subfolders
+        with _collected(errors, paths):
+            paths += map(str, readers.sequences_in(path.parent, path.name, excluded))
+    if errors:
+        n = len(errors) + len(paths)
+        errors |= _errors_of(paths)
+        raise UnusableSequencesError(errors, n)
     if paths and not chosen:
         return paths
     if not is_pattern:
@@ -180,6 +200,34 @@ def _paths_matching(text: str) -> list[str]:
         f"{quote(text)} matches no sequence, and no file or folder that a reader recognises. "
         f"Similar built-in names: {similar} (`trackmark list sequences` lists all)."
     )
+
+
+@contextmanager
+def _collected(errors: dict[str, str], paths: list[str], name: str = "") -> Iterator[None]:
+    """Add the errors of unusable sequences to `errors`, and the other sequences to `paths`.
+
+    `name` is the name of the folder in which they are; without it, other errors are raised.
+    """
+    try:
+        yield
+    except UnusableSequencesError as error:
+        errors |= error.errors
+        paths += error.others
+    except SequenceError as error:
+        if not name:
+            raise
+        errors[name] = str(error)
+
+
+def _errors_of(paths: list[str]) -> dict[str, str]:
+    """Return the errors of sequences that cannot be opened or run, by path."""
+    errors = {}
+    for path in paths:
+        try:
+            load(path).check_runnable()
+        except SequenceError as error:
+            errors[path] = str(error)
+    return errors
 
 
 def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:

@@ -35,6 +35,8 @@ class SequenceMetadata:
         Number of images after the last ground-truth row; they are not read.
     fingerprint : str
         See `Sequence.fingerprint`.
+    remarks : tuple of str
+        See `Sequence.remarks`.
     truth_missing : str
         Reason why a file that looks like ground truth was not read, or an empty text.
     origin : Origin
@@ -52,6 +54,7 @@ class SequenceMetadata:
     truth_source: str
     images_beyond_truth: int
     fingerprint: str
+    remarks: tuple[str, ...] = ()
     truth_missing: str = ""
     origin: Origin = field(default_factory=Origin)
 
@@ -82,6 +85,7 @@ def sequence_metadata(sequence: Sequence, size: tuple[int, int] | None = None) -
         truth_missing=sequence.truth_missing,
         images_beyond_truth=sequence.images_beyond_truth,
         fingerprint=sequence.fingerprint,
+        remarks=tuple(sequence.remarks),
         origin=sequence.origin,
         **stored_metadata(sequence),
     )

@@ -6,6 +6,7 @@ formatted, documented and moved. Files are parsed, not imported.
 
 import ast
 import hashlib
+import importlib
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -50,17 +51,17 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     return digest, library_versions(libraries)
 
 
-def tree_digest(file: Path, package: Path, found: Iterable[Path] = ()) -> str:
+def tree_digest(file: Path, package: Path, unnamed: Iterable[Path] = ()) -> str:
     """Return the digest of a source file and of all modules that it imports, 16 hexadecimal digits.
 
-    `found` are files that the modules import by their file names, which no import statement names.
+    `unnamed` are files that the modules import by file name, which no import statement names.
 
     Libraries are not looked up, because this would take most of the time. `package` is the folder
     of the package whose modules are included (`.../trackers`). If `file` is outside this folder,
     modules of the file's package or folder are included too. The `__init__.py` of the package is
     included only if names are imported from it.
     """
-    return _follow_imports(file, package, found)[0]
+    return _follow_imports(file, package, unnamed)[0]
 
 
 def imported_libraries(file: Path, package: Path) -> list[str]:
@@ -79,14 +80,35 @@ def library_versions(imports: set[str]) -> dict[str, str]:
     return versions
 
 
+def library_version(name: str) -> str:
+    """Return the version of an installed library by its import name, such as `cv2`.
+
+    The library itself names its version, because distributions have many names or none: OpenCV is
+    installed as `opencv-python`, `opencv-contrib-python-headless` or by Conda without a name. The
+    result is empty if the library is not installed.
+    """
+    try:
+        module = importlib.import_module(name)
+    except ImportError:
+        return ""
+    version = getattr(module, "__version__", "")
+    return str(version or next(iter(library_versions({name}).values()), "unknown"))
+
+
 @cache
 def _versions(name: str) -> dict[str, str]:
     """Return the versions of an import name's distributions, cached: a lookup takes some ms."""
-    distributions = sorted({owner.name for owner in _distributions().get(name, ())})
-    return {distribution: metadata.version(distribution) for distribution in distributions}
+    # An interrupted installation leaves distributions without a name.
+    owners = [owner for owner in _distributions().get(name, ()) if owner.metadata["Name"]]
+    versions: dict[str, str] = {}
+    for owner in sorted(owners, key=lambda owner: owner.name):
+        versions.setdefault(owner.name, owner.version)
+    return versions
 
 
-def _follow_imports(file: Path, package: Path, found: Iterable[Path] = ()) -> tuple[str, set[str]]:
+def _follow_imports(
+    file: Path, package: Path, unnamed: Iterable[Path] = ()
+) -> tuple[str, set[str]]:
     """Return the digest of all imported files, and the import names of libraries."""
     file, package = file.resolve(), package.resolve()
     inside = file.is_relative_to(package)
@@ -97,7 +119,7 @@ def _follow_imports(file: Path, package: Path, found: Iterable[Path] = ()) -> tu
             roots[dotted.partition(".")[0]] = source.parents[dotted.count(".") + 1]
     contents: dict[Path, str] = {}
     libraries: set[str] = set()
-    pending = [file, *(source.resolve() for source in found)]
+    pending = [file, *(source.resolve() for source in unnamed)]
     while pending:
         path = pending.pop()
         if path in contents:

@@ -2,10 +2,12 @@
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import av
+import av.logging
 import numpy as np
 from av.container import InputContainer
 from av.video.frame import VideoFrame
@@ -17,6 +19,36 @@ from trackmark.datasets.interface import Image, SequenceError
 
 class _DecodeError(Exception):
     """Error of a frame that is damaged or missing."""
+
+
+@contextmanager
+def _log_of_decoder() -> Iterator[list[tuple[int, str, str]]]:
+    """Provide the errors that FFmpeg logs meanwhile in this thread: level, source, message."""
+    level, skips_repeated = av.logging.get_level(), av.logging.get_skip_repeated()
+    av.logging.set_level(av.logging.ERROR)
+    av.logging.set_skip_repeated(False)  # otherwise, a second reading would be without errors
+    try:
+        with av.logging.Capture() as messages:
+            yield messages
+    finally:
+        av.logging.set_level(level)
+        av.logging.set_skip_repeated(skips_repeated)
+
+
+def _without_logged_errors(frames: Iterator[VideoFrame]) -> Iterator[VideoFrame]:
+    """Yield decoded frames; raise `_DecodeError` if FFmpeg logs an error that it does not raise.
+
+    An example are wrong checksums of FFV1, after which FFmpeg returns the damaged frame.
+    """
+    while True:
+        with _log_of_decoder() as messages:
+            frame = next(frames, None)
+        errors = [text.strip() for level, _, text in messages if level <= av.logging.ERROR]
+        if errors:
+            raise _DecodeError(errors[0])
+        if frame is None:
+            return
+        yield frame
 
 
 class VideoFrames:
@@ -136,8 +168,9 @@ class VideoFrames:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
             # Otherwise, frames that depend on a damaged later frame would be decoded without error.
+            # `crccheck` compares HEVC pictures with their hashes, if the file contains any.
             stream.codec_context.options = {
-                "err_detect": "explode",
+                "err_detect": "crccheck+explode",
                 # The image size may grow in a stream. The limit is doubled, because decoders add
                 # margins.
                 "max_pixels": str(2 * pixel_limit(self._max_pixels)),
@@ -145,7 +178,7 @@ class VideoFrames:
             if key:
                 container.seek(self._times[key], stream=stream)
             expected = key
-            for decoded in container.decode(stream):
+            for decoded in _without_logged_errors(container.decode(stream)):
                 if self._times and decoded.pts != self._times[expected]:
                     if expected == key:
                         continue  # A seek may end before the key frame.

@@ -5,7 +5,8 @@ import shutil
 import stat
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import TemporaryDirectory
+
+from trackmark.reports.temporary_paths import temporary_folder
 
 
 def write_file(path: Path, write: Callable[[Path], object]) -> Path:
@@ -42,8 +43,8 @@ def _replace(
     if status is not None and not os.access(target, os.W_OK):
         target.open("ab").close()  # raises `OSError`; replacing would ignore the write protection
     target.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix=".trackmark-", dir=target.parent) as folder:
-        temporary = Path(folder, name)  # `write` may choose the format by the suffix
+    with temporary_folder(target.parent, ".trackmark-temporary-") as folder:
+        temporary = folder / name  # `write` may choose the format by the suffix
         write(temporary)
         if status is not None:
             temporary.chmod(stat.S_IMODE(status.st_mode))
@@ -58,9 +59,9 @@ def _fill(path: Path, write: Callable[[Path], object], status: os.stat_result) -
     with (
         # Opened first, so that a folder is refused before the work of `write`.
         path.open("wb") if stream is None else open(stream, "wb", closefd=False) as output,
-        TemporaryDirectory(prefix="trackmark-") as folder,
+        temporary_folder() as folder,
     ):
-        temporary = Path(folder, path.name)  # some writers seek, which a FIFO cannot
+        temporary = folder / path.name  # some writers seek, which a FIFO cannot
         write(temporary)
         with temporary.open("rb") as content:
             shutil.copyfileobj(content, output)

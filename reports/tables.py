@@ -23,7 +23,6 @@ MISSING = "—"
 NOT_RUN = "not run"
 _STATUS_MEANINGS = {
     "missing": "of the runs that were asked for",
-    "stale": "by another version of the tracker or the sequence",
     NOT_RUN: "of the sequences",
 }
 _FRAME = re.compile(r"^(frame \d+|\S+\.(?:png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", re.IGNORECASE)
@@ -345,6 +344,19 @@ def failure_notes(
     return notes
 
 
+def stale_notes(runs: pd.DataFrame) -> dict[str, str]:
+    """Return a note by tracker with stale runs, which names up to three of their sequences."""
+    notes = dict[str, str]()
+    for tracker, rows in runs[runs["status"] == "stale"].groupby("tracker", sort=False):
+        sequences = [*map(str, rows["sequence"].unique())]
+        more = f" and {len(sequences) - 3} more" if len(sequences) > 3 else ""
+        notes[str(tracker)] = (
+            f"stale: {tracker}, {len(rows)} by another version of the tracker or the sequence "
+            f"({', '.join(sequences[:3])}{more}). Run them again."
+        )
+    return notes
+
+
 def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
     """Return notes on failed and missing runs and malformed boxes by tracker.
 
@@ -352,13 +364,14 @@ def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
     """
     worst = "the worst score" if (counted(runs, score) & (runs["status"] == "failed")).any() else ""
     notes = [f"{tracker}: {note}" for tracker, note in failure_notes(runs, worst).items()]
-    for status in ("missing", "stale", NOT_RUN):
+    for status in ("missing", NOT_RUN):
         selected = runs[runs["status"] == status]
         counts = selected.groupby("tracker", sort=False).size()
         notes += [
             f"{status}: {tracker}, {count} {_STATUS_MEANINGS[status]}"
             for tracker, count in counts.items()
         ]
+    notes += stale_notes(runs).values()
     if "malformed" in runs:
         finished = runs[runs["status"] == "finished"]
         sums = finished.groupby("tracker", sort=False)["malformed"].sum()

@@ -1,13 +1,13 @@
 """Results: runs of trackers on sequences, in memory or in a folder, as tables and as HTML."""
 
-import shutil
-import tempfile
-import weakref
 from collections import UserDict
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
+from html import escape
+from math import nan
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -23,11 +23,13 @@ from trackmark.bench.metrics import canonical_name
 from trackmark.bench.pages.notebook import complete_name
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
 from trackmark.bench.reporting.by_preset import measures_of, presets_for, runs_by
+from trackmark.bench.reporting.corner_boxes import corner_boxes
 from trackmark.bench.reporting.failed_runs import with_worst_scores
 from trackmark.bench.reporting.tables import (
     PRESET,
     mean_table,
     not_repeatable,
+    undefined_notes,
     without_undefined,
 )
 from trackmark.bench.store.data_frames import load_runs
@@ -38,12 +40,15 @@ from trackmark.bench.store.results import Results as Store
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
 from trackmark.bench.store.truth import find_attributes, write_truth
 from trackmark.datasets import Sequence
+from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table, sequence_table
+from trackmark.reports.temporary_paths import TemporaryPath
 
 RunName: TypeAlias = tuple[str, str, int]
 """Tracker, sequence and repetition of a run."""
 
+_FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "experiment"}
 _LABELS = ["tracker", "sequence", "repetition", "status"]
 
 
@@ -100,11 +105,12 @@ class Results:
     def table(self, metrics: str | None = None) -> pd.DataFrame:
         """Return one row per run: tracker, sequence, repetition, status, scores and failure.
 
-        Requested runs that are not stored have the status `missing`. Scores of failed and missing
-        runs are NaN. Scores are those of `trackmark.score`; `metrics` selects other metrics.
+        Requested runs that are not stored have the status `missing`. Runs of an older version of a
+        tracker or sequence have the status `stale`. Scores of failed, missing and stale runs are
+        NaN. Scores are those of `trackmark.score`; `metrics` selects other metrics.
         """
         preset, runs = self._scored(metrics)
-        names = [name for name in runs if name not in {*TEXT_FIELDS, *NUMBER_FIELDS, "experiment"}]
+        names = [name for name in runs if name not in _FIELDS]
         if preset != PRESET:
             names = [measure.name for measure in measures_of(preset)]
         texts = {name: runs[name].astype(str) for name in ("tracker", "sequence", "status")}
@@ -127,7 +133,8 @@ class Results:
         DataFrame
             One column per score. By tracker, `<score>_low` and `<score>_high` are the ends of the
             95 % interval, which are NaN for fewer than 6 sequences. Failed runs have the worst
-            scores. A mean is NaN if a run is missing, or if all runs of a tracker failed.
+            scores. Sequences on which no run has a score, such as those of one frame, are left out.
+            A mean is NaN if a run is missing, or if all runs of a tracker failed.
         """
         if by not in ("tracker", "sequence"):
             raise ValueError(f"by is {by!r}. Expected: 'tracker' or 'sequence'.")
@@ -191,10 +198,10 @@ class Results:
         """Folder of the runs; runs in memory are copied to a temporary folder."""
         if self.folder is not None:
             return self.folder
-        temporary = tempfile.mkdtemp(prefix="trackmark-")
-        weakref.finalize(self, shutil.rmtree, temporary, ignore_errors=True)
-        self._write(Path(temporary) / "results")
-        return Path(temporary) / "results"
+        self._temporary = TemporaryPath()  # removed with these results
+        folder = self._temporary.path / "results"
+        self._write(folder)
+        return folder
 
     def _write(self, folder: Path) -> None:
         store, runs = Store(folder), list(self.runs.values())
@@ -209,6 +216,8 @@ class Results:
         preset = self.metrics if metrics is None else preset_for(metrics, self.protocol)
         runs = load_runs(self.stored_folder)
         runs = runs[runs["protocol"] == self.protocol].reset_index(drop=True)
+        scores = [name for name in runs if name not in _FIELDS]
+        runs.loc[runs["status"] == "stale", scores] = nan  # of another version
         if preset != PRESET:
             runs = runs_by(self.stored_folder, preset, runs, self.protocol, strict=False)
         return preset, runs
@@ -220,13 +229,23 @@ class Results:
     def _mean_table(self, preset: str, runs: pd.DataFrame) -> Table:
         undefined = preset != PRESET  # scores that are undefined in some runs, as in `report`
         measures = measures_of(preset)
+        left_out: list[str] = []
         if not undefined:
-            runs, _ = without_undefined(runs, measures[0].name)
-        return mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
+            runs, left_out = without_undefined(runs, measures[0].name)
+        table = mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
+        return replace(table, notes=[*table.notes, *undefined_notes(left_out, measures[0])])
 
     def __str__(self) -> str:
         """Return the means as a table in the width of the terminal."""
-        return "\n".join(terminal_lines(self._mean_table(*self._with_worst_scores())))
+        preset, runs = self._with_worst_scores()
+        lines = terminal_lines(self._mean_table(preset, runs))
+        return "\n".join([*lines, *map(wrap, self._corner_hints)])
+
+    @cached_property
+    def _corner_hints(self) -> list[str]:
+        """Hint on each tracker whose boxes seem to be corners `[x1, y1, x2, y2]`."""
+        runs = load_runs(self.stored_folder)
+        return corner_boxes(self.stored_folder, runs[runs["protocol"] == self.protocol])
 
     def __repr__(self) -> str:
         place = "in memory" if self.folder is None else f"in {self.folder}"
@@ -240,7 +259,8 @@ class Results:
         preset, runs = self._with_worst_scores()
         failed, missing = (int((runs["status"] == word).sum()) for word in ("failed", "missing"))
         table = to_html(self._mean_table(preset, runs))
-        return f"{table}<p>{len(runs)} runs, {failed} failed, {missing} missing.</p>"
+        hints = "".join(f"<p>{escape(hint)}</p>" for hint in self._corner_hints)
+        return f"{table}<p>{len(runs)} runs, {failed} failed, {missing} missing.</p>{hints}"
 
 
 class _StoredRuns(UserDict[RunName, Any]):
@@ -306,15 +326,19 @@ def preset_for(metrics: str, protocol: str) -> str:
     return presets_for([canonical_name(metrics)], protocol)[0]
 
 
+@dataclass(frozen=True, repr=False)
 class PrintedComparison(Comparison):
-    """Comparison that prints like `trackmark compare`: answer, standings and pairs."""
+    """Comparison that prints like `trackmark compare`: answer, standings, pairs and hints."""
+
+    hints: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return "\n".join(screen_lines(self))
+        return "\n".join([*screen_lines(self), *map(wrap, self.hints)])
 
     def _repr_html_(self) -> str:
-        """Return the table of pairs, for a notebook."""
-        return to_html(pair_table(self))
+        """Return the table of pairs and hints, for a notebook."""
+        hints = "".join(f"<p>{escape(hint)}</p>" for hint in self.hints)
+        return f"{to_html(pair_table(self))}{hints}"
 
 
 def compare(
@@ -360,10 +384,11 @@ def compare(
     preset = results.metrics if metrics is None else preset_for(metrics, stored)
     runs = load_runs(folder)
     measure = compared_measure(preset, metric, margin)
+    declared = None
     if isinstance(families, str | Path):
         declared = read_families(families)
-    else:
-        declared = None if families is None else Families(families, "families")
+    elif families is not None:
+        declared = Families(families, "families")
     table, measure = scored_runs(folder, runs, stored, preset, measure)
     comparison = compare_runs(
         table,
@@ -374,4 +399,4 @@ def compare(
         same_boxes=same_boxes(folder, runs, stored),
         not_repeatable=not_repeatable(runs),
     )
-    return PrintedComparison(**vars(comparison))
+    return PrintedComparison(**vars(comparison), hints=tuple(results._corner_hints))

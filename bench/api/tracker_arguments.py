@@ -3,13 +3,18 @@
 import ast
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
+from types import MethodType
 from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
 
 from trackmark import IMPORT_TIME
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker, source_file
-from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
     PLUGIN_MODULE,
     check_name,
@@ -17,6 +22,7 @@ from trackmark.trackers.base.catalogue import (
     resolve_plugin,
     validate_plugin,
 )
+from trackmark.trackers.base.estimate_check import value_text
 from trackmark.trackers.base.plain import to_plugin
 from trackmark.trackers.base.plain_class import missing_methods
 
@@ -28,22 +34,67 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     `TypeError` for an object that is not a tracker.
     """
     by_label: dict[str, tuple[Any, TrackerSpec]] = {}
+    owners = _Owners()
     for name, tracker in _named(trackers):
         spec = _resolve(tracker, name, repetitions)
+        if not isinstance(tracker, str | Path):
+            if not isinstance(tracker, type) and not missing_methods(tracker):
+                owners.add(tracker, spec.label, is_new=True)
+            spec = spec.changed(make=partial(owners.create, spec))
         other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
-        if other != tracker and not _equal_texts(spec, other_spec, tracker, other):
+        if not _is_same(tracker, other) and not _equal_texts(spec, other_spec, tracker, other):
             raise TrackerError(
                 f"two different trackers are called {spec.label!r}. Give them names by a dict: "
                 f"{{'first': ..., 'second': ...}}."
             )
     if not by_label:
         raise TrackerError("no tracker is given. Give at least one.")
-    return [_changed(spec, base_seed=base_seed) for _, spec in by_label.values()]
+    return [spec.changed(base_seed=base_seed) for _, spec in by_label.values()]
+
+
+class _Owners:
+    """Labels of the trackers to which objects belong."""
+
+    def __init__(self) -> None:
+        self._labels: dict[int, str] = {}
+        self._objects: WeakValueDictionary[int, Any] = WeakValueDictionary()
+
+    def add(self, tracker: Any, label: str, *, is_new: bool = False) -> None:
+        """Note the label of an object.
+
+        A function can return one object for several runs of a tracker; if `is_new`, the object is
+        an argument. Raises `TrackerError` if the object belongs to another tracker.
+        """
+        other = self._labels.get(id(tracker), "")
+        is_same = self._objects.get(id(tracker)) is tracker
+        if is_same and (is_new or other != label):
+            raise TrackerError(
+                f"trackers {other!r} and {label!r} are one object, whose runs would share its "
+                "state. Give the class, or a new object for each."
+            )
+        with suppress(TypeError):  # a class with `__slots__`
+            self._objects[id(tracker)] = tracker
+            self._labels[id(tracker)] = label
+
+    def create(self, spec: TrackerSpec, seed: np.random.SeedSequence) -> Tracker:
+        """Create a tracker; raise `TrackerError` if it is the object of another tracker."""
+        plugin = spec.make(seed)
+        self.add(vars(plugin).get("_tracker", plugin), spec.label)
+        return plugin
+
+
+def _is_same(tracker: Any, other: Any) -> bool:
+    """Return whether two arguments are one tracker; `==` of a user's object can do anything."""
+    if isinstance(tracker, MethodType) and isinstance(other, MethodType):
+        return tracker.__self__ is other.__self__ and tracker.__func__ is other.__func__
+    return tracker is other or (isinstance(tracker, str | Path) and tracker == other)
 
 
 def _equal_texts(spec: TrackerSpec, other_spec: TrackerSpec, *trackers: Any) -> bool:
     """Return whether two specifications select one tracker, for example by a default value."""
     is_text = all(isinstance(tracker, str | Path) for tracker in trackers)
+    if is_text and len({*map(str, trackers)}) == 1:
+        return True
     # Environment variables of a process are not part of its version.
     in_process = not (spec.call_seconds or other_spec.call_seconds)
     equal = spec.version == other_spec.version and spec.parameters == other_spec.parameters
@@ -79,7 +130,7 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
                 raise TrackerError(
                     f"{name!r} is not a valid name of a tracker. Use printable text."
                 )
-            if name in names() and name != tracker:
+            if name in names() and not (isinstance(tracker, str) and name == tracker):
                 raise TrackerError(f"the name {name!r} belongs to another tracker. Choose another.")
             yield name, tracker
     elif isinstance(trackers, list | tuple):
@@ -92,13 +143,16 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
 def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     if isinstance(tracker, str | Path):
         spec = parse_tracker(str(tracker))
-        return _changed(spec, label=name) if name else spec
-    is_class, missing = isinstance(tracker, type), missing_methods(tracker)
+        return spec.changed(label=name) if name else spec
+    try:
+        is_class, missing = isinstance(tracker, type), missing_methods(tracker)
+    except ValueError as error:
+        raise TrackerError(f"{value_text(tracker)} is not a tracker: {error}") from None
     if not is_class and missing and (len(missing) == 1 or not callable(tracker)):
         raise TypeError(
-            f"{tracker!r} is not a tracker: it lacks {', '.join(missing)}. Expected: a name, a "
-            "file, a class with the methods init(image, box) and update(image), a function that "
-            "creates such an object, or an object."
+            f"{value_text(tracker)} is not a tracker: it lacks {', '.join(missing)}. Expected: a "
+            "name, a file, a class with the methods init(image, box) and update(image), a function "
+            "that creates such an object, or an object."
         )
     kind = tracker if is_class or missing else type(tracker)
     own_name = getattr(kind, "__name__", "tracker")
@@ -156,10 +210,3 @@ def unsaved_reason(spec: TrackerSpec) -> str:
         if checked and file.stat().st_mtime > IMPORT_TIME:
             return f"uses {file}, which has changed since trackmark was imported"
     return ""
-
-
-def _changed(spec: TrackerSpec, **fields: Any) -> TrackerSpec:
-    """Return a tracker with other fields and the same version, which it may have been given."""
-    changed = replace(spec, **fields)
-    vars(changed)["version"] = spec.version  # value of the `cached_property`
-    return changed

@@ -60,8 +60,6 @@ def execute_runs(
     Ctrl-C prints nothing. Raises `SequenceError` if a sequence cannot be read. With `keep_errors`,
     the message is only added to `execution.errors`.
     """
-    from trackmark.datasets import SequenceError
-
     try:
         with ExitStack() as stack:
             if progress is None:
@@ -69,7 +67,12 @@ def execute_runs(
                 progress = stack.enter_context(run_progress)
                 progress.expect(execution)
             progress.begin()
+            execution.on_error = progress.warn
+            units = execution.units
             for row in execution.rows(progress.update):
+                if execution.units is not units:  # a tracker has turned out to be stochastic
+                    units = execution.units
+                    progress.expect(execution)
                 progress.add(row)
                 on_row(row)
     except KeyboardInterrupt:
@@ -77,8 +80,8 @@ def execute_runs(
             _, _, state = stored_runs(execution)
             print_message(f"Stopped: {state} The same command continues from there.")
         raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
-    if execution.errors and not keep_errors:
-        raise SequenceError("\n".join(execution.errors))
+    if not keep_errors:
+        execution.raise_errors()
 
 
 def run_title(execution: "Execution") -> str:

@@ -3,13 +3,13 @@
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from trackmark.bench.commands._options import matching_sequences, option
 from trackmark.bench.commands._progress import print_message, score_stored_runs
+from trackmark.reports.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
     from trackmark.bench.exchange.importing import ImportedTracker
@@ -50,7 +50,7 @@ def store_imported(
     """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
 
-    by_sequence = open_sequences(matching_sequences(sequences), folder)
+    by_sequence = open_sequences(matching_sequences(sequences), folder, print_message)
     number = import_results(imported, by_sequence, folder, print_message)
     score_stored_runs(folder)
     return number
@@ -74,7 +74,7 @@ def with_imported(
     with ExitStack() as stack:
         stack.callback(run_cache.reset, run_cache.set(RunCache()))
         if not experiments:
-            folder = Path(stack.enter_context(TemporaryDirectory(prefix="trackmark-"))) / ALONE
+            folder = stack.enter_context(temporary_folder()) / ALONE
             store_imported(imported, sequences or "", folder)
             yield [folder]
             return

@@ -8,13 +8,19 @@ import types
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from trackmark.bench.commands._progress import patience, silence_progress
-from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import (
+    ExperimentError,
+    SequenceSource,
+    check_folder_name,
+)
 from trackmark.datasets.decoding import quote
 
 if TYPE_CHECKING:
@@ -35,6 +41,19 @@ class GroupedOption(click.Option):
     def __init__(self, *arguments: Any, group: str, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
         self.group = group
+
+
+class FiniteRange(click.FloatRange):
+    """Range of finite numbers: NaN passes the comparisons of `click.FloatRange`."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Convert the text of an option."""
+        number = float(super().convert(value, param, ctx))
+        if not isfinite(number):
+            self.fail(f"{number} is not a finite number.", param, ctx)
+        return number
 
 
 class Command(click.Command):
@@ -123,9 +142,11 @@ def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
     args = typing.get_args(field.type)
     annotation = args[0] if args else field.type
     if minimum is not None:
-        kind = click.IntRange(minimum) if annotation is int else click.FloatRange(minimum)
+        kind = click.IntRange(minimum) if annotation is int else FiniteRange(minimum)
     elif kind is None:
         kind = click.Path(path_type=Path) if annotation is Path else annotation
+    if kind is str:
+        settings["shell_complete"] = _complete_file
     if "help" not in settings:
         return click.argument(field.name, type=kind, **settings)
     if annotation is bool:
@@ -139,6 +160,13 @@ def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
         settings.setdefault("metavar", "INTEGER" if annotation is int else "FLOAT")
     arguments = (*(names or [name]), field.name)
     return click.option(*arguments, cls=GroupedOption, type=kind, **settings)
+
+
+def _complete_file(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Let the shell complete the name of a file: most texts can be paths."""
+    return [CompletionItem(incomplete, type="file")]
 
 
 def _presets(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
@@ -179,6 +207,20 @@ def trace_option() -> Any:
         default="online",
         choices=["online", "revised"],
     )
+
+
+def _folder_name(
+    context: click.Context, parameter: click.Parameter, name: str | None
+) -> str | None:
+    if name is not None:
+        check_folder_name(name)
+    return name
+
+
+def name_option(help: str = "Name of the results folder.", default: Any = None) -> Any:  # noqa: A002  # named as in click
+    """Return the dataclass field of the option --name: a valid name of a results folder."""
+    settings = {} if default is None else {"default": default}
+    return output_option(help, metavar="NAME", callback=_folder_name, **settings)
 
 
 def truth_option() -> Any:
@@ -278,14 +320,15 @@ def split_list(text: str) -> list[str]:
 def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSource, ...]:
     """Return the distinct sequences of a comma-separated list of names, paths and patterns.
 
+    Items such as `!Board` or `!car*` exclude sequences, also incomplete ones in a folder.
+
     Raises `SequenceError` for a pattern without match, and `ExperimentError` if `truth` is given
     for more or fewer than one sequence.
     """
-    from trackmark import datasets
+    from trackmark.datasets.selection import select_sequences
 
     with patience("Looking for sequences"):
-        names = [name for item in split_list(text) for name in datasets.matching(item)]
-    names = list(dict.fromkeys(names))
+        names = select_sequences(split_list(text))
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSource(name, truth) for name in names)

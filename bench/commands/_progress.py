@@ -1,10 +1,11 @@
 """Progress of long work: a bar in a terminal, complete lines that start with the time elsewhere."""
 
 import logging
+import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -12,10 +13,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import click
 
-from trackmark.bench.commands._terminal import progress_outlet
+from trackmark.bench.commands._terminal import Outlet, below_messages, progress_outlet
+from trackmark.reports.printable import columns
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
+    from trackmark.bench.store.layout import RunKey
 
 PATIENCE = 2.0
 """Time after which a message names work that is not finished yet [s]."""
@@ -25,6 +28,9 @@ INTERVAL = 60.0
 
 _MAX_FAILURES = 3
 """Maximum number of failed runs that progress names; later ones are only counted."""
+
+_BAR_COLUMNS = 60
+"""Minimum number of columns for a bar next to the counts of runs."""
 
 _MIN_SHARE = 0.02
 """Minimum share of the work for an estimate of the time left."""
@@ -82,7 +88,9 @@ def print_event(kind: str, text: str) -> None:
 
 
 def _in_terminal() -> bool:
-    return sys.stderr is not None and sys.stderr.isatty()
+    """Return whether standard error is a terminal that can draw a bar."""
+    can_draw = os.environ.get("TERM") != "dumb"
+    return can_draw and sys.stderr is not None and sys.stderr.isatty()
 
 
 def duration(seconds: float) -> str:
@@ -142,23 +150,29 @@ class Progress(Protocol):
 
 @contextmanager
 def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
-    """Show a bar with the time left in a terminal, and lines of `patience` elsewhere."""
+    """Show a bar with the time left in a terminal, and lines of `patience` elsewhere.
+
+    A terminal has one bar at a time: within another bar, there are lines.
+    """
     from tqdm import tqdm
 
-    hidden = True if _Screen.quiet else None  # None: unless standard error is a terminal
+    hidden = _Screen.quiet or not _in_terminal() or Outlet.bar is not None
     with (
         tqdm(
             total=total,
             desc=work,
             file=progress_outlet(),
-            unit=unit,
-            unit_scale=True,
+            bar_format="{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} "
+            f"{unit}s, {{remaining}} left",
             disable=hidden,
             delay=1.0,
+            dynamic_ncols=True,
         ) as bar,
         ExitStack() as lines,
     ):
-        count = lines.enter_context(patience(work)) if bar.disable else None
+        count = lines.enter_context(patience(work)) if hidden else None
+        if not hidden:
+            lines.enter_context(below_messages(bar))
 
         def update(done: int, total: int | None = None) -> None:
             bar.total = total or bar.total
@@ -218,9 +232,15 @@ class RunProgress:
         if _in_terminal():
             from tqdm import tqdm
 
-            form = "[{bar:20}] {desc}"
-            bar = tqdm(total=self._work, file=progress_outlet(), bar_format=form, ascii=".#")
+            bar = tqdm(
+                total=self._work,
+                file=progress_outlet(),
+                bar_format="[{bar:20}] {desc}" if columns(sys.stderr) >= _BAR_COLUMNS else "{desc}",
+                ascii=".#",
+                dynamic_ncols=True,
+            )
             self._bar = self._stack.enter_context(bar)
+            self._stack.enter_context(below_messages(bar))
             self._show()
         else:
             thread = threading.Thread(target=self._print_lines, daemon=True)
@@ -235,6 +255,7 @@ class RunProgress:
     def add(self, row: Mapping[str, Any]) -> None:
         """Count a run that has ended; print its failure, if any."""
         self._done += 1
+        self._show()
         if row["status"] != "failed":
             return
         self._failed += 1
@@ -242,10 +263,15 @@ class RunProgress:
         text = f"{row['tracker']} on {row['sequence']}, {reason}"
         if len(self._failures) < _MAX_FAILURES and text not in self._failures:
             self._failures.append(text)
-            if self._bar is not None:
-                self._bar.clear()
             if not _Screen.quiet:
                 print_event("FAILED", f"FAILED  {text}" if _in_terminal() else text)
+
+    def warn(self, text: str) -> None:
+        """Print a message on a sequence that cannot be read."""
+        if self._bar is not None:
+            self._bar.clear()
+        if not _Screen.quiet:
+            print_event("ERROR", text)
 
     def _show(self) -> None:
         if self._bar is not None:
@@ -273,6 +299,15 @@ class RunProgress:
         if share < _MIN_SHARE:
             return ""
         return f", about {rough_duration(self._seconds() * (1 - share) / share)} left"
+
+
+def print_corner_hints(folder: Path, cells: "Collection[RunKey] | None" = None) -> None:
+    """Print a hint for each tracker that seems to return corners; `cells`: requested runs."""
+    from trackmark.bench.reporting.corner_boxes import corner_boxes
+    from trackmark.bench.store.data_frames import load_runs
+
+    for hint in corner_boxes(folder, load_runs(folder, cells)):
+        print_event("warning", hint)
 
 
 def score_stored_runs(folder: Path) -> list[dict[str, Any]]:

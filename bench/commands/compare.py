@@ -1,7 +1,6 @@
 """Compare trackers pairwise on the same sequences."""
 
 import json
-import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +23,7 @@ from trackmark.bench.commands._options import (
     argument,
     matching_sequences,
     metrics_option,
+    name_option,
     only_experiment,
     option,
     output_option,
@@ -31,7 +31,13 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_hint, print_message
+from trackmark.bench.commands._output_files import check_outputs
+from trackmark.bench.commands._progress import (
+    patience,
+    print_corner_hints,
+    print_hint,
+    print_message,
+)
 from trackmark.bench.experiments.experiment import Experiment, default_name
 from trackmark.bench.reporting import MARGINS
 
@@ -81,7 +87,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
         group="Statistics",
         type=EXISTING_FILE,
     )
-    name: str | None = output_option("Name of the results folder; as in `run`.", metavar="NAME")
+    name: str | None = name_option("Name of the results folder; as in `run`.")
     folder: Path | None = output_option(
         "Write tables, a figure and a paragraph for a paper to this folder."
     )
@@ -111,8 +117,10 @@ def command(options: CompareOptions) -> int:
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
-    if options.margin is not None and not math.isfinite(options.margin):
-        raise click.UsageError(f"--margin: {options.margin} is not a finite number.")
+    if options.published is not None and options.published.stem.startswith("comparison"):
+        # The tables in --folder are called comparison.csv and so on.
+        written = options.folder and options.folder / options.published.name
+        check_outputs({"--folder": written}, [options.published])
     if options.families is not None and options.unit is not None:
         raise click.UsageError("Give either --families or --unit.")
     families = None if options.families is None else read_families(options.families)
@@ -145,7 +153,9 @@ def command(options: CompareOptions) -> int:
         except AllFailedError as error:
             print_message(str(error))
             return EXIT_NEGATIVE
-        return _report(compared, options)
+        status = _report(compared, options)
+        print_corner_hints(experiment, cells)
+        return status
 
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:

@@ -21,7 +21,6 @@ from trackmark.bench.commands._progress import patience, progress_bar
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
-    from trackmark.datasets import SequenceMetadata
     from trackmark.datasets.official_sets import Coverage
 
 
@@ -239,16 +238,15 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
         raise datasets.SequenceError(f"{error} Did you mean the tracker {close!r}?") from None
     width, height = outline.size
     none = f"none {outline.truth_missing}".strip()
-    beyond = outline.images_beyond_truth
     origin = outline.origin
     data: dict[str, Any] = {
         "name": outline.name,
         "frames": outline.length,
         "size": f"{width}x{height} pixels",
         "fps": outline.fps,
-        "truth": _truth_text(outline) if outline.present else none,
+        "truth": f"{outline.present} of {outline.length} frames" if outline.present else none,
         "truth from": outline.truth_source if outline.present else "",
-        "not read": f"{beyond} images after the last row of the ground truth" if beyond else "",
+        "remarks": " ".join(outline.remarks),
         "regions": ", ".join(outline.regions),
         "attributes": ", ".join(f"{key} ({n} frames)" for key, n in outline.attributes.items()),
         "taken for": origin.format,
@@ -270,13 +268,6 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
                 f"  {attribute:18} {value:>8} {entry['unit']:14} {entry['over']} of frames"
             )
     return data, lines
-
-
-def _truth_text(outline: "SequenceMetadata") -> str:
-    """Return in how many frames the target is present, and how many are not annotated."""
-    unknown = outline.length - outline.annotated
-    more = f"; {unknown} are not annotated and not scored" if unknown else ""
-    return f"{outline.present} of {outline.length} frames{more}"
 
 
 def _measured(name: str, truth: Path | None) -> dict[str, Any]:

@@ -22,7 +22,13 @@ from trackmark.bench.commands._options import (
     output_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_event, print_message, progress_bar
+from trackmark.bench.commands._progress import (
+    patience,
+    print_corner_hints,
+    print_event,
+    print_message,
+    progress_bar,
+)
 
 if TYPE_CHECKING:
     from trackmark.bench.pages.report import Commands
@@ -134,6 +140,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
         _print(tables, options)
     else:
         _print_summary(experiment, tables, options, title if several else "")
+    print_corner_hints(experiment)
     target, files = stored or Path("report"), list[Path]()
     figures = None
     if folder is not None:

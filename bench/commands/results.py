@@ -2,20 +2,22 @@
 
 import json
 from collections import Counter, defaultdict
+from contextlib import suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands import EXIT_NEGATIVE
+from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
 from trackmark.bench.commands._imported_results import parse_imported, store_imported
 from trackmark.bench.commands._options import (
     Command,
     JsonOptions,
     argument,
     execution_option,
+    name_option,
     only_experiment,
     option,
     output_option,
@@ -29,6 +31,7 @@ from trackmark.bench.commands._progress import (
     print_message,
     score_stored_runs,
 )
+from trackmark.bench.commands._terminal import confirm
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
@@ -69,11 +72,14 @@ def list_results(options: FolderOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
+    from trackmark.bench.store.data_frames import ordered_rows
     from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import to_json_row
 
     for experiment in experiment_folders(options.folder):
-        rows = score_stored_runs(experiment)
+        score_stored_runs(experiment)
+        rows = ordered_rows(Results(experiment))
         if options.as_json:
             for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **to_json_row(row)}))
@@ -84,8 +90,8 @@ def list_results(options: FolderOptions) -> None:
             counts[row["tracker"], row["sequence"], row["protocol"]][row["status"]] += 1
         for (tracker, sequence, protocol), number in sorted(counts.items()):
             suffix = "" if protocol == "accuracy" else f" ({protocol})"
-            failed = f", {number['failed']} failed" if number["failed"] else ""
-            click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{failed}")
+            others = [f", {number[word]} {word}" for word in ("failed", "stale") if number[word]]
+            click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{''.join(others)}")
 
 
 @command.command("failures")
@@ -181,7 +187,7 @@ def remove(options: RemoveOptions) -> None:
         click.echo("No run matches; nothing was removed.")
         return
     if not options.yes:
-        click.confirm(f"Remove {number} runs from {options.folder}?", abort=True)
+        confirm(f"Remove {number} runs from {options.folder}?")
     for experiment, cells in selected.items():
         Results(experiment).remove(cells)
     click.echo(f"Removed {number} runs.")
@@ -193,32 +199,49 @@ def check_results(options: FolderOptions) -> int:
     """Read all stored results and report damage.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
-    one line per experiment.
+    one line per experiment. Damaged indexes, which hold no data, are rebuilt.
 
     For example:
       trackmark results check results
 
     Exit codes: 0 no damage; 1 results are damaged; 2 invalid usage or input.
     """
+    from trackmark.bench.store.files import ResultsError
     from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.maintenance import find_damage
+
+    status = 0
+    for experiment in experiment_folders(options.folder, damaged=True):
+        try:
+            state, data = _check_experiment(experiment)
+            status = max(status, EXIT_NEGATIVE if data["damages"] else 0)
+        except ResultsError as error:  # no damage, for example a newer schema
+            state, data = "not checked", {"runs": 0, "damages": [], "error": str(error)}
+            status = EXIT_WRONG_INPUT
+            print_message(str(error))
+        if options.as_json:
+            click.echo(json.dumps({"experiment": experiment.name, **data}))
+            continue
+        for message in data["damages"]:
+            print_message(message)
+        click.echo(f"{experiment}: {state}")
+    return status
+
+
+def _check_experiment(experiment: Path) -> tuple[str, dict[str, Any]]:
+    """Return the state of an experiment's file in words, and its data for --json."""
+    from trackmark.bench.store.files import ResultsError
+    from trackmark.bench.store.maintenance import find_damage, repair_indexes
     from trackmark.bench.store.results import Results
 
-    total = 0
-    for experiment in experiment_folders(options.folder):
-        messages = find_damage(experiment)
-        total += len(messages)
-        runs = 0 if messages else len(Results(experiment).list_keys())
-        if options.as_json:
-            data = {"experiment": experiment.name, "runs": runs, "damages": messages}
-            click.echo(json.dumps(data))
-            continue
-        for message in messages:
-            print_message(message)
-        click.echo(
-            f"{experiment}: damaged" if messages else f"{experiment}: {runs} runs, undamaged"
-        )
-    return EXIT_NEGATIVE if total else 0
+    messages = find_damage(experiment)
+    if messages:
+        with suppress(ResultsError):  # there is other damage, which the messages state
+            repair_indexes(experiment)
+            if not (messages := find_damage(experiment)):
+                print_message(f"{experiment}: a damaged index was rebuilt from its table.")
+    runs = 0 if messages else len(Results(experiment).list_keys())
+    state = "damaged" if messages else f"{runs} runs, undamaged"
+    return state, {"runs": runs, "damages": messages}
 
 
 @command.command("merge")
@@ -228,7 +251,7 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
     """Copy runs of several results folders into one.
 
     SOURCES and TARGET are results folders. Runs that TARGET already contains are kept. If
-    TARGET contains a run with another version of tracker or sequence, the command lists this
+    TARGET contains runs of another version of a tracker or sequence, the command lists this
     conflict and copies nothing.
 
     For example:
@@ -256,7 +279,7 @@ class ImportOptions:
     sequences: str = option(
         "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
     )
-    name: str = output_option("Name of the results folder.", default="published")
+    name: str = name_option(default="published")
     output: Path = output_option(
         "Folder that contains the results folder.", default=Path("results")
     )
@@ -292,7 +315,7 @@ class ExportOptions:
     tracker: str = selection_option("Only trackers that match this pattern.", default="*")
     sequence: str = selection_option("Only sequences that match this pattern.", default="*")
     origin: int | None = output_option(
-        "Coordinate of the first pixel, 0 or 1.  [default: set by the format]",
+        "Coordinate of the first pixel, 0 or 1.  [default: as in the files of the data set]",
         "--from",
         metavar="INTEGER",
         type=click.IntRange(0, 1),

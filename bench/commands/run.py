@@ -19,8 +19,8 @@ from trackmark.bench.commands._options import (
     execution_option,
     matching_sequences,
     metrics_option,
+    name_option,
     option,
-    output_option,
     protocol_option,
     split_list,
     truth_option,
@@ -28,6 +28,7 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import (
     patience,
+    print_corner_hints,
     print_event,
     print_hint,
     print_message,
@@ -60,7 +61,8 @@ class RunOptions(ScreenOptions, EngineOptions):
         metavar="TRACKERS",
     )
     sequences: str | None = option(
-        "Comma-separated names, paths, folders or patterns with * and ?.", metavar="SEQUENCES"
+        "Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
+        metavar="SEQUENCES",
     )
     truth: Path | None = truth_option()
     seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
@@ -71,9 +73,8 @@ class RunOptions(ScreenOptions, EngineOptions):
     arrays: bool = option(
         "Store masks, contours, particles and maps of new runs for the report's player."
     )
-    name: str | None = output_option(
-        "Name of the results folder.  [default: derived from --trackers and --sequences]",
-        metavar="NAME",
+    name: str | None = name_option(
+        "Name of the results folder.  [default: derived from --trackers and --sequences]"
     )
     retry_failed: bool = execution_option("Repeat runs that failed.")
     dry_run: bool = execution_option(
@@ -152,9 +153,11 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     """Execute a plan, print its scores by metrics presets and return the exit status."""
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.layout import run_key
+    from trackmark.datasets import SequenceError
+    from trackmark.trackers import TrackerError
 
     as_json = options.as_json
-    warn_of_unread_images(execution)
+    print_remarks(execution)
     printed: set[RunKey] = set()
 
     def print_row(row: Mapping[str, Any]) -> None:
@@ -170,8 +173,11 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     execute_runs(execution, print_row, keep_errors=True)
     rows, now, state = stored_runs(execution)
     failed = now.count(State.FAILED)
-    for error in execution.errors:
-        complain(error)
+    try:
+        execution.raise_errors()
+    except (SequenceError, TrackerError) as error:
+        for line in str(error).splitlines():
+            complain(line)
     if as_json:
         for row in rows:
             cell = run_key(row)
@@ -180,12 +186,14 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         print_message(state)
     else:
         _print_scores(execution, metrics, options)
+    print_corner_hints(execution.folder, execution.plan.manifest().versions)
+    if not as_json:
         if not options.quiet:
             click.echo(f"\n{state}")
             _print_hints(execution)
         if options.verbose:
             _print_details(execution)
-    if execution.errors:
+    if execution.errors or execution.tracker_errors:
         return EXIT_WRONG_INPUT
     return EXIT_NEGATIVE if failed else 0
 
@@ -205,12 +213,12 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     click.echo(json.dumps(data, allow_nan=False))
 
 
-def warn_of_unread_images(execution: "Execution") -> None:
-    """Print how many images of each sequence have no ground truth and are not read."""
-    for sequence in execution.plan.sequences:
-        if n := sequence.images_beyond_truth:
-            images = "1 image" if n == 1 else f"{n} images"
-            print_event("warning", f"{sequence.name}: ignored {images} after the ground truth.")
+def print_remarks(execution: "Execution") -> None:
+    """Print which images, frames and files of sequences are not read or not scored."""
+    from trackmark.datasets.interface import group_remarks
+
+    for text in group_remarks(execution.plan.sequences):
+        print_event("warning", text)
 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
@@ -259,17 +267,21 @@ def _print_hints(execution: "Execution") -> None:
 
 
 def _print_details(execution: "Execution") -> None:
-    """Print the end of what each tracker printed in its first run."""
+    """Print the end of what each tracker printed in the first run in which it printed anything."""
     from trackmark.bench.store.results import Results
 
     results, cells = Results(execution.folder), execution.plan.manifest().versions
-    stored, trackers = set(results.list_keys()), set[str]()
+    stored = set(results.list_keys())
+    printed = dict.fromkeys((cell[0] for cell in cells if cell in stored), False)
     for cell in cells:
-        if cell in stored and cell[0] not in trackers:
-            trackers.add(cell[0])
-            if lines := results.read(cell).output.splitlines():
-                click.echo(f"Output of {cell[0]} on {cell[1]}:")
-                click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
+        if cell not in stored or printed[cell[0]]:
+            continue
+        if lines := results.read(cell).output.splitlines():
+            printed[cell[0]] = True
+            click.echo(f"Output of {cell[0]} on {cell[1]}:")
+            click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
+    if silent := [label for label, has_output in printed.items() if not has_output]:
+        click.echo(f"Trackers that printed nothing: {', '.join(silent)}.")
 
 
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:

@@ -17,7 +17,7 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, progress_bar
+from trackmark.bench.commands._progress import patience, print_message, progress_bar
 from trackmark.bench.commands._terminal import complain
 
 if TYPE_CHECKING:
@@ -134,10 +134,19 @@ def _stored(
     import numpy as np
 
     from trackmark.bench.reporting.film_strips import boxes_on
+    from trackmark.bench.store.data_frames import ordered_rows
     from trackmark.bench.store.files import ResultsError
+    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.results import Results
     from trackmark.reports.overlay import TRUTH
 
     boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
+    for path in experiment_folders(results):
+        for row in ordered_rows(Results(path), sequence=sequence.name, status="stale"):
+            print_message(
+                f"{row['tracker']}, repetition {row['repetition']}: not drawn, because the run is "
+                "of another version of the tracker or the sequence. Run it again."
+            )
     if not boxes:
         raise ResultsError(
             f"{results}: no runs on {sequence.name} found. Run a tracker on it first."
@@ -174,8 +183,8 @@ def _draw(
     with progress_bar("Drawing frames", len(frames), "frame") as progress:
 
         def images() -> Any:
-            for done, number in enumerate(frames):
-                progress(done)
+            for done, number in enumerate(frames, 1):
                 yield number, sequence[number]
+                progress(done)
 
         write_video(output, images(), boxes, sequence.fps, lines)

@@ -15,12 +15,13 @@ from trackmark.bench.commands._options import (
     ScreenOptions,
     argument,
     matching_sequences,
+    name_option,
     option,
     output_option,
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import RunProgress, print_message
+from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class StressOptions(ScreenOptions, EngineOptions):
     against: str = option(
         "Baseline tracker, by whose breaking points the others are divided.", default="camshift"
     )
-    name: str = output_option("Name of the results folder.", default="stress")
+    name: str = name_option(default="stress")
     folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
 
 
@@ -110,6 +111,7 @@ def command(options: StressOptions) -> int:
         if not options.quiet:
             for table in tables(result):
                 click.echo("\n".join(["", *terminal_lines(table, "--folder")]))
+    print_corner_hints(options.output / options.name)
     if (folder := options.folder) is not None:
         paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
         print_message("\n".join(list_written_files(paths)))
@@ -130,6 +132,7 @@ class _Runner:
     ) -> "tuple[pd.DataFrame, dict[str, str]]":
         """Execute missing runs; return all runs, and the texts of the sequences by name."""
         from trackmark.bench.store.data_frames import load_runs
+        from trackmark.datasets.interface import SequenceError, UnusableSequencesError
 
         experiment = Experiment(
             self.options.name,
@@ -137,9 +140,12 @@ class _Runner:
             tuple(map(SequenceSource, sequences)),
             title="Breaking points",
         )
-        execution = run_experiment(
-            experiment, self.options, self.opened_sequences, progress=self.progress
-        )
+        try:
+            execution = run_experiment(
+                experiment, self.options, self.opened_sequences, progress=self.progress
+            )
+        except UnusableSequencesError as error:  # the user did not choose each of them
+            raise SequenceError(next(iter(error.errors.values()))) from None
         texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
         return load_runs(execution.folder, execution.plan.manifest().versions), texts
 

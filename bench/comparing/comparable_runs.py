@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import combinations, product
-from math import nan
+from math import inf, nan
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -39,8 +40,11 @@ def compared_measure(
 ) -> ScoreMeasure:
     """Return a score of a metrics preset, by default the first one, with its equivalence margin.
 
-    Raises `ComparisonError` if the preset has no such score, or if the score has no default margin.
+    Raises `ComparisonError` for an invalid margin, if the preset has no such score, or if the score
+    has no default margin.
     """
+    if margin is not None and not (isinstance(margin, Real) and 0 <= margin < inf):
+        raise ComparisonError(f"margin: {margin!r}. Expected: a finite number of 0 or more.")
     definitions = metrics_preset(preset)
     measures = {measure.name: measure for measure in measures_of(preset) if measure.direction}
     name = metric or next(iter(measures))

@@ -239,7 +239,7 @@ def compare(
     cells = {key: values.to_numpy(np.float64) for key, values in grouped}
     scores = {name: [cells[name, sequence] for sequence in sequences] for name in labels}
     means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
-    declared = families and families.of(sequences)
+    declared = None if families is None else families.by_name(sequences)
     units = units_of(sequences, "scene" if by_scene else None, declared)
     pairs = _pairs(means, units, measure, against, same_boxes or {})
     compared = runs[runs["tracker"].isin(labels)]

@@ -18,7 +18,7 @@ class Families:
     by_sequence: Mapping[str, str]
     source: str
 
-    def of(self, sequences: Collection[str]) -> dict[str, str]:
+    def by_name(self, sequences: Collection[str]) -> dict[str, str]:
         """Return the families of these sequences; raise `ComparisonError` if one has none."""
         if missing := [name for name in sequences if name not in self.by_sequence]:
             raise ComparisonError(

@@ -8,12 +8,10 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
 import pandas as pd
 
 from trackmark.bench.comparing.answer import Answer, answer_of
 from trackmark.bench.comparing.comparison import Comparison, compare
-from trackmark.bench.metrics.overlap import overlap as overlap_of
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.tables import (
@@ -35,9 +33,7 @@ from trackmark.bench.reporting.times import (
     with_times,
 )
 from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.layout import RunKey
 from trackmark.reports.printable import one_line, wrap
 from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
@@ -50,9 +46,6 @@ _MAX_FAILURES = 3
 
 _BAR = 10
 """Length of a bar for a mean overlap of 1 [characters]."""
-
-_CORNER_GAIN = 0.3
-"""Gain of mean overlap above which boxes are likely to be corners `[x1, y1, x2, y2]`."""
 
 _CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
 
@@ -96,7 +89,7 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
     _, measured = with_times(scored, timed)
     notes = [note for note in means.notes if " runs failed (" not in note]
     comparable = pd.concat([scored, timed[timed["tracker"].isin(list(by_tracker))]])
-    warnings = [*not_repeatable(selected).values(), *corner_boxes(folder, scored)]
+    warnings = [*not_repeatable(selected).values()]
     answered, _ = answer_on(comparable, by_tracker)
     return RunSummary(
         answered,
@@ -237,26 +230,3 @@ def tracker_line(failure: str) -> str:
             path = path.relative_to(folder) if path.is_relative_to(folder) else path
             return f"{path}, line {line}, in {function}"
     return ""
-
-
-def corner_boxes(folder: Path, runs: pd.DataFrame) -> list[str]:
-    """Return warnings on trackers whose boxes match the targets only as `[x1, y1, x2, y2]`.
-
-    Of each tracker one finished run with a low overlap is checked.
-    """
-    if "mean_overlap" not in runs:
-        return []
-    warnings, results = [], Results(folder)
-    low = runs[(runs["status"] == "finished") & (runs["mean_overlap"] < 1 - _CORNER_GAIN)]
-    for row in low.drop_duplicates("tracker").to_dict("records"):
-        boxes = results.read(run_key(row)).boxes[1:]
-        truth = read_truth(folder, row["sequence"], row["fingerprint"]).boxes[1:]
-        with np.errstate(over="ignore"):  # coordinates of 1e308
-            corners = np.column_stack([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]])
-        gain = np.nanmean(overlap_of(truth, corners)) - np.nanmean(overlap_of(truth, boxes))
-        if gain > _CORNER_GAIN:
-            warnings.append(
-                f"{row['tracker']}: the boxes look like [x1, y1, x2, y2]. Expected: [x, y, width, "
-                f"height]. Read as corners, they overlap the target by {gain:.2f} more."
-            )
-    return warnings

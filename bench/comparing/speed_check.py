@@ -3,7 +3,6 @@
 import io
 import subprocess
 import tarfile
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from trackmark.bench.statistics.speed import (
     sample_of,
 )
 from trackmark.reports.tables import MISSING, Cell, Table
+from trackmark.reports.temporary_paths import temporary_folder
 from trackmark.trackers.base.catalogue import in_file, is_outside
 from trackmark.trackers.base.seeds import run_seed
 
@@ -39,7 +39,7 @@ FRAMES = 20
 
 
 _PACKAGE = Path(str(trackers.__file__)).resolve().parent
-_ORDER = ("slower", "inconclusive", "faster", "as fast")
+_ORDER = ("slower", "inconclusive", "faster", "not 5 % slower")
 
 
 def check_speeds(
@@ -58,7 +58,7 @@ def check_speeds(
     """
     paces = {}
     ends = monotonic() + budget
-    with tempfile.TemporaryDirectory(prefix="trackmark-") as folder:
+    with temporary_folder() as folder:
         # Extract all trackers first: a missing revision is then reported before any timing.
         olds = {
             label: _older_setup(revision, _setup(baseline, label), Path(folder, str(number)))

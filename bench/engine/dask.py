@@ -26,6 +26,7 @@ from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import split_text
 from trackmark.bench.external.definition import is_external, with_absolute_path
+from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
 from trackmark.datasets.spec_string import format_text
@@ -41,7 +42,7 @@ _HOME = Path(__file__).parents[2]  # folder of all packages of trackmark
 # Dask keeps a log of whole units in the command's memory; keep it short.
 _CONFIG = {"distributed.admin.low-level-log-length": 50}
 
-_Result: TypeAlias = list[tuple[int, Run]] | SequenceError | ResultsError
+_Result: TypeAlias = list[tuple[int, Run]] | SequenceError | MachineError | ResultsError
 """Runs of a unit with the numbers of their entries, or an error."""
 
 
@@ -152,9 +153,9 @@ def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Res
             if hasattr(_pools, "pool"):
                 _pools.pool.close()
             _pools.key, _pools.pool = key, Pool(limits)
-        result: dict[Entry, Run] | SequenceError | ResultsError
+        result: dict[Entry, Run] | SequenceError | MachineError | ResultsError
         ((_, result),) = _pools.pool.perform([unit])
-    except ResultsError as error:
+    except (MachineError, ResultsError) as error:
         return error
     if isinstance(result, dict):  # Dask would turn the keys into tuples
         return [(unit.entries.index(entry), run) for entry, run in result.items()]

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.loop import Observer
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
+from trackmark.bench.machine_errors import no_room
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.files import ResultsError
 
 HEAD = mmap.ALLOCATIONGRANULARITY
 """Size of the numbers at the start of the file [bytes]; rows or the parent's message follow."""
@@ -37,16 +37,6 @@ outside of the loop, while a frame is read, and between calls."""
 
 NO_ROOM = -errno.ENOSPC
 """Value of `HeartbeatState.length` if the disk is full."""
-
-
-class NoRoomError(ResultsError):
-    """Error for a full disk: the shared file cannot be written."""
-
-    def __init__(self, reason: str) -> None:
-        super().__init__(
-            f"there is no space for temporary files ({reason}). Free some space, or set the "
-            "environment variable TMPDIR to another folder."
-        )
 
 
 class HeartbeatState(NamedTuple):
@@ -193,10 +183,10 @@ def pack(message: Any) -> list[bytes]:
 def read_message(descriptor: int, state: HeartbeatState) -> Any:
     """Return the message of a worker; raise `ValueError` if it is damaged.
 
-    Raises `NoRoomError` if the worker's disk was full.
+    Raises `MachineError` if the worker's disk was full.
     """
     if state.length == NO_ROOM:
-        raise NoRoomError(os.strerror(errno.ENOSPC))
+        raise no_room(os.strerror(errno.ENOSPC))
     size = os.fstat(descriptor).st_size
     if not (0 <= state.rows <= size and 0 < state.length <= size):
         raise ValueError("the file contains no message")
@@ -231,5 +221,5 @@ def _write(descriptor: int, offset: int, parts: Sequence[bytes]) -> None:
                 rest, offset = rest[written:], offset + written
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            raise NoRoomError(os.strerror(error.errno)) from error
+            raise no_room(os.strerror(error.errno)) from error
         raise

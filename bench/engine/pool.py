@@ -11,15 +11,15 @@ import select
 import signal
 import socket
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import IO, Any, TypeAlias
 
 from trackmark.bench.engine import heartbeat
-from trackmark.bench.engine.heartbeat import READING, STARTING, HeartbeatState, NoRoomError
+from trackmark.bench.engine.heartbeat import READING, STARTING, HeartbeatState
 from trackmark.bench.engine.process_state import machine_memory
 from trackmark.bench.engine.stack_trace import FATAL_SIGNALS, CodeLine, parse_stack
 from trackmark.bench.engine.work_unit import (
@@ -28,13 +28,16 @@ from trackmark.bench.engine.work_unit import (
     Limits,
     Request,
     Unit,
+    UnusableTrackerError,
 )
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.external.process import delete_frame_files
+from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
+from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.files import ResultsError
 from trackmark.datasets import SequenceError
+from trackmark.reports.temporary_paths import remove_abandoned
 
 _POLL_SECONDS = 0.1
 _SPARE_SECONDS = 30.0  # after the time limit of a tracker in a process of its own
@@ -58,7 +61,7 @@ class Worker:
         self._frame_seconds = self._frame_limit = limits.frame_seconds
         self._used = False
         self._has_stray_threads = False  # whether trackers have left threads running in the process
-        self._shared, self._output, self._trace = (_unnamed_file() for _ in range(3))
+        self._shared, self._output, self._trace = (temporary_file() for _ in range(3))
         fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # also after truncation
         self.channel, theirs = socket.socketpair()
         memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
@@ -81,7 +84,7 @@ class Worker:
         return self._process.poll() is None and silent and not self._has_stray_threads
 
     def send(self, request: Request) -> None:
-        """Send a request; raise `NoRoomError` if the disk is full."""
+        """Send a request; raise `MachineError` if the disk is full."""
         entry = heartbeat.ELSEWHERE if self._used else STARTING
         self._used = True
         if request.unit.call_seconds:  # its own time limits come first, and give a better message
@@ -137,7 +140,7 @@ class Worker:
     def end(self) -> None:
         """Kill the worker and all processes that it has started."""
         self._process_tree.end()
-        delete_frame_files(self._process.pid)
+        remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)  # of the killed process
         self.channel.close()
         for file in (self._shared, self._output, self._trace):
             file.close()
@@ -148,6 +151,10 @@ class Worker:
             self._has_stray_threads = answer["worn"]
         except (ValueError, KeyError, TypeError):
             return self._failure(_CHANNEL_CLOSED)
+        if "machine" in answer:
+            raise MachineError(answer["machine"])
+        if "unusable" in answer:
+            raise UnusableTrackerError(answer["unusable"])
         if "error" in answer:
             raise SequenceError(answer["error"])
         if "defect" in answer:
@@ -269,6 +276,7 @@ class Pool:
     """
 
     def __init__(self, limits: Limits, jobs: int = 1) -> None:
+        remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
         self._limits = limits
         self._slots = [_Slot(limits) for _ in range(jobs)]
         self._harmful_trackers: set[str] = set()
@@ -383,15 +391,3 @@ def _read_end(file: IO[bytes], size: int) -> bytes:
     """Return the last bytes of a file, at most `size`."""
     descriptor = file.fileno()
     return os.pread(descriptor, size, max(0, os.fstat(descriptor).st_size - size))
-
-
-def _unnamed_file() -> IO[bytes]:
-    """Return an unnamed temporary file, which the system deletes after its last use.
-
-    Raises `NoRoomError` if the disk is full.
-    """
-    try:
-        file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # the caller closes it
-    except OSError as error:
-        raise NoRoomError(error.strerror or str(error)) from error
-    return file

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from trackmark.bench.engine.stack_trace import CodeLine
 from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.datasets import SequenceError
 
 
 class Entry(NamedTuple):
@@ -16,6 +17,7 @@ class Entry(NamedTuple):
     version: str  # `Identity.version` of the run, as planned
     # Version of the stored (stale or failed) run that may be replaced; empty if no run is stored.
     replaces: str = ""
+    planned: str = ""  # `planned_values` of the run as JSON
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,12 @@ class Unit:
         return [replace(self, entries=self.entries[start:stop]) for start, stop in pairwise(bounds)]
 
 
-LEAST_MEMORY = 512 << 20
-"""Minimum memory limit of a process [bytes]."""
+class UnusableTrackerError(SequenceError):
+    """Error of a tracker that a worker process cannot create as it was planned."""
+
+
+LEAST_MEMORY = 512_000_000
+"""Minimum memory limit of a process [bytes]: 512 MB, as `--memory-limit 512MB` is parsed."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +72,8 @@ class Limits:
                 raise ExperimentError(f"the limit {name} is {value}. Expected: a value above 0.")
         if self.memory_bytes is not None and self.memory_bytes < LEAST_MEMORY:
             raise ExperimentError(
-                f"the limit memory_bytes is {self.memory_bytes}, below the minimum of "
-                f"{LEAST_MEMORY >> 20} MB for a process with its libraries. Use a higher limit."
+                f"the limit memory_bytes is {self.memory_bytes:,}, below the minimum of "
+                f"{LEAST_MEMORY:,} (512 MB) for a process with its libraries. Use a higher limit."
             )
 
 

@@ -8,6 +8,7 @@ update, at most three times.
 import gc
 from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Sized
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, nan
@@ -33,6 +34,7 @@ from trackmark.bench.protocols import (
 from trackmark.datasets import Sequence
 from trackmark.datasets.interface import Frames, Image
 from trackmark.trackers.base.call_clock import CallClock
+from trackmark.trackers.base.global_generators import preserved_generators
 from trackmark.trackers.base.sharing import SharedFrame
 
 WARM_UP_FRAMES = 10
@@ -154,26 +156,32 @@ def run_protocol(
     make = partial(_make_recorders, list(entries), sequence, protocol, raise_errors=raise_errors)
     make_stored = partial(make, observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
     frames, warm_up = sequence.frames, min(WARM_UP_FRAMES, len(sequence) - sequence.first_frame)
-    if protocol == TIMING:
-        with one_thread():
-            _SequencePass(make(), sequence, observer).run(warm_up, to_the_end=False)
-            return PassResult([_time(make_stored, sequence, observer)], nan, nan)
     recorders = make_stored()
     walk = _SequencePass(recorders, sequence, observer)
+    generators = ExitStack()
+    if any(recorder.may_draw for recorder in recorders):
+        generators.enter_context(preserved_generators())
     try:
+        if protocol == TIMING:
+            (warming,) = make()
+            with one_thread():
+                _SequencePass([warming], sequence, observer).run(warm_up, to_the_end=False)
+                warming.release()
+                return PassResult([_time(make_stored, sequence, observer)], nan, nan)
         if stored_protocol(protocol).time_dependent:  # compiles kernels before time is measured
             _SequencePass(make(), sequence, observer).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
-            sequence.frames = _FrameCache(frames, MAX_SEGMENT_BYTES)
+            sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
         walk.run()
+        last = len(sequence) - 1
+        for recorder in recorders:
+            if not recorder.failure:
+                observer.on_tracker_call(recorder.entry, last)
+                recorder.finish(last)
+                observer.on_tracker_return()
     finally:
         sequence.frames = frames
-    last = len(sequence) - 1
-    for recorder in recorders:
-        if not recorder.failure:
-            observer.on_tracker_call(recorder.entry, last)
-            recorder.finish(last)
-            observer.on_tracker_return()
+        generators.close()
     overhead = median(walk.overheads) if walk.overheads else nan
     runs = [recorder.result() for recorder in recorders]
     return PassResult(runs, overhead, walk.fetching / max(walk.fetched, 1))
@@ -206,6 +214,7 @@ def _time(make: Callable[[], list[Recorder]], sequence: Sequence, observer: Obse
         (recorder,) = make()
         gc.collect()
         _SequencePass([recorder], sequence, observer).run(to_the_end=False)
+        recorder.release()
         run = replace(recorder.result(), times=(times := recorder.times()))
         if best is None or times.run_delay_share < best.circumstances["run_delay_share"]:
             best = run
@@ -320,7 +329,7 @@ class _SequencePass:
         return read - began
 
 
-class _FrameCache:
+class FrameCache:
     """Cache of decoded or rendered frames, of at most `most` bytes."""
 
     def __init__(self, frames: Frames, most: int) -> None:

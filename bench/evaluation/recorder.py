@@ -1,11 +1,14 @@
 """Recorder of one run: creates and calls the tracker, validates and stores its estimates.
 
-Exceptions of a tracker are caught only in this module and stored as the failure of its run.
+Exceptions of a tracker are caught only in this module and stored as the failure of its run. Errors
+of the machine, such as a full disk, are raised: they are no failure of the tracker.
 """
 
 import traceback
-from collections.abc import Callable, Mapping
-from math import inf, nan
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
+from math import inf, isnan, nan
 from time import perf_counter
 from typing import Any, TypeVar
 
@@ -15,10 +18,12 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.machine import machine_name
+from trackmark.bench.evaluation.run_context import RunContext
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times, time_fields
 from trackmark.bench.protocols import (
@@ -36,6 +41,7 @@ from trackmark.trackers import (
     Finisher,
     Mapper,
     Mask,
+    Randomness,
     Tracker,
     TrackerError,
     Watcher,
@@ -53,7 +59,8 @@ from trackmark.trackers.base.estimate_check import (
     read_estimate,
     value_text,
 )
-from trackmark.trackers.base.plain_class import ends_forks
+from trackmark.trackers.base.plain import seed_number
+from trackmark.trackers.base.plain_class import ForkGuard
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -74,9 +81,6 @@ WALL_CLOCK = "wall time"
 """Clocks of runs. Only times of equal clocks are compared."""
 
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
-
-# These are not the tracker's (Ctrl-C). Every other exception, even SystemExit, is the tracker's.
-_OURS = (KeyboardInterrupt, GeneratorExit)
 
 
 class NotAttributableError(Exception):
@@ -153,12 +157,21 @@ class Recorder:
         self._first_seen = 0
         self._controller = Controller()
         self._made: Tracker | None = None
+        self._context: AbstractContextManager[None] = nullcontext()
+        self._drawn: set[str] = set()  # names of global generators
         self._update: Callable[[Any], Estimate]
+
+    @property
+    def may_draw(self) -> bool:
+        """True if the tracker may change the global generators of this process."""
+        if self._spec.is_built_in:
+            return self._spec.randomness is Randomness.PROCESS
+        return not self._spec.call_seconds
 
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
         """Prepare the next segment, which has a new tracker; `view` is the segment's sequence."""
         self._segment, self._sequence = segment, view
-        self._release()
+        self.release()
         self._start, self._stop = self._stop, self._stop + len(view)
         self._rows = self._all_rows[self._start : self._stop]
         truth = select_ground_truth(view, self._spec.init, view.name)
@@ -173,14 +186,14 @@ class Recorder:
         """Pass a frame, in which the target has not appeared yet, to a `Watcher` tracker."""
         tracker = self._tracker()
         if isinstance(tracker, Watcher) and not self.failure:
-            self._call(frame, lambda: tracker.watch(shared_frame.image))
+            self._call(frame, lambda: self._in_context(tracker.watch, shared_frame.image))
 
     def start(self, shared_frame: SharedFrame, frame: int, mask: Mask | None) -> None:
         """Create and initialise the tracker."""
         box = self._truth_boxes[frame]
         if any(self._segment.perturbation):
             box, mask = self._segment.perturbed_box(box), None  # a mask would reveal the true box
-        self._last_box: NDArray[np.float64] | list[float] = box.copy()
+        self._last_box: Iterable[float] = box.tolist()
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
@@ -196,7 +209,7 @@ class Recorder:
         if step is Action.UPDATE:
             seconds = self._update_tracker(shared_frame, frame)
         elif step is Action.RESTART:
-            self._release()
+            self.release()
             if self.failure:
                 return 0.0
             before = self.seconds
@@ -224,8 +237,10 @@ class Recorder:
         """Store the corrections of `Finisher.finish` after the last frame of a one-pass run."""
         tracker = self._tracker()
         if self._complete and isinstance(tracker, Finisher):
-            self._call(frame, lambda: self._store_revisions(frame, tracker.finish()))
-        self._release()
+            self._call(
+                frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
+            )
+        self.release()
 
     def result(self) -> Run:
         """Return the run in its current state."""
@@ -235,6 +250,9 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
+        self._note_drawn()
+        if self._drawn:
+            circumstances["generators"] = sorted(self._drawn)
         if self._updates:
             circumstances |= time_fields(self.times())
             circumstances["clock"] = self._clock_name
@@ -266,9 +284,9 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            with ends_forks():
+            with ForkGuard():
                 return call()
-        except _OURS:
+        except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
             self._fail(frame, error)
@@ -276,8 +294,9 @@ class Recorder:
         finally:
             self.seconds += perf_counter() - began
 
-    def _release(self) -> None:
+    def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
+        self._note_drawn()
         if self._made is not None:
             self._device = device_name(self._made) or self._device
         if isinstance(self._made, ExternalPlugin):
@@ -294,8 +313,24 @@ class Recorder:
             key, number = self.identity, self._trackers_begun
             self._trackers_begun += 1
             run = self._spec.name, key.sequence, key.repetition, number
-            self._made = self._spec.make(run_seed(*run, base=self._spec.base_seed))
+            seed = run_seed(*run, base=self._spec.base_seed)
+            # The package's trackers need none: they have no global generator, or seed it.
+            if self.may_draw and not self._spec.is_built_in:
+                self._context = RunContext(seed_number(seed), is_alone=self._alone)
+            self._made = self._in_context(self._spec.make, seed)
         return self._made
+
+    def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
+        """Return the result of a call in the context of the run."""
+        with self._context:
+            return call(*arguments)
+
+    def _note_drawn(self) -> None:
+        """Note which global generators the tracker has drawn from."""
+        if isinstance(self._context, RunContext):
+            self._drawn.update(self._context.drawn_generators())
+        if isinstance(self._made, ExternalPlugin):
+            self._drawn.update(self._made.drawn)
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
@@ -303,15 +338,18 @@ class Recorder:
         self._timed_by_itself = tracker if isinstance(tracker, SelfTimed) else None
         self._shared = self._shares and isinstance(tracker, SharingTracker)
         self._first_updates.append(len(self._updates))
-        self._clock.start()
+        initialise: Callable[[], None]
         if isinstance(tracker, SharingTracker) and self._shared:
             self._update = tracker.update_shared
-            tracker.init_shared(shared_frame, box, mask)
+            initialise = partial(tracker.init_shared, shared_frame, box, mask)
         else:
             self._update = tracker.update
-            tracker.init(shared_frame.image, box, mask)
-        synchronise(tracker)
-        call = self._clock.stop()
+            initialise = partial(tracker.init, shared_frame.image, box, mask)
+        with self._context:
+            self._clock.start()
+            initialise()
+            synchronise(tracker)
+            call = self._clock.stop()
         if self._timed_by_itself is not None:
             call = self._timed_by_itself.call_time
         self._inits.append(call.seconds)
@@ -323,7 +361,7 @@ class Recorder:
         began = perf_counter()
         seconds = 0.0
         try:
-            with ends_forks():
+            with self._context:
                 if self._timed_by_itself is None:
                     self._clock.start()
                     estimate = update(argument)
@@ -338,7 +376,7 @@ class Recorder:
                 call = call._replace(seconds=call.seconds + shared, cpu=call.cpu + shared)
             self._updates.append(call)
             self._store_estimate(shared_frame, frame, estimate)
-        except _OURS:
+        except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
             seconds = seconds or perf_counter() - began
@@ -358,12 +396,19 @@ class Recorder:
             raise MalformedEstimateError(
                 f"update returned {value_text(estimate)}. Expected: an Estimate"
             )
-        fields = read_estimate(estimate, shared_frame.image.shape)
-        self._last_box = fields["box"] or self._last_box
-        self._mask = fields["mask"]
-        self.gives_masks |= self._complete and self._mask is not None
-        self._rows[frame] = (*self._last_box, fields["visible"], fields["confidence"])
-        for key, value in fields["details"].items():
+        details = estimate.details
+        if row := _usual_row(estimate):
+            self._last_box, self._mask = row[:4], None
+            self._rows[frame] = row
+        else:
+            fields = read_estimate(estimate, shared_frame.image.shape)
+            if estimate.box is None and estimate.visible:
+                read_box(estimate.box)  # raises the error: only a lost target has no box
+            self._last_box = fields["box"] or self._last_box
+            self._mask, details = fields["mask"], fields["details"]
+            self.gives_masks |= self._complete and self._mask is not None
+            self._rows[frame] = (*self._last_box, fields["visible"], fields["confidence"])
+        for key, value in details.items():
             if key not in self._details:
                 if key in RESERVED_COLUMNS or not key.isprintable():
                     raise MalformedEstimateError(
@@ -382,7 +427,9 @@ class Recorder:
         if estimate.mask is not None:
             arrays["mask"] = np.array(estimate.mask)
         tracker = self._tracker()
-        maps = tracker.maps(shared_frame.image) if isinstance(tracker, Mapper) else {}
+        maps: Mapping[str, NDArray[Any]] = {}
+        if isinstance(tracker, Mapper):
+            maps = self._in_context(tracker.maps, shared_frame.image)
         for key, weights in maps.items():
             if np.shape(weights) != shared_frame.image.shape[:2]:
                 raise MalformedEstimateError(
@@ -416,6 +463,9 @@ class Recorder:
             raise error
         if not self._alone and _lacks_memory(error):
             raise NotAttributableError("the memory is exhausted") from error
+        if fault := machine_fault(error):
+            place = f"{self.identity.tracker} on {self._sequence.name}"
+            raise MachineError(f"{place}, {self._sequence.frame_name(frame)}: {fault}") from error
         # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         message = message.removeprefix(f"{type(error).__module__}.")
@@ -429,6 +479,30 @@ class Recorder:
         text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"
         # The text may contain surrogates, for example in file names.
         self.failure = text.encode("utf-8", "backslashreplace").decode()
+
+
+def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
+    """Return the row of a valid estimate whose fields have the usual types; None for others.
+
+    `read_estimate` accepts the same values, but takes 4 µs.
+    """
+    box, confidence = estimate.box, estimate.confidence
+    if (
+        type(box) is not np.ndarray
+        or box.dtype != np.float64
+        or box.shape != (4,)
+        or type(estimate.visible) is not bool
+        or type(confidence) is not float
+        or estimate.mask is not None
+        or type(estimate.details) is not dict
+        or not all(type(k) is str and type(v) is float for k, v in estimate.details.items())
+    ):
+        return None
+    x, y, width, height = box.tolist()
+    is_valid = -inf < x < inf and -inf < y < inf and 0 < width < inf and 0 < height < inf
+    if not is_valid or not (0.0 <= confidence <= 1.0 or isnan(confidence)):
+        return None
+    return x, y, width, height, estimate.visible, confidence
 
 
 def _lacks_memory(error: BaseException) -> bool:

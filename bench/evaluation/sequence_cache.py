@@ -5,8 +5,10 @@ from pathlib import Path
 from threading import Lock
 from weakref import WeakValueDictionary
 
+import numpy as np
+
 from trackmark import datasets
-from trackmark.datasets import Sequence
+from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.catalogue import is_built_in
 
 MAX_OPEN = 64
@@ -14,6 +16,37 @@ MAX_OPEN = 64
 
 evaluated_sequences: WeakValueDictionary[str, Sequence] = WeakValueDictionary()
 """Sequences of runs that were made in this process, by fingerprint."""
+
+
+def remember_evaluated(sequence: Sequence) -> None:
+    """Add a sequence to `evaluated_sequences`, from which its runs get their images.
+
+    Raises `SequenceError` if runs of another sequence with this fingerprint exist.
+    """
+    other = evaluated_sequences.setdefault(sequence.fingerprint, sequence)
+    if not are_equal(other, sequence):
+        raise SequenceError(
+            f"{sequence.name}: another sequence with the fingerprint {sequence.fingerprint!r} was "
+            "evaluated before, with other images or ground truth. Give each its own fingerprint."
+        )
+
+
+def are_equal(first: Sequence, second: Sequence) -> bool:
+    """Return whether two sequences have equal fingerprints, ground truth and end images.
+
+    The fingerprint of a sequence in memory is chosen by the user, who can forget to change it.
+    """
+    if first is second:
+        return True
+    if first.fingerprint != second.fingerprint or first.regions.keys() != second.regions.keys():
+        return False
+    names = "boxes", "visibility", "annotated"
+    pairs = [(getattr(first, name), getattr(second, name)) for name in names]
+    pairs += [(boxes, second.regions[name]) for name, boxes in first.regions.items()]
+    if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs):
+        return False
+    return all(np.array_equal(first[frame], second[frame]) for frame in {0, len(first) - 1})
+
 
 _opened: OrderedDict[tuple[str, ...], tuple[Sequence, dict[str, int]]] = OrderedDict()
 _lock = Lock()

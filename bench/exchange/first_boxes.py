@@ -6,6 +6,7 @@ A file in another unit, such as corners, is refused, because all its boxes would
 Any other misfit causes a message only: the file can still be right.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -16,11 +17,14 @@ from trackmark.bench.exchange.result_format import ExchangeError, Rounding
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.datasets.box_unit import find_other_unit
 
-_ORIGINS = (0, 1)
+ORIGINS = (0, 1)
+"""Possible numbers of the first pixel."""
+
 # Largest difference of a first box with a known origin [px]. Trackers that scale images miss the
 # ground truth by a fraction of a pixel; the two origins differ by 1 px.
 _MAX_DIFFERENCE = 0.3
 _MIN_OVERLAP = 0.5  # overlap below which a message is shown
+_MIN_INIT_OVERLAP = 0.8  # overlap from which a box is that of the initialisation
 
 
 @dataclass(frozen=True)
@@ -33,19 +37,30 @@ class FirstBox:
 
 
 def find_origin(boxes: Iterable[FirstBox], rounding: Rounding) -> int | None:
-    """Return the number of the first pixel, 0 or 1; None if the first boxes do not determine it."""
-    matching = [
-        {
-            origin
-            for origin in _ORIGINS
-            if np.abs(rounding(_from_origin(origin, box.expected)) - box.stored)[:2].max()
-            < _MAX_DIFFERENCE
-        }
+    """Return the number of the first pixel, 0 or 1; None if the first boxes do not determine it.
+
+    Only boxes that show position and size of the ground truth count: a tracker that stores its own
+    first estimate can miss the position by exactly one pixel.
+    """
+    return majority(
+        origin
         for box in boxes
         if np.isfinite(box.stored).all()
-    ]
-    common = set.intersection(*matching) if matching else set()
-    return min(common) if common else None
+        for origin in ORIGINS
+        if np.abs(rounding(_from_origin(origin, box.expected)) - box.stored).max() < _MAX_DIFFERENCE
+    )
+
+
+def majority(origins: Iterable[int | None]) -> int | None:
+    """Return the more frequent of both numbers of the first pixel; None if there is none."""
+    counts = Counter(origin for origin in origins if origin is not None).most_common()
+    is_tie = len(counts) == len(ORIGINS) and counts[0][1] == counts[1][1]
+    return counts[0][0] if counts and not is_tie else None
+
+
+def shows_init_box(box: FirstBox, rounding: Rounding) -> bool:
+    """Return whether a stored box is nearly the box at initialisation."""
+    return _fit(box, rounding) >= _MIN_INIT_OVERLAP
 
 
 def check_first_boxes(
@@ -60,10 +75,10 @@ def check_first_boxes(
     images, if known. Raises `ExchangeError` if the rows are in another unit; see `find_other_unit`.
     """
     first = next(iter(boxes.values()))
-    known = np.full(rows.shape, np.nan)
+    expected = np.full(rows.shape, np.nan)
     for row, box in boxes.items():
-        known[row] = box.expected
-    if unit := find_other_unit(rows, size, known):
+        expected[row] = box.expected
+    if unit := find_other_unit(rows, size, expected):
         raise ExchangeError(
             f"{first.place}: the boxes look like {unit.name}; the first box is "
             f"{_text(first.stored)}, the ground truth {_text(first.expected)}. Expected: x, y, "
@@ -73,10 +88,7 @@ def check_first_boxes(
     for box in boxes.values():
         if not np.isfinite(box.stored).all():
             continue
-        fit = max(
-            _overlap(rounding(_from_origin(origin, box.expected)), box.stored)
-            for origin in _ORIGINS
-        )
+        fit = _fit(box, rounding)
         if fit < _MIN_OVERLAP:
             misfits.append((box, fit))
     if not misfits:
@@ -93,6 +105,13 @@ def check_first_boxes(
 
 def _from_origin(origin: int, box: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(box + [origin, origin, 0, 0])
+
+
+def _fit(box: FirstBox, rounding: Rounding) -> float:
+    """Return the overlap of a stored box with the expected box, with the better first pixel."""
+    return max(
+        _overlap(rounding(_from_origin(origin, box.expected)), box.stored) for origin in ORIGINS
+    )
 
 
 def _overlap(expected: NDArray[np.float64], stored: NDArray[np.float64]) -> float:

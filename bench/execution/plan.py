@@ -1,6 +1,7 @@
 """Plan of an experiment: its runs and their states. `scheduling.py` groups them into work units."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
+from contextlib import closing
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
@@ -23,6 +24,7 @@ from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import MAX_RUNS, Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.datasets import Sequence, SequenceError
+from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.trackers import Randomness
 from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
@@ -57,7 +59,7 @@ class PlannedSequence:
     name: str  # this and the next as in `datasets.Sequence`
     fingerprint: str
     frames: int  # number of frames of a run, in all segments
-    images_beyond_truth: int  # number of images that no run reads
+    remarks: tuple[str, ...]  # see `datasets.Sequence`
     starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
 
 
@@ -144,9 +146,25 @@ class Plan:
         return Manifest(self.experiment.title or self.experiment.name, self.requested)
 
     def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
-        """Return the plan with states determined from the stored runs (`rows` of `list_runs`)."""
-        stored = {run_key(row): (row["version"], _stored_status(row)) for row in rows}
-        return replace(self, stored=stored)
+        """Return the plan with states determined from the stored runs (`rows` of `list_runs`).
+
+        A tracker that drew from global generators in a stored run is stochastic from then on.
+        Raises `ExperimentError` for too many runs.
+        """
+        rows = list(rows)
+        drew = {(row["tracker"], row["tracker_version"]) for row in rows if row["generators"]}
+        trackers = {
+            text: spec.changed(randomness=Randomness.PROCESS)
+            if spec.randomness is Randomness.NONE and (spec.label, spec.digest) in drew
+            else spec
+            for text, spec in self.trackers.items()
+        }
+        return replace(
+            self,
+            trackers=trackers,
+            repetitions=_repetitions(self.experiment, trackers, len(self.sequences)),
+            stored={run_key(row): (row["version"], _stored_status(row)) for row in rows},
+        )
 
 
 _STATES = {"failed": State.FAILED, "disturbed": State.DISTURBED}
@@ -175,12 +193,6 @@ def make_plan(
     can be detected before the first run.
     """
     trackers = _distinct_trackers(experiment)
-    repetitions = [
-        1
-        if spec.randomness is Randomness.NONE and not experiment.timing
-        else experiment.repeated.get(text, experiment.repetitions)
-        for text, spec in trackers.items()
-    ]
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
     protocol = experiment.filed_under
@@ -189,9 +201,8 @@ def make_plan(
     frame_protocol = STORED_ONE_PASS if experiment.timing else protocol
     keys = dict.fromkeys((source, frame_protocol) for source in experiment.sequences)
     unopened = [key for key in keys if key not in known_sequences]
-    if jobs > 1 and len(unopened) >= MIN_SEQUENCES_FOR_WORKERS:
-        _open_by_workers(unopened, known_sequences, on_opened, jobs)
-    for sequence in _distinct_sequences(list(keys), known_sequences, on_opened):
+    _open_all(unopened, known_sequences, on_opened, jobs)
+    for sequence in _distinct_sequences([known_sequences[key] for key in keys]):
         for spec in trackers.values():
             if spec.init not in sequence.starts:  # raises the error that explains why
                 select_ground_truth(_open(sequence.source), spec.init, sequence.name)
@@ -199,17 +210,33 @@ def make_plan(
         versions.append(
             [run_identity(spec, sequence, 0, protocol).version for spec in trackers.values()]
         )
-    number = len(sequences) * sum(repetitions)
+    rows = list_runs(results)
+    counts = _repetitions(experiment, trackers, len(sequences))
+    plan = Plan(experiment, trackers, counts, sequences, versions, {}).seen_in(rows)
+    _check_names(plan, rows, results.folder)
+    return plan
+
+
+def _repetitions(
+    experiment: Experiment, trackers: Mapping[str, TrackerSpec], n_sequences: int
+) -> NDArray[np.int64]:
+    """Return the number of runs of each tracker on a sequence.
+
+    Raises `ExperimentError` if there are too many runs in total.
+    """
+    repetitions = [
+        1
+        if spec.randomness is Randomness.NONE and not experiment.timing
+        else experiment.repeated.get(text, experiment.repetitions)
+        for text, spec in trackers.items()
+    ]
+    number = n_sequences * sum(repetitions)
     if number > MAX_RUNS:
         raise ExperimentError(
             f"{number} runs are requested; an experiment has at most {MAX_RUNS}. "
             "Request fewer seeds, or split the sequences between several experiments."
         )
-    counts = np.array(repetitions, np.int64)
-    rows = list_runs(results)
-    plan = Plan(experiment, trackers, counts, sequences, versions, {}).seen_in(rows)
-    _check_names(plan, rows, results.folder)
-    return plan
+    return np.array(repetitions, np.int64)
 
 
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
@@ -225,18 +252,42 @@ def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
     return dict(by_label.values())
 
 
-def _distinct_sequences(
+def _open_all(
     keys: list[tuple[SequenceSource, str]],
     known_sequences: KnownSequences,
     on_opened: Callable[[int, int], None],
-) -> list[PlannedSequence]:
-    """Return the opened sequences; raise `ExperimentError` if two have the same name."""
+    jobs: int,
+) -> None:
+    """Open sequences and add them to `known_sequences`.
+
+    Raises one `SequenceError` that names all sequences that cannot be used.
+    """
+    by_workers = jobs > 1 and len(keys) >= MIN_SEQUENCES_FOR_WORKERS
+    results = _opened_by_workers(keys, jobs) if by_workers else (_try_open(key) for key in keys)
+    errors: dict[str, str] = {}
+    with closing(results) as opened:
+        for number, (key, result) in enumerate(zip(keys, opened, strict=True)):
+            on_opened(number, len(keys))
+            if isinstance(result, SequenceError):
+                errors[key[0].text] = str(result)
+            else:
+                known_sequences[key] = result
+    if errors:
+        raise UnusableSequencesError(errors, len(keys))
+
+
+def _try_open(key: tuple[SequenceSource, str]) -> PlannedSequence | SequenceError:
+    """Return the sequence, or the error if it cannot be used."""
+    try:
+        return _open_planned(*key)
+    except SequenceError as error:
+        return error
+
+
+def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSequence]:
+    """Return the sequences by name; raise `ExperimentError` if two have the same name."""
     by_name: dict[str, PlannedSequence] = {}
-    for number, key in enumerate(keys):
-        on_opened(number, len(keys))
-        if key not in known_sequences:
-            known_sequences[key] = _open_planned(*key)
-        sequence = known_sequences[key]
+    for sequence in sequences:
         other = by_name.setdefault(sequence.name, sequence)
         if other.fingerprint != sequence.fingerprint:
             raise ExperimentError(
@@ -246,21 +297,17 @@ def _distinct_sequences(
     return list(by_name.values())
 
 
-def _open_by_workers(
-    keys: list[tuple[SequenceSource, str]],
-    known_sequences: KnownSequences,
-    on_opened: Callable[[int, int], None],
-    jobs: int,
-) -> None:
+def _opened_by_workers(
+    keys: list[tuple[SequenceSource, str]], jobs: int
+) -> Generator[PlannedSequence | SequenceError]:
+    """Yield the results of `_try_open`, which worker processes compute."""
     from loky import ProcessPoolExecutor
 
     executor = ProcessPoolExecutor(max_workers=jobs)
     try:
         # If one call raises, `map` cancels the others; loky's thread then prints a traceback.
-        futures = {key: executor.submit(_open_planned, *key) for key in keys}
-        for number, (key, future) in enumerate(futures.items()):
-            known_sequences[key] = future.result()
-            on_opened(number, len(keys))
+        for future in [executor.submit(_try_open, key) for key in keys]:
+            yield future.result()
     finally:
         executor.shutdown(wait=True, kill_workers=True)
 
@@ -288,7 +335,7 @@ def _open_planned(source: SequenceSource, protocol: str) -> PlannedSequence:
         name=sequence.name,
         fingerprint=sequence.fingerprint,
         frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
-        images_beyond_truth=sequence.images_beyond_truth,
+        remarks=tuple(sequence.remarks),
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
     )
 

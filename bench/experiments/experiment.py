@@ -130,12 +130,7 @@ class Experiment:
         return parse_protocol(self.protocol)
 
     def __post_init__(self) -> None:
-        if not self.name or "/" in self.name or self.name.startswith((".", "_")):
-            raise ExperimentError(
-                f"{self.name!r} is not a valid name of a results folder. Use a name without '/' "
-                "that does not start with '.' or '_'."
-            )
-        check_name(Path(self.name))
+        check_folder_name(self.name)
         for number in (self.repetitions, *self.repeated.values()):
             if number < 1:
                 raise ExperimentError(f"{self.name}: repetitions: {number}. Give 1 or more.")
@@ -163,6 +158,20 @@ class Experiment:
             )
 
 
+def check_folder_name(name: str, kind: str = "results folder", remedy: str = "") -> None:
+    """Raise `ExperimentError` if `name` cannot be that of a results folder or a baseline.
+
+    `kind`: what has the name, in messages. `remedy`: alternative to a valid name.
+    """
+    check_name(Path(name))
+    is_plain = name.isprintable() and name == name.strip() and "/" not in name
+    if not (name and is_plain) or name.startswith((".", "_")):
+        raise ExperimentError(
+            f"{quote(name)} is not a valid name of a {kind}. Use a name without '/', control "
+            f"characters and spaces at its ends, which starts with neither '.' nor '_'{remedy}."
+        )
+
+
 def default_name(
     trackers: Sequence[str], sequences: Sequence[str], truth: Path | None = None
 ) -> str:
@@ -172,7 +181,9 @@ def default_name(
     """
     if not (trackers and sequences):
         raise ExperimentError("no tracker or no sequence is given. Give at least one of each.")
-    trackers, sequences = sorted(trackers), sorted(sequences)
+    trackers = sorted(trackers)
+    # Excluded sequences are last, because the first text gives the name.
+    sequences = sorted(sequences, key=lambda text: (text.startswith("!"), text))
     content = json.dumps([trackers, sequences, str(truth or "")])
     digest = hashlib.sha256(content.encode()).hexdigest()[:6]
     names = [_tracker_name(text) for text in trackers]

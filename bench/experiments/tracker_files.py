@@ -9,7 +9,6 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import traceback
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -30,6 +29,7 @@ from trackmark.bench.experiments.tracker_spec import (
 )
 from trackmark.bench.external.definition import is_external, open_external
 from trackmark.bench.external.plugin import close_idle_processes
+from trackmark.bench.machine_errors import check_room, temporary_file
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import describe_plugin, is_outside
@@ -110,7 +110,7 @@ def _ask_child(question: str, texts: list[str]) -> dict[str, Any]:
 
 def _child(request: str) -> tuple[str, list[bytes]]:
     """Run the child process; return how it ended, and the lines that it wrote."""
-    with tempfile.TemporaryFile() as answers:
+    with temporary_file() as answers:
         child = ProcessTree.run_module(
             "trackmark.bench.experiments.tracker_files",
             [answers.fileno()],
@@ -129,7 +129,10 @@ def _child(request: str) -> tuple[str, list[bytes]]:
         finally:
             child.end()
         answers.seek(0)
-        return end, answers.read(_MAX_BYTES).splitlines()
+        lines = answers.read(_MAX_BYTES).splitlines()
+        if process.returncode:
+            check_room(answers)  # a full disk is no failure of the tracker file
+        return end, lines
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 import os
 from abc import abstractmethod
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -41,6 +41,8 @@ class ExternalPlugin(AdaptedTracker):
         Value of `Identity.tracker_version`.
     clock : str
         What the times of calls contain, if this differs from trackers in this process.
+    drawn : list of str
+        Names of the global random generators from which the tracker has drawn, if it is known.
     process : LineProcess
         The tracker's process, until `close` is called.
     """
@@ -49,6 +51,7 @@ class ExternalPlugin(AdaptedTracker):
     digest: ClassVar[str]
     version: ClassVar[dict[str, Any]]
     clock: ClassVar[str] = ""
+    drawn: Sequence[str] = ()
     process: LineProcess
 
     @abstractmethod

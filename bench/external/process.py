@@ -15,7 +15,9 @@ from pathlib import Path
 from time import clock_gettime, monotonic, sleep
 from typing import IO, NamedTuple
 
+from trackmark.bench.machine_errors import machine_fault, temporary_file
 from trackmark.bench.process_tree import ProcessTree
+from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
 
 TAIL_CHARACTERS = 2_000
@@ -24,8 +26,8 @@ TAIL_CHARACTERS = 2_000
 FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()  # noqa: S108  # names in it are random
 """Folder of the files with frames: in memory if possible."""
 
-FRAME_PREFIX = "trackmark-frames-{pid}-"
-"""Start of the names of these files; `pid` is the process that deletes them."""
+FRAME_PREFIX = "trackmark-frames-"
+"""Start of the names of these files, if they have names."""
 
 _MAX_OUTPUT = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
@@ -33,11 +35,16 @@ _STACK_SECONDS = 1.0  # in which a stack is written
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _CHUNK = 1 << 16
 
+_FRAMES = r"(?:Traceback \(most recent call last\):\n)?(?:[ \t].*\n)*"  # of a traceback
+_EXIT_MESSAGE = re.compile(
+    rf"^(?:Exception ignored |Error in atexit).*\n{_FRAMES}(?:[\w.]+(?:: .*)?\n)?"
+    r"|^\S+:\d+: \w*Warning: .*\n(?:[ \t].*\n)?",
+    re.MULTILINE,
+)
+"""Exception in a destructor or an exit handler, or a warning, as Python prints it."""
 
-def delete_frame_files(pid: int) -> None:
-    """Delete the files with frames of a process that was killed."""
-    for file in Path(FRAME_FOLDER).glob(FRAME_PREFIX.format(pid=pid) + "*"):
-        file.unlink(missing_ok=True)
+_EXCEPTION = re.compile(r"^Traceback \(most recent call last\):\n(?:[ \t].*\n)+(.+)", re.MULTILINE)
+"""Traceback; the group is the first line of the exception."""
 
 
 class ProcessCounters(NamedTuple):
@@ -61,7 +68,7 @@ class LineProcess:
     `command` is the program with its arguments; no shell is used. `name` replaces the command in
     errors. `environment` has variables in
     addition to those of this process; `folder` is the working directory. The process inherits the
-    descriptors of `files`, which are closed when it has ended.
+    descriptors of `files`. When it has ended, `files` and `paths` are closed.
 
     Raises `ExternalTrackerError` if the command cannot be started.
     """
@@ -80,9 +87,10 @@ class LineProcess:
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
         files: Sequence[IO[bytes]] = (),
+        paths: Sequence[TemporaryPath] = (),
     ) -> None:
         self.command = name or shlex.join(command)
-        output = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # closed by `_end`
+        output = temporary_file()  # closed by `_end`
         self._output = output.fileno()
         fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # it is cut while both sides write
         try:
@@ -97,15 +105,16 @@ class LineProcess:
                 pass_fds=[file.fileno() for file in files],
             )
         except (OSError, ValueError) as error:  # ValueError: a null character
-            for file in (output, *files):
-                file.close()
+            _close([output, *files, *paths])
+            if fault := machine_fault(error):
+                raise fault from error
             raise ExternalTrackerError(
                 f"{self.command}: the command cannot be started: {error}. Check its path."
             ) from None
         self._process, stdin, stdout = tree.process, tree.process.stdin, tree.process.stdout
         assert stdin is not None
         assert stdout is not None
-        self._end = weakref.finalize(self, _end, tree, [stdin, stdout, output, *files])
+        self._end = weakref.finalize(self, _end, tree, [stdin, stdout, output, *files, *paths])
         self._stdin, self._stdout = stdin.fileno(), stdout.fileno()
         os.set_blocking(self._stdin, False)
         self._unread = bytearray()  # output of stdout
@@ -170,13 +179,15 @@ class LineProcess:
         self._end()
         self.is_usable = False
         text = f"{self.command}: the process {problem.removesuffix('.')}."
-        last = output.rpartition("\n")[2].strip()
+        last = _last_line(output, is_exception=self._process.returncode == 1)
         # Lists of failures show the first line. A stack starts with the innermost call.
         if stack := re.search(rf'File "{re.escape(self.source)}", line \d+ in .*', output):
             text += f" Its last call: {stack[0]}."
         elif last not in problem:
             text += f" Its last line: {last[:200]}"
-        return ExternalTrackerError(f"{text}\nThe end of its output:\n{output}" if output else text)
+        if output:
+            text += f"\nThe end of its output:\n{output}"
+        return ExternalTrackerError(text)
 
     def counters(self) -> ProcessCounters:
         """Return the counters of the process so far; they are 0 if the system has none."""
@@ -234,7 +245,23 @@ class LineProcess:
         return self.fail(f"ended with status {status}")
 
 
-def _end(tree: ProcessTree, files: Sequence[IO[bytes]]) -> None:
+def _last_line(output: str, *, is_exception: bool) -> str:
+    """Return the last line of a process's output that states a reason.
+
+    Messages that Python writes while it exits are no reasons. If `is_exception`, the process may
+    have ended by an exception of Python, whose message can have several lines: return the first.
+    """
+    output = _EXIT_MESSAGE.sub("", f"{output}\n")
+    if is_exception and (exceptions := _EXCEPTION.findall(output)):
+        return str(exceptions[-1])
+    return output.strip().rpartition("\n")[2].strip()
+
+
+def _end(tree: ProcessTree, files: Sequence[IO[bytes] | TemporaryPath]) -> None:
     tree.end()
+    _close(files)
+
+
+def _close(files: Sequence[IO[bytes] | TemporaryPath]) -> None:
     for file in files:
         file.close()

@@ -24,7 +24,7 @@ from trackmark.trackers.base.call_clock import CallTime
 from trackmark.trackers.base.catalogue import in_file
 from trackmark.trackers.base.plain import create_plugin, seed_number
 
-WORKER = Path(__file__).with_name("worker.py")
+START, WORKER = (Path(__file__).with_name(name) for name in ("start.py", "worker.py"))
 MARK = b"@@TRACKMARK:"
 """Start of each answer of `worker.py`."""
 
@@ -44,16 +44,15 @@ class WorkerProcess(LineProcess):
     def __init__(self, definition: PythonDefinition) -> None:
         # The file has no name, so that nothing is left if this process is killed.
         self.frames = tempfile.TemporaryFile(dir=FRAME_FOLDER, buffering=0)  # noqa: SIM115  # closed with the process
-        # With faulthandler, a crash prints the stack of Python.
-        options = [definition.python, "-X", "faulthandler", "-u"]
         file, name = in_file(definition.file) or (Path(), "")
         self.source = str(file)
         self._n_requests = 0
         tracker = [str(file), *filter(None, [name])]
         super().__init__(
-            [*options, str(WORKER), str(self.frames.fileno()), *tracker],
+            [definition.python, "-u", str(START), str(WORKER), str(self.frames.fileno()), *tracker],
             name=shlex.join([definition.python, *tracker]),
-            environment=definition.environment,
+            # A crash then prints the stack of Python.
+            environment={"PYTHONFAULTHANDLER": "1", **definition.environment},
             files=[self.frames],
         )
         self.description = self.ask(definition.start_timeout, "describe")
@@ -102,7 +101,7 @@ class PythonPlugin(ExternalPlugin):
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self.process: WorkerProcess = take_process(WorkerProcess, self.definition, self.digest)
-        self.process.ask(
+        answer = self.process.ask(
             self.definition.start_timeout,
             "create",
             parameters=parameters.model_dump(),
@@ -110,6 +109,7 @@ class PythonPlugin(ExternalPlugin):
             entropy=seed.entropy,
             spawn_key=seed.spawn_key,
         )
+        self.drawn = answer["drawn"]
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
@@ -154,6 +154,7 @@ class PythonPlugin(ExternalPlugin):
         types = [(array.shape, array.dtype.str) for array in pixels]
         answer = self.process.ask(seconds, method, pixels=types, **arguments)
         self.call_time, self._device = CallTime(*answer["time"]), answer["device"]
+        self.drawn = answer["drawn"]
         return answer
 
 

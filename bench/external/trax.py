@@ -10,7 +10,6 @@ import os
 import re
 import shlex
 import shutil
-import tempfile
 from collections.abc import Collection
 from contextlib import suppress
 from math import isnan, nan
@@ -34,6 +33,7 @@ from trackmark.bench.external.process import (
     ExternalTrackerError,
     LineProcess,
 )
+from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.call_clock import CallClock, CallTime
 from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
@@ -171,14 +171,13 @@ class TraxProcess(LineProcess):
     """
 
     def __init__(self, definition: TraxDefinition) -> None:
-        prefix = FRAME_PREFIX.format(pid=os.getpid())
-        file = tempfile.NamedTemporaryFile(prefix=prefix, suffix=".bmp", dir=FRAME_FOLDER)  # noqa: SIM115  # closed with the process
-        self.file = file.name
+        file = TemporaryPath(FRAME_FOLDER, FRAME_PREFIX, ".bmp", is_file=True)
+        self.file = str(file.path)
         super().__init__(
             shlex.split(definition.trax),
             environment={"TRAX": "1", **definition.environment},  # as vot-toolkit
             folder=Path(definition.folder),
-            files=[file],
+            paths=[file],
         )
         self.hello = self.receive("hello", definition.start_timeout).properties
         self.version = self.hello.get("trax.version", "1")
@@ -312,7 +311,12 @@ class TraxPlugin(ExternalPlugin):
         self.call_time = CallTime(
             call.seconds - delay, call.run_delay + delay, stopped.cpu - started.cpu, 0.0
         )
-        region = "".join(message.values[:1])
+        if len(message.values) > 1:
+            raise self.process.fail(
+                f"answered with {len(message.values)} regions, {' '.join(message.values)[:80]!r}. "
+                "Expected: one region without spaces"
+            )
+        region = "".join(message.values)
         try:
             box, mask = parse_region(region, image.shape)
         except ValueError:

@@ -1,6 +1,5 @@
 """Page of trackers that are run once on a sequence, with all of their estimates."""
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,9 +10,9 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.reporting.stored_runs import judged_runs
-from trackmark.datasets import SequenceError
 from trackmark.reports.page.content import Page, PageSection
 from trackmark.reports.page.page import write_page
+from trackmark.reports.temporary_paths import temporary_folder
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
 
@@ -36,21 +35,24 @@ def write_live_page(
     Raises `TrackerError`, `SequenceError` or `ExperimentError` if something cannot be run, and
     `OSError` if the page cannot be written.
     """
-    with tempfile.TemporaryDirectory(prefix="trackmark-live-") as folder:
+    with temporary_folder() as folder:
         count = repetition + 1
         experiment = Experiment("live", tuple(trackers), (source,), count, arrays=True)
-        execution = Execution(experiment, Path(folder))
+        execution = Execution(experiment, folder)
         plan = execution.plan
         last = plan.repetitions[plan.run_trackers] - 1
         plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition
         specs = [*plan.trackers.values()]
         for _ in execution.rows(lambda done: watch(done, execution.units.work)):
             pass
-        if execution.errors:
-            raise SequenceError("\n".join(execution.errors))
-        runs = collect_runs(
-            judged_runs(execution.folder), [spec.label for spec in specs], with_numbers=True
+        execution.raise_errors()
+        counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all
+        latest = {spec.label: count - 1 for spec, count in zip(specs, counts, strict=True)}
+        judged = judged_runs(execution.folder)
+        last_runs = (
+            entry for entry in judged if entry[0]["repetition"] == latest[entry[0]["tracker"]]
         )
+        runs = collect_runs(last_runs, list(latest), with_numbers=True)
         page = _page(runs, watch)
         failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]

@@ -6,7 +6,6 @@ from contextlib import suppress
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Protocol
 
 from trackmark import datasets
@@ -15,6 +14,7 @@ from trackmark.bench.store import data_frames
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.datasets import Sequence
 from trackmark.reports.files import write_file
+from trackmark.reports.temporary_paths import temporary_folder
 
 _PLAYER_HEIGHT = 780  # CSS pixels
 
@@ -96,8 +96,8 @@ def player(
     start = page.opening(scene, first)
     if tracker is not None:
         start = PlayerPosition(0, runs.labels.index(tracker), repetition, first).link
-    with TemporaryDirectory(prefix="trackmark-") as temporary:
-        path, *_ = write_page(Path(temporary) / "page.html", replace(page, start=start), room=inf)
+    with temporary_folder() as temporary:
+        path, *_ = write_page(temporary / "page.html", replace(page, start=start), room=inf)
         return SequencePlayer(path.read_text("utf-8"))
 
 

@@ -35,6 +35,7 @@ from trackmark.bench.pages.parts_table import parts_table
 from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.by_preset import table_prefix
+from trackmark.bench.reporting.corner_boxes import corner_boxes
 from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.bench.reporting.tables import not_repeatable, summary_of
@@ -158,6 +159,7 @@ class _Content:
             )
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
+        details = (*details, *corner_boxes(self.experiment, self.all_runs))
         for name, note in [*self.failed.items()][:1]:
             n_failed = (self.scored["status"] == "failed").sum()
             text = f"{n_failed} of {len(self.scored)} runs failed"

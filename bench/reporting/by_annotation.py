@@ -40,7 +40,7 @@ def annotation_reports(experiment: Path, presets: Collection[str]) -> list[Annot
     For VOT's presets the score is the expected average overlap, for other presets the first score.
     """
     runs = load_runs(experiment)
-    ended = runs[runs["fingerprint"].notna() & (runs["status"] != "missing")]
+    ended = runs[runs["status"].isin(["finished", "failed"])]
     sequences: dict[str, set[str]] = {}
     for sequence, names in find_attributes(experiment, ended).items():
         for name in names:

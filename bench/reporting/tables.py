@@ -166,8 +166,8 @@ def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     runs, measured = with_times(scored, timed)
     table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), TIME), title, PRESET)
     table = with_fps(table, time_mark(measured))
-    left_out = [f"left out: {name}, {SUMMARY[0].title} is undefined" for name in undefined]
-    return replace(table, notes=[*table.notes, *left_out, *time_notes(measured)])
+    notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
+    return replace(table, notes=[*table.notes, *notes])
 
 
 def without_undefined(runs: pd.DataFrame, score: str) -> tuple[pd.DataFrame, list[str]]:
@@ -186,6 +186,13 @@ def without_undefined(runs: pd.DataFrame, score: str) -> tuple[pd.DataFrame, lis
     if not undefined.any() or undefined.all():
         return runs, []
     return runs[~undefined], list(by_sequence[undefined].unique())
+
+
+def undefined_notes(sequences: Sequence[str], measure: ScoreMeasure) -> list[str]:
+    """Return a note on the sequences that `without_undefined` leaves out."""
+    if not sequences:
+        return []
+    return [f"left out: {', '.join(sequences)}; {measure.title} is undefined for all trackers"]
 
 
 def _mask_columns(scored: pd.DataFrame) -> tuple[ScoreMeasure, ...]:

@@ -40,7 +40,7 @@ RARE_DIFFERENCE = 0.3
 """Difference of a score, from 0 to 1, on a sequence that only one of two trackers loses."""
 
 MIN_UNITS_FOR_SMALL = 44
-"""Minimum number of units that can show that a difference of an unbounded measure is small."""
+"""Minimum number of units that can show that a difference is small, of measures above 1."""
 
 RARE_SHARE = 0.05
 """Share of the units in the warning on rare large differences."""
@@ -179,10 +179,10 @@ def units_for_small(margin: float, limit: float = 1.0) -> float:
 
     A mean difference of `margin` can come from the share `margin` / `RARE_DIFFERENCE` of the units,
     while all others are equal. So many units contain none of these in 5 % of cases. The result is
-    infinite for a margin of 0. For a measure whose differences have no finite `limit`, it is
-    `MIN_UNITS_FOR_SMALL`.
+    infinite for a margin of 0. For a measure whose differences can be larger than 1 (`limit`), such
+    as pixels or a number of clips, it is `MIN_UNITS_FOR_SMALL`.
     """
-    if not isfinite(limit):
+    if limit > 1:
         return MIN_UNITS_FOR_SMALL
     if margin >= RARE_DIFFERENCE:
         return MIN_UNITS
@@ -197,9 +197,9 @@ def missed_if_rare(n: int, unit: str) -> str:
     >>> missed_if_rare(30, "sequences")
     'a difference on 1 sequence in 20 would be missed in 21 %'
     """
-    one = "family" if unit == "families" else unit.removesuffix("s")
+    singular = "family" if unit == "families" else unit.removesuffix("s")
     share = 100 * (1 - RARE_SHARE) ** n
-    return f"a difference on 1 {one} in {1 / RARE_SHARE:.0f} would be missed in {share:.0f} %"
+    return f"a difference on 1 {singular} in {1 / RARE_SHARE:.0f} would be missed in {share:.0f} %"
 
 
 def units_needed(
@@ -214,8 +214,7 @@ def units_needed(
 
     The ends of the range belong to the ends of `likely`, the interval of the mean at the level
     `LIKELY`. There is no estimate if the interval of the absolute mean begins below a quarter of
-    the absolute mean. On published scores of 34 trackers on 100 sequences, the upper end suffices
-    in 76 to 80 % of cases and the lower end in 34 to 41 %; half of the cases have no estimate.
+    the absolute mean. docs/comparing.md states how often the ends suffice on published scores.
 
     `interval`: printed interval of n units. `enough`: number of units that can show that the
     difference is inside the margin.

@@ -156,14 +156,30 @@ def share(succeeded: ArrayLike, limit: float = SHARE_LIMIT) -> Verdict:
     """Judge whether the share of successful scenes is above a limit in [0, 1].
 
     The claim holds if the interval of the share (`share_interval`) is above the limit, and does not
-    if it is below. `succeeded`: whether most runs on a scene succeed, shape (n,).
+    if it is below. `succeeded`: success of each scene (`success`), 0 to 1, shape (n,).
     """
-    successes = np.asarray(succeeded, np.bool_)
+    successes = _finite(succeeded)
     n, value, interval, likely = len(successes), _mean(successes), NO_INTERVAL, NO_INTERVAL
     if n >= MIN_UNITS:
-        interval = share_interval(int(successes.sum()), n)
-        likely = share_interval(int(successes.sum()), n, LIKELY)
+        interval = share_interval(float(successes.sum()), n)
+        likely = share_interval(float(successes.sum()), n, LIKELY)
     return _beyond_limit(value, interval, likely, n, limit, "scene", MIN_SCENES)
+
+
+def success(shares: ArrayLike) -> NDArray[np.float64]:
+    """Return the success of scenes by their shares of successful runs, of the same shape.
+
+    It is 1 if more than half of the runs succeed, 0.5 if exactly half do, and 0 otherwise. Success
+    and failure have the same rule: the success of 1 - share is 1 - success.
+
+    >>> success([0.2, 0.5, 2 / 3])
+    array([0. , 0.5, 1. ])
+    """
+    values = np.asarray(shares, np.float64)
+    # Means of runs have rounding errors: 0.1 + 0.4 runs of one are half a run.
+    return np.where(np.isclose(values, 0.5, rtol=0, atol=1e-9), 0.5, values > 0.5).astype(
+        np.float64
+    )
 
 
 def time(longer: ArrayLike, shorter: ArrayLike, factor: float = 1.0) -> Verdict:

@@ -1,6 +1,7 @@
 """Data frame of the requested and stored runs of experiments."""
 
 from collections.abc import Collection, Iterable, Mapping
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +31,8 @@ def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "p
         One row per run, in the order of the requests. Columns: `experiment`, the fields of
         `bench.store.run_rows.list_runs` (texts as objects), and one float column per score.
         Requested runs that are not stored come last and have the status `missing`. Stored runs
-        have the status `stale` if another version of the tracker or sequence is requested.
+        have the status `stale` if another version of the tracker or sequence is requested, or if
+        a run that was stored later has another version; see `with_one_version`.
 
     Raises
     ------
@@ -41,11 +43,9 @@ def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "p
     selected = None if cells is None else set(cells)
     rows: list[dict[str, Any]] = []
     for path in experiment_folders(Path(folder)):
-        rows += [
-            {"experiment": path.name, **row}
-            for row in with_manifest(list_scored_runs(Results(path)), Results(path).manifest())
-            if selected is None or run_key(row) in selected
-        ]
+        requested = with_manifest(list_scored_runs(Results(path)), Results(path).manifest())
+        chosen = [row for row in requested if selected is None or run_key(row) in selected]
+        rows += [{"experiment": path.name, **row} for row in with_one_version(chosen)]
     return to_data_frame(rows)
 
 
@@ -95,8 +95,29 @@ def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
     """
     return [
         row
-        for row in with_manifest(list_scored_runs(results), results.manifest())
+        for row in with_one_version(with_manifest(list_scored_runs(results), results.manifest()))
         if row["status"] != "missing" and all(row[name] == text for name, text in only.items())
+    ]
+
+
+def with_one_version(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return rows in which each tracker and each sequence has runs of one version only.
+
+    The version of the run that was stored last counts. Runs of another version of their tracker or
+    sequence have the status `stale`: if only a part of the runs was repeated after an edit, scores
+    of both versions must not be averaged or compared.
+    """
+    rows = list(rows)
+    stored = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
+    trackers = {row["tracker"]: row["tracker_version"] for row in stored}  # the last one remains
+    sequences = {row["sequence"]: row["fingerprint"] for row in stored}
+    return [
+        row
+        if row["status"] == "missing"
+        or (trackers[row["tracker"]], sequences[row["sequence"]])
+        == (row["tracker_version"], row["fingerprint"])
+        else {**row, "status": "stale"}
+        for row in rows
     ]
 
 

@@ -174,12 +174,22 @@ class Database:
         for table, change in self._changed.items():
             self.set(_total(table), f"{int(self.setting(_total(table)), 16) ^ change:x}")
 
+    def rebuild_indexes(self) -> None:
+        """Rebuild all indexes from their tables; raise `DamagedError` if other damage remains."""
+        self._connection.execute("REINDEX")
+        if problem := self._structural_damage():
+            raise self.damaged(problem)
+
+    def _structural_damage(self) -> str:
+        """Return the first damage of the file's structure in one line; empty if there is none."""
+        first = str(self.select("PRAGMA integrity_check(1)")[0][0])
+        return "" if first == "ok" else first.replace("\n", " ")
+
     def find_damage(self) -> list[str]:
         """Return a message for each damage of the file's structure, and for each damaged table."""
         messages = []
-        structure = [row[0] for row in self.select("PRAGMA integrity_check(1)")]
-        if structure != ["ok"]:
-            messages.append(str(self.damaged(structure[0].replace("\n", " "))))
+        if problem := self._structural_damage():
+            messages.append(str(self.damaged(problem)))
         for table in _TABLES:
             try:
                 if table == "setting":
@@ -328,19 +338,37 @@ def _combine(digests: Iterable[bytes]) -> int:
 
 
 def _to_results_error(path: Path, error: Exception) -> ResultsError:
-    """Return the `ResultsError` for an error of SQLite."""
+    """Return the `ResultsError` for an error of SQLite; only some errors mean damage."""
     name = getattr(error, "sqlite_errorname", "")
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
         return ResultsError(
             f"{path}: another process has locked this file for {_BUSY_SECONDS:.0f} s. End that "
             "process, and run the same command again."
         )
-    if name.startswith(("SQLITE_FULL", "SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_IOERR")):
-        return ResultsError(
-            f"{path} cannot be read or written: {error}. Free disk space, correct the "
-            "permissions, or choose another folder with --output."
+    if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or not name:
+        return DamagedError(
+            f"{path} is damaged: {error}. Restore the file from a backup, or remove it and run the "
+            "same command again."
         )
-    return DamagedError(
-        f"{path} is damaged: {error}. Restore the file from a backup, or remove it and run the "
-        "same command again."
-    )
+    remedies = (text for prefix, text in _REMEDIES.items() if name.startswith(prefix))
+    remedy = next(remedies, "Run the same command again.")
+    return ResultsError(f"{path} cannot be read or written: {error} ({name}). {remedy}")
+
+
+_PERMISSIONS = "Correct the permissions, or choose another folder with --output."
+_REMEDIES = {
+    "SQLITE_FULL": "Free disk space, or choose another folder with --output.",
+    "SQLITE_READONLY": _PERMISSIONS,
+    "SQLITE_CANTOPEN": _PERMISSIONS,
+    "SQLITE_PERM": _PERMISSIONS,
+    "SQLITE_AUTH": _PERMISSIONS,
+    "SQLITE_IOERR_NOMEM": "Free some memory, and run the same command again.",
+    "SQLITE_IOERR": "Free disk space, check the disk, or choose another folder with --output.",
+    "SQLITE_NOMEM": "Free some memory, and run the same command again.",
+    "SQLITE_PROTOCOL": (
+        "The file system does not lock files reliably. Run the same command again, or choose a "
+        "folder on a local disk with --output."
+    ),
+    "SQLITE_NOLFS": "Choose a folder on another file system with --output.",
+}
+"""Remedies by start of the name of SQLite's error; the longer of two starts comes first."""

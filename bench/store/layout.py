@@ -28,13 +28,27 @@ def run_key(row: Any) -> RunKey:
     return fields["tracker"], fields["sequence"], int(fields["repetition"]), fields["protocol"]
 
 
-def experiment_folders(folder: Path) -> list[Path]:
+def refuse_empty_file(folder: Path) -> None:
+    """Raise `ResultsError` for a results file of zero bytes, which trackmark never leaves."""
+    file = folder / DATABASE
+    if file.is_file() and not file.stat().st_size:
+        raise ResultsError(
+            f"{file} is damaged: it has 0 bytes. Restore the file from a backup, or remove it and "
+            "run the same command again."
+        )
+
+
+def experiment_folders(folder: Path, *, damaged: bool = False) -> list[Path]:
     """Return the experiments' folders: the folder itself, and its subfolders with results.
 
-    Raises `ResultsError` if there are none.
+    `damaged`: also return folders with an empty file.
+
+    Raises `ResultsError` if there are none, or if one has an empty file.
     """
     candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
     folders = [path for path in candidates if (path / DATABASE).is_file()]
+    for path in folders if not damaged else ():
+        refuse_empty_file(path)
     if not folders:
         raise ResultsError(
             f"{folder}: this folder contains no results. Create results by `trackmark run`."

@@ -5,13 +5,22 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from trackmark.bench.store.database import open_database
+from trackmark.bench.store.database import DamagedError, open_database
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import RunKey, experiment_folders, run_key
+from trackmark.bench.store.layout import (
+    DATABASE,
+    RunKey,
+    experiment_folders,
+    refuse_empty_file,
+    run_key,
+)
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs, list_scored_runs
-from trackmark.bench.store.truth import read_truth, store_truth
+from trackmark.bench.store.truth import MissingTruthError, read_truth, read_truth_row
 
+_WITHOUT_TRUTH = """
+    SELECT sequence, fingerprint FROM run EXCEPT SELECT sequence, fingerprint FROM truth
+"""
 _BATCH = 200  # runs that are copied in one transaction
 
 
@@ -55,18 +64,38 @@ def find_different_data(
 
 
 def find_damage(folder: Path) -> list[str]:
-    """Return one message per damage; an empty list if the file is intact."""
+    """Return one message per damage; an empty list if the file is intact.
+
+    Raises `ResultsError` if the file cannot be read for another reason, such as a newer schema.
+    """
+    try:
+        refuse_empty_file(folder)
+    except ResultsError as error:
+        return [str(error)]
     try:
         with open_database(folder) as database:
             messages = database.find_damage()
+            without_truth = [] if messages else database.select(_WITHOUT_TRUTH)
+        messages += [str(MissingTruthError(folder / DATABASE, *truth)) for truth in without_truth]
         if messages:
             return messages
         for row in list_runs(Results(folder)):
             Results(folder).read(run_key(row))
             read_truth(folder, row["sequence"], row["fingerprint"])
-    except ResultsError as error:
+    except DamagedError as error:
         return [str(error)]
     return []
+
+
+def repair_indexes(folder: Path) -> None:
+    """Rebuild the indexes of a file from its tables; indexes hold no data of their own.
+
+    Raises `ResultsError` if the file cannot be read or written, or if it has other damage. Nothing
+    is changed then.
+    """
+    refuse_empty_file(folder)
+    with open_database(folder, write=True) as database:
+        database.rebuild_indexes()
 
 
 def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
@@ -75,8 +104,8 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     `sources` are folders of experiments, or folders that contain experiments. `target` is the
     folder of an experiment; it is created if it is missing.
 
-    Returns the number of copied runs, and messages on conflicts: runs with equal keys and different
-    versions, or different sequences with equal names. If there are conflicts, nothing is copied.
+    Returns the number of copied runs, and messages on conflicts: different versions of a tracker,
+    or different sequences with equal names. If there are conflicts, nothing is copied.
 
     Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """
@@ -84,6 +113,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     present = list_runs(target_results)
     stored = {run_key(row): (row["version"], row["status"], target) for row in present}
     data_by_name = group_recorded_data(present)
+    tracker_versions = {row["tracker"]: (row["tracker_version"], target) for row in present}
     manifest = target_results.manifest()
     missing: dict[RunKey, tuple[Results, dict[str, Any]]] = {}
     conflicts: list[str] = []
@@ -100,7 +130,11 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             ]
             others |= data
         for row in rows:
-            key = run_key(row)
+            key, origin = run_key(row), (row["tracker_version"], folder)
+            version, other = tracker_versions.setdefault(row["tracker"], origin)
+            if key not in stored and other != folder and version != row["tracker_version"]:
+                conflict = f"the versions of {key[0]} differ between {other} and {folder}"
+                conflicts += [] if conflict in conflicts else [conflict]
             if key in stored:
                 version, status, other = stored[key]
                 if version != row["version"]:
@@ -115,12 +149,16 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     if conflicts:
         return 0, conflicts
     target_results.prepare(manifest)
-    for results, row in missing.values():
-        truth = row["sequence"], row["fingerprint"]
-        store_truth(target, truth[1], read_truth(results.folder, *truth))
     keys = list(missing)
     for begin in range(0, len(keys), _BATCH):
         batch = keys[begin : begin + _BATCH]
-        target_results.write_all((missing[key][0].read(key), "") for key in batch)
+        truths = {
+            (row["sequence"], row["fingerprint"]): results.folder
+            for results, row in (missing[key] for key in batch)
+        }
+        target_results.write_all(
+            ((missing[key][0].read(key), "") for key in batch),
+            [read_truth_row(folder, *truth) for truth, folder in truths.items()],
+        )
     list_scored_runs(target_results)
     return len(missing), []

@@ -5,7 +5,7 @@ import platform
 import socket
 from collections.abc import Collection, Hashable, Iterable
 from contextvars import ContextVar
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
@@ -27,6 +27,7 @@ from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, RunKey, run_key
 from trackmark.bench.store.manifest import Manifest, read_manifest, write_manifest
 from trackmark.bench.store.packing import pack, select_group, unpack
+from trackmark.bench.store.truth import TruthRow, put_truth
 from trackmark.datasets.source_digest import library_versions
 
 MAX_RUNS = 1_000_000
@@ -35,6 +36,10 @@ MAX_RUNS = 1_000_000
 _KEY = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
 _SECONDS = ("seconds", "frame_seconds")
 _METADATA = -2  # index of `circumstances` in the columns of a run
+
+
+class RemovedError(ResultsError):
+    """Error for a run that is not stored, for example because another process removed it."""
 
 
 class Results:
@@ -93,10 +98,17 @@ class Results:
         """
         return self.write_all([(run, replaces)])[0]
 
-    def write_all(self, runs: Iterable[tuple[Run, str]]) -> list[bool]:
-        """Store runs in one transaction; see `write`."""
+    def write_all(
+        self, runs: Iterable[tuple[Run, str]], truths: Iterable[TruthRow] = ()
+    ) -> list[bool]:
+        """Store runs and the ground truth of their sequences in one transaction; see `write`.
+
+        In a transaction of its own, the ground truth could be removed before the runs are stored.
+        """
         prepared = [(_row_of(run), replaces) for run, replaces in runs]
         with open_database(self.folder, write=True) as database:
+            for truth in truths:
+                put_truth(database, truth)
             return [_write(database, row, replaces) for row, replaces in prepared]
 
     def remove(self, cells: Collection[RunKey]) -> None:
@@ -123,7 +135,7 @@ class Results:
         with open_database(self.folder) as database:
             row = next(iter(database.rows("run", _KEY, *key)), None)
             if row is None:
-                raise ResultsError(
+                raise RemovedError(
                     f"{self.folder / DATABASE} has no run of {key[0]} on {key[1]}, repetition "
                     f"{key[2]}, protocol {key[3]!r}. Run the same command again."
                 )
@@ -170,14 +182,7 @@ def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
     if run.arrays:
         flat = {f"{frame}/{k}": a for frame, named in run.arrays.items() for k, a in named.items()}
         contents["arrays"] = pack(flat)
-    circumstances = {
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "host": socket.gethostname(),
-        "platform": platform.platform(),
-        "python": platform.python_version(),
-        "libraries": _libraries(),
-        **run.circumstances,
-    }
+    circumstances = with_circumstances(run).circumstances
     row = (
         *(key.version, key.fingerprint, run.status, _text(run.failure), _text(run.output)),
         len(run.boxes),
@@ -186,6 +191,19 @@ def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
         json.dumps({name: sha256(data).hexdigest() for name, data in contents.items()}),
     )
     return key, row, contents
+
+
+def with_circumstances(run: Run) -> Run:
+    """Return the run with date, machine and libraries, unless it has them already."""
+    circumstances = {
+        "date": datetime.now(UTC).isoformat(timespec="microseconds"),
+        "host": socket.gethostname(),
+        "platform": platform.platform(),
+        "python": platform.python_version(),
+        "libraries": _libraries(),
+        **run.circumstances,
+    }
+    return replace(run, circumstances=circumstances)
 
 
 def _text(text: str) -> str:

@@ -16,16 +16,18 @@ from trackmark.bench.metrics.times import TIME_FIELDS
 from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results, sort_key
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.results import RemovedError, Results, sort_key
+from trackmark.bench.store.truth import MissingTruthError, read_truth
 from trackmark.datasets.source_digest import tree_digest
 
 TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
     *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth"),
-    *("clock", "machine", "time_note"),
+    *("date", "generators", "clock", "machine", "time_note"),
 )
 """Names of the text fields of a row."""
+
+_METADATA_TEXTS = ("source", "truth", "date", "clock", "machine", "time_note")
 
 NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", *TIME_FIELDS)
 """Names of the number fields of a row."""
@@ -41,7 +43,9 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
     `source` and `truth` are the paths from which the sequence was opened. `seconds` is the wall
     time of all calls of the tracker, and `frame_seconds` the mean time to decode or render a frame
     [s]. `bench.metrics.times.time_fields` describes the times per frame and `time_note`. `clock` is
-    the clock of these times, and `machine` the machine on which they were measured.
+    the clock of these times, and `machine` the machine on which they were measured. `date` is the
+    date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the global
+    random generators from which the tracker has drawn.
 
     Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
     with a warning on standard error. Raises `ResultsError` if rows are missing.
@@ -72,11 +76,12 @@ def list_scored_runs(
             row = rows[number]
             try:
                 run = results.read(run_key(row))
-            except DamagedError as error:  # its contents are damaged
+                truth_of_run = truth(row["sequence"], row["fingerprint"])
+            except (DamagedError, RemovedError) as error:
                 _warn(str(error))
                 del rows[number]
                 continue
-            row["scores"] = _scores(run, truth(row["sequence"], row["fingerprint"]))
+            row["scores"] = _scores(run, truth_of_run)
             scored.append(row)
             progress(done, len(unscored))
         with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
@@ -126,11 +131,12 @@ def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
     """Return the database id and the row of each undamaged run, in order."""
     trackers, tracker_errors = database.intact_rows("tracker")
     identities = {row["version"]: json.loads(row["identity"]) for row in trackers}
-    intact_truths, truth_errors = set(), []
+    intact_truths, truth_errors, damaged_truths = set(), [], set()
     for truth in database.select("SELECT * FROM truth"):
         if is_intact(truth):
             intact_truths.add(truth[:2])
         else:
+            damaged_truths.add(truth[:2])
             truth_errors.append(database.changed_row("truth", truth))
     stored, run_errors = database.intact_rows("run")
     for error in (*tracker_errors, *truth_errors, *run_errors):
@@ -145,7 +151,10 @@ def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
                     continue
                 raise database.damaged(f"the tracker with the version {version} is missing")
             shared[version] = _identity_fields(Identity(**identities[version], repetition=0))
-        if truth_errors and (row["sequence"], row["fingerprint"]) not in intact_truths:
+        truth = row["sequence"], row["fingerprint"]
+        if truth not in intact_truths:
+            if truth not in damaged_truths:
+                _warn(str(MissingTruthError(database.path, *truth)))
             continue
         circumstances = json.loads(row["circumstances"])
         ended = row["status"], row["failure"], row["repetition"], row["frames"]
@@ -159,9 +168,8 @@ def _fields(
     return {
         "status": status,
         "failure": failure,
-        "source": circumstances.get("source", ""),
-        "truth": circumstances.get("truth", ""),
-        **{name: circumstances.get(name, "") for name in ("clock", "machine", "time_note")},
+        "generators": ", ".join(circumstances.get("generators", ())),
+        **{name: circumstances.get(name, "") for name in _METADATA_TEXTS},
         "repetition": repetition,
         "frames": frames,
         **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},
@@ -200,7 +208,7 @@ def scorer_digest(bench: Path) -> str:
     `bench` is the folder of the package. Presets and protocols are found by their file names, so
     that no import statement names them.
     """
-    found = [
+    by_name = [
         file for part in ("metrics/presets", "protocols") for file in bench.glob(f"{part}/*.py")
     ]
-    return tree_digest(bench / "store" / Path(__file__).name, bench, found)
+    return tree_digest(bench / "store" / Path(__file__).name, bench, by_name)

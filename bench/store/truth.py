@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.database import is_intact, open_database
+from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE
 from trackmark.bench.store.packing import pack, select_group, unpack
@@ -19,6 +19,16 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _KEY = "sequence = ? AND fingerprint = ?"
+
+
+class MissingTruthError(DamagedError):
+    """Error for runs whose ground truth is not stored; `file` is the database."""
+
+    def __init__(self, file: Path, sequence: str, fingerprint: str) -> None:
+        super().__init__(
+            f"{file} has no ground truth of {sequence} with the fingerprint {fingerprint}. Remove "
+            f"the runs on {sequence} (`trackmark results remove`) and run the same command again."
+        )
 
 
 @dataclass(frozen=True)
@@ -35,14 +45,23 @@ class StoredTruth:
     shapes: Shapes | None = None
     # (n,): see `Sequence`; shape () for all frames
     annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True))
+    # (n,): see `Sequence`; shape () for no frame
+    malformed: NDArray[np.bool_] = field(default_factory=lambda: np.array(False))
+    # Coordinate of the first pixel in the files of the data set; None if an older version stored it
+    first_pixel: int | None = None
 
 
-def write_truth(folder: Path, sequence: Sequence) -> None:
-    """Store a sequence's ground truth in an experiment's folder, unless it is stored already.
+class TruthRow(NamedTuple):
+    """Row of a ground truth in the database; `data` is packed."""
 
-    Raises `ResultsError` if it cannot be written.
-    """
-    truth = StoredTruth(
+    sequence: str
+    fingerprint: str
+    data: bytes
+
+
+def stored_truth(sequence: Sequence) -> StoredTruth:
+    """Return the ground truth of a sequence as it is stored."""
+    return StoredTruth(
         sequence.name,
         sequence.boxes,
         sequence.regions,
@@ -52,8 +71,19 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
         _image_size(sequence),
         sequence.shapes,
         sequence.annotated,
+        sequence.malformed,
+        sequence.origin.first_pixel,
     )
-    store_truth(folder, sequence.fingerprint, truth)
+
+
+def pack_truth(fingerprint: str, truth: StoredTruth) -> TruthRow:
+    """Return the row of a ground truth of a sequence with this fingerprint."""
+    return TruthRow(truth.name, fingerprint, pack(_arrays_of(truth)))
+
+
+def write_truth(folder: Path, sequence: Sequence) -> None:
+    """Store a sequence's ground truth in an experiment's folder; see `store_truth`."""
+    store_truth(folder, sequence.fingerprint, stored_truth(sequence))
 
 
 def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
@@ -61,17 +91,36 @@ def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
 
     Raises `ResultsError` if it cannot be written.
     """
-    key = truth.name, fingerprint
-    with open_database(folder) as database:
-        rows = database.select(f"SELECT * FROM truth WHERE {_KEY}", *key)
-    if rows and is_intact(rows[0]):
-        return
-    data = pack(_arrays_of(truth))
+    row = pack_truth(fingerprint, truth)
     with open_database(folder, write=True) as database:
-        if rows:
-            database.repair("truth", (*key, data))
-        else:
-            database.insert("truth", [(*key, data)])
+        put_truth(database, row)
+
+
+def put_truth(database: Database, row: TruthRow) -> None:
+    """Store a ground truth in a transaction, unless it is stored already and undamaged.
+
+    Raises `ResultsError` if other boxes are stored under the same name and fingerprint.
+    """
+    stored = database.select(f"SELECT * FROM truth WHERE {_KEY}", row.sequence, row.fingerprint)
+    if not stored:
+        database.insert("truth", [row])
+    elif not is_intact(stored[0]):
+        database.repair("truth", row)
+    elif stored[0]["data"] != row.data:  # equal boxes can be compressed differently
+        before, after = (unpack(data)["boxes"] for data in (stored[0]["data"], row.data))
+        if not np.array_equal(before, after, equal_nan=True):
+            raise ResultsError(
+                f"{database.path} has another ground truth of {row.sequence} with the same "
+                f"fingerprint {row.fingerprint}. Give each sequence its own fingerprint."
+            )
+
+
+def read_truth_row(folder: Path, sequence: str, fingerprint: str) -> TruthRow:
+    """Return the row of a ground truth; raises as `read_truth`."""
+    with open_database(folder) as database:
+        for row in database.rows("truth", _KEY, sequence, fingerprint):
+            return TruthRow(*tuple(row)[:-1])
+    raise MissingTruthError(folder / DATABASE, sequence, fingerprint)
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
@@ -79,14 +128,12 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
 
     Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
     """
-    with open_database(folder) as database:
-        for row in database.rows("truth", _KEY, sequence, fingerprint):
-            return _truth_of(sequence, unpack(row["data"]))
-    raise ResultsError(
-        f"{folder / DATABASE} has no ground truth of {sequence} with the fingerprint "
-        f"{fingerprint}. Remove the runs on {sequence} (`trackmark results remove`) and run "
-        "the same command again."
-    )
+    return unpack_truth(read_truth_row(folder, sequence, fingerprint))
+
+
+def unpack_truth(row: TruthRow) -> StoredTruth:
+    """Return the ground truth of a row."""
+    return _truth_of(row.sequence, unpack(row.data))
 
 
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
@@ -117,8 +164,12 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
     arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
     if not truth.annotated.all():
         arrays["annotated"] = truth.annotated
+    if truth.malformed.any():
+        arrays["malformed"] = truth.malformed
     if truth.fps is not None:
         arrays["fps"] = np.array(truth.fps, np.float64)
+    if truth.first_pixel is not None:
+        arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
     if truth.image_size is not None:
         arrays["image_size"] = np.array(truth.image_size, np.int64)
     for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
@@ -149,4 +200,6 @@ def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
         image_size=size,
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
         annotated=arrays.get("annotated", np.ones(n, np.bool_)),
+        malformed=arrays.get("malformed", np.zeros(n, np.bool_)),
+        first_pixel=int(arrays["first_pixel"]) if "first_pixel" in arrays else None,
     )

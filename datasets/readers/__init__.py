@@ -2,11 +2,12 @@
 
 import importlib
 import os
+import re
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cache
 from glob import escape
@@ -16,7 +17,7 @@ from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 from trackmark.datasets.decoding import PIXEL_LIMIT_VARIABLE, quote
 from trackmark.datasets.file_digest import TICK_NS
 from trackmark.datasets.image_files import ImageFiles
-from trackmark.datasets.interface import Sequence, SequenceError
+from trackmark.datasets.interface import Sequence, SequenceError, UnusableSequencesError
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
 
@@ -38,6 +39,15 @@ __all__ = [
 # file in a dataset's folder that lists the names of its sequences, as in VOT and GOT-10k
 LIST = "list.txt"
 
+# Names of files with flags per frame, whose meaning (1 for absent, or for present) differs.
+_FLAG_NAME = re.compile(
+    r"(^|[^a-z])(absent|absence|present|presence|occlusions?|occluded|(in)?visible|visibility|"
+    r"out_?of_?view|exists?|lost|cover)([^a-z]|$)"
+)
+_FLAG_SUFFIXES = (".txt", ".csv", ".json", ".label", ".tag", ".npy", ".mat")
+
+_ADD_FILES = "Add the missing files, or move the sequence to another folder."
+
 _MAX_DEPTH = 3  # levels of folders that are searched; LaSOT has two: `LaSOT/dog/dog-1`
 _MAX_LISTED = 4  # maximum number of entries of an unknown folder in a message
 _MAX_CACHED = 64  # maximum number of cached sequences
@@ -56,9 +66,14 @@ class Reader(Protocol):
         Glob patterns of files and folders that only this format has in a sequence's folder. A
         pattern of folders ends with `/`; `NAME` stands for the name of the sequence's folder. A
         folder with a match that no reader recognises is an incomplete sequence.
+    FLAG_FILES : tuple of str, optional
+        Glob patterns of the files with flags per frame that the reader reads. Other files with such
+        names are reported.
     PATH_IS_ONE_TARGET : bool, optional
         True if the path of a sequence selects one target of many; a folder or a pattern selects
         all of them.
+    FIRST_PIXEL : int, optional
+        See `Origin.first_pixel`; 0 by default.
     """
 
     EXPECTS: str
@@ -139,21 +154,42 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
         return [path]
 
 
-def sequences_in(folder: Path, pattern: str = "*") -> list[Path]:
+def sequences_in(folder: Path, pattern: str = "*", excluded: Collection[str] = ()) -> list[Path]:
     """Return the sequences in a folder and its subfolders, in natural order of their names.
 
     Folders inside a sequence and names that start with a dot are skipped. If there is a `list.txt`,
     only the sequences that it lists are returned.
 
-    `pattern` is a pattern of sequence names with `*` and `?`.
+    `pattern` is a pattern of sequence names with `*` and `?`; `excluded` are patterns of names that
+    are left out, even if the sequences are incomplete.
 
-    Raises `SequenceError` for an unreadable folder, an incomplete sequence, and a sequence of
-    `list.txt` that is missing.
+    Raises `SequenceError` for an unreadable folder, and one `SequenceError` for all sequences that
+    are incomplete, or missing although `list.txt` names them.
     """
+    search = _Search(pattern, excluded)
     with _named_errors(folder):
         if _all_marks(folder):
-            raise _incomplete(_not_recognised(folder))
-        return list(_walk(folder, pattern, _MAX_DEPTH))
+            raise SequenceError(f"{_not_recognised(folder)} {_ADD_FILES}")
+        sequences = list(_walk(folder, search, _MAX_DEPTH))
+    if search.problems:
+        n = len(sequences) + len(search.problems)
+        raise UnusableSequencesError(search.problems, n, [*map(str, sequences)])
+    return sequences
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Names that are searched in a folder, and the problems that were found."""
+
+    pattern: str
+    excluded: Collection[str]
+    problems: dict[str, str] = field(default_factory=dict)  # message by name of the sequence
+
+    def selects(self, name: str) -> bool:
+        """Return whether a sequence of this name is searched."""
+        return fnmatchcase(name, self.pattern) and not any(
+            fnmatchcase(name, pattern) for pattern in self.excluded
+        )
 
 
 def is_mask_path(path: Path) -> bool:
@@ -162,20 +198,21 @@ def is_mask_path(path: Path) -> bool:
     return any(folder.with_name("JPEGImages").is_dir() for folder in folders)
 
 
-def _walk(folder: Path, pattern: str, depth: int) -> Iterator[Path]:
+def _walk(folder: Path, search: _Search, depth: int) -> Iterator[Path]:
     members, expected = _list_members(folder)
     if not members:
-        members, expected = _listed_members(folder), f"the sequences of {folder / LIST}"
+        members, expected = _listed_members(folder, search), f"the sequences of {folder / LIST}"
     for path in members or _entries(folder):
         sequences = sequence_paths(path)
         has_marks = not sequences and _all_marks(path)
         if not (sequences or members or has_marks):
             if depth > 1 and path.is_dir():
-                yield from _walk(path, pattern, depth - 1)
-        elif fnmatchcase(path.name, pattern):
+                yield from _walk(path, search, depth - 1)
+        elif search.selects(path.name):
             if not sequences:
                 missing = f"{path}: images or ground truth are missing. Expected: {expected}."
-                raise _incomplete(_not_recognised(path) if has_marks else missing)
+                problem = _not_recognised(path) if has_marks else missing
+                search.problems[path.name] = f"{problem} {_ADD_FILES}"
             yield from sequences
 
 
@@ -187,7 +224,7 @@ def _list_members(folder: Path) -> tuple[list[Path], str]:
     return [], ""
 
 
-def _listed_members(folder: Path) -> list[Path]:
+def _listed_members(folder: Path, search: _Search) -> list[Path]:
     """Return the sequences that `list.txt` names; empty if there is no list."""
     names = folder / LIST
     entries = {path.name: path for path in _entries(folder)} if names.is_file() else {}
@@ -195,19 +232,12 @@ def _listed_members(folder: Path) -> list[Path]:
         return []
     listed = [line.strip() for line in read_text(names).splitlines() if line.strip()]
     for line, name in enumerate(listed, 1):
-        if name not in entries:
-            raise SequenceError(
-                f"{names}: line {line}: {quote(name)} is not in this folder. Add it, remove the "
-                "line, or name the sequences that you want (a pattern works)."
+        if name not in entries and search.selects(name):
+            search.problems[name] = (
+                f"{names}: line {line}: {quote(name)} is not in this folder. Add it, or remove the "
+                "line."
             )
     return [path for name, path in entries.items() if name in set(listed)]
-
-
-def _incomplete(problem: str) -> SequenceError:
-    return SequenceError(
-        f"{problem} Add the missing files, move the sequence to another folder, or name the other "
-        "sequences (a pattern works)."
-    )
 
 
 def _all_marks(path: Path) -> list[str]:
@@ -327,8 +357,22 @@ def _read(path: Path, truth: Path | None, chosen: Mapping[str, str]) -> Sequence
             format=reader.EXPECTS,
             licence=_licence(path) or getattr(reader, "LICENCE", ""),
             citation=getattr(reader, "CITATION", ""),
+            unread_files=_unread_flags(path, reader),
+            first_pixel=getattr(reader, "FIRST_PIXEL", 0),
         )
     return sequence
+
+
+def _unread_flags(path: Path, reader: Reader) -> tuple[str, ...]:
+    """Return the names of files with flags per frame in a sequence's folder that are not read."""
+    read = getattr(reader, "FLAG_FILES", ())
+    return tuple(
+        file.name
+        for file in (_entries(path) if path.is_dir() else ())
+        if _FLAG_NAME.search(file.stem.lower())
+        and file.suffix.lower() in _FLAG_SUFFIXES
+        and not any(fnmatchcase(file.name, pattern) for pattern in read)
+    )
 
 
 def _not_recognised(path: Path) -> str:

@@ -18,7 +18,7 @@ from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Array, Sequence, SequenceError
-from trackmark.datasets.number_files import as_boxes, check_line, numbers
+from trackmark.datasets.number_files import as_boxes, check_form, check_line, numbers
 from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
@@ -74,7 +74,9 @@ def _rows(source: Path) -> Array:
     rows: list[list[float]] = []
     for number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
         check_line(line, number, source)
-        row = numbers(" ".join(line.split()[:_COLUMNS]))
+        text = " ".join(line.split()[:_COLUMNS])
+        check_form(text, number, source)
+        row = numbers(text)
         if len(row) != _COLUMNS or not set(row[6:]) <= {0.0, 1.0}:
             raise SequenceError(
                 f"{source}: line {number}: {quote(line.strip())} is not a row of VATIC. Expected: "

@@ -27,6 +27,7 @@ from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import image_files, numbered_images, size_of_first
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.number_files import (
+    check_form,
     check_line,
     check_row_count,
     field_fps,
@@ -46,6 +47,7 @@ from trackmark.datasets.truth_file import GroundTruth
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
 MARKS = ("color/", FIELDS, TRUTH, f"{OBJECT}*.txt")
+FLAG_FILES = ("*.tag", "*.label")
 CITATION = (
     "Kristan et al., A novel performance evaluation methodology for single-target trackers, "
     "IEEE TPAMI 38(11), 2016"
@@ -108,8 +110,8 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
         GroundTruth(regions.boxes, annotated=regions.annotated),
         source,
         fps=field_fps(fields, "fps", path / FIELDS),
-        attributes=read_flags(_files(path, (".tag", ".label")), n_values, padded=True),
-        values={file.stem: _read_values(file, n_values) for file in _files(path, (".value",))},
+        attributes=read_flags(_files(path, FLAG_FILES), n_values, padded=True),
+        values={file.stem: _read_values(file, n_values) for file in _files(path, ["*.value"])},
         masks=regions.mask if regions.size != (0, 0) else None,
         shapes=Shapes(regions.shapes, range(n), regions.size) if regions.shapes else None,
         digests=lambda files: file_digests([*files, source]),
@@ -151,6 +153,7 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
     shapes: dict[int, Array | EncodedMask] = {}
     for frame, line in enumerate(lines):
         check_line(line, frame + 1, path)
+        check_form(line, frame + 1, path)
         try:
             if line.lstrip().startswith("m"):
                 shapes[frame] = mask = _parse_mask(line.strip().removeprefix("m"), size)
@@ -165,7 +168,24 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
     if not lines:
         raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
+    _check_decimals(lines, path)
     return _Regions(boxes, annotated, shapes, size)
+
+
+def _check_decimals(lines: list[str], path: Path) -> None:
+    """Refuse polygons that are boxes with decimal commas: 10,5,12,0,20,5,16,0.
+
+    They have no decimal points, and the second half of each number is one digit in all rows.
+    """
+    rows = [words(line) for line in lines if not line.lstrip().startswith("m")]
+    polygons = [row for row in rows if len(row) > 4 and len(row) == len(rows[0])]
+    is_short = [len(half) == 1 for row in polygons for half in row[1::2]]
+    if all(is_short) and len(polygons) > 1 and "." not in "".join(map("".join, polygons)):
+        raise SequenceError(
+            f"{path}: line 1: {quote(lines[0].strip())} looks like a box with decimal commas: in "
+            "all rows, every second number has one digit. Expected: decimal points. Write 12.5 "
+            "instead of 12,5."
+        )
 
 
 def _parse_row(line: str) -> list[float]:
@@ -227,6 +247,6 @@ def _read_values(path: Path, n: int) -> Array:
     return np.pad(rows, (0, n - len(rows)))
 
 
-def _files(path: Path, suffixes: Iterable[str]) -> list[Path]:
-    """Return the files with these suffixes, sorted."""
-    return sorted(file for file in path.iterdir() if file.suffix in suffixes)
+def _files(path: Path, patterns: Iterable[str]) -> list[Path]:
+    """Return the files that match one of the patterns, sorted."""
+    return sorted(file for pattern in patterns for file in path.glob(pattern))

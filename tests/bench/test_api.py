@@ -1,12 +1,15 @@
 """Functions of `import trackmark`: arguments, errors, seeds, results and their notebook forms."""
 
 import base64
+import gc
 import importlib
 import inspect
 import os
 import re
+import signal
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import cv2
@@ -14,9 +17,12 @@ import numpy as np
 import pytest
 
 import trackmark as tm
+from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
 from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.truth import write_truth
+from trackmark.datasets import SequenceError
 from trackmark.trackers import TrackerError
 
 
@@ -67,6 +73,25 @@ def test_object_is_used_for_one_repetition(line, make_sequence):
         tm.evaluate(Plain(), line, repetitions=2)
 
 
+def test_one_object_is_not_used_for_two_trackers(line):
+    tracker = Plain()
+    for trackers in ({"a": tracker, "b": tracker}, [tracker, tracker], [[tracker], tracker]):
+        with pytest.raises(TrackerError, match="are one object, whose runs would share"):
+            tm.evaluate(trackers, line)
+    assert line.frames.requested == []
+    equal = type("Equal", (Plain,), {"__eq__": lambda *_: True, "__hash__": None})
+    with pytest.raises(TrackerError, match="two different trackers are called 'Equal'"):
+        tm.evaluate([equal(), equal()], line)
+    # What a function or a class returns is known when it is called.
+    single = type("Single", (Plain,), {"__new__": lambda kind: tracker})
+    factory = {"make": lambda self: tracker}
+    bound = type("Factory", (), factory)().make
+    for other in (lambda: tracker, single, bound):
+        with pytest.warns(RuntimeWarning, match="1 of 2 runs failed.*'a' and 'b' are one object"):
+            tm.evaluate({"a": tracker, "b": other}, line)
+    assert len(tm.evaluate({"a": bound}, line).runs) == 1
+
+
 def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     assert [*tm.evaluate(lambda: Plain(), line).runs] == [("<lambda>", "line", 0)]
     trackers = ["static", {"two": Plain, "three": lambda: Plain()}]
@@ -97,6 +122,79 @@ def test_unreadable_sequence_costs_only_its_own_runs(line, otb, tmp_path):
     assert [key[:2] for key in results.runs] == [("static", "line"), ("Plain", "line")]
     with pytest.raises(tm.datasets.SequenceError):
         tm.evaluate("static", str(folder))
+
+
+def test_unreadable_sequences_raise_the_first_error(otb, tmp_path):
+    folders = [otb(tmp_path / name, 5) for name in ("One", "Two")]
+    for folder in folders:
+        (folder / "img" / "0004.png").write_bytes(b"no image")
+    with pytest.raises(tm.datasets.SequenceError, match=r"0004\.png.*None of the 2 sequences can"):
+        tm.evaluate(["static", Plain], folders)
+
+
+def test_sequences_of_one_name_with_other_boxes_are_refused(make_sequence):
+    moved = make_sequence(n=6)
+    moved.boxes = moved.boxes + 1  # the fingerprint is that of the first one
+    with pytest.raises(
+        tm.datasets.SequenceError, match="two different sequences are called 'line'"
+    ):
+        tm.evaluate("static", [make_sequence(n=6), moved])
+
+
+def test_exceptions_of_a_tracker_cost_its_own_runs(line):
+    raised = [MemoryError("9 GB"), GeneratorExit("end"), SystemExit(3), BaseException("base")]
+    classes = []
+    for error in raised:
+
+        def update(self, image, error=error):
+            raise error
+
+        classes.append(type(f"Raises{type(error).__name__}", (Plain,), {"update": update}))
+    with pytest.warns(RuntimeWarning, match="4 of 6 runs failed"):
+        results = tm.evaluate(["static", *classes, Plain], line)
+    assert results.failures["error"].tolist() == [
+        *("MemoryError: 9 GB", "GeneratorExit: end", "SystemExit: 3", "BaseException: base")
+    ]
+    assert not results["Plain", "line"].failure
+
+
+def test_process_state_is_that_before_the_call(otb, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    otb(tmp_path / "Small", 4)
+    (tmp_path / "elsewhere").mkdir()
+
+    class Changes(Plain):
+        def init(self, image, box):
+            self.box = box
+            os.chdir("elsewhere")
+            os.environ["TRACKMARK_TEST"] = "changed"
+            np.seterr(all="raise")
+            warnings.simplefilter("ignore")
+            cv2.setNumThreads(3)
+            sys.path.insert(0, "elsewhere")
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            sys.stdout = None
+            gc.disable()
+
+        def update(self, image):
+            assert Path.cwd() == tmp_path / "elsewhere"  # it is the tracker's own
+            return self.box
+
+    class Observes(Plain):
+        def update(self, image):
+            assert state() == before
+            return self.box
+
+    def state():
+        return (
+            *(Path.cwd(), dict(os.environ), np.geterr(), list(warnings.filters)),
+            *(cv2.getNumThreads(), signal.getsignal(signal.SIGTERM), sys.stdout, gc.isenabled()),
+        )
+
+    search_path, before = list(sys.path), state()
+    results = tm.evaluate([Observes, Changes, "static", {"again": Observes}], "Small")
+    assert results.failures.empty
+    assert (state(), sys.path) == (before, search_path)
 
 
 def test_score_takes_metrics_and_warns_of_preset(face):
@@ -160,8 +258,20 @@ def test_print_shows_means_and_the_answer_of_a_comparison(face):
     assert lines[0].startswith("camshift has the highest mean overlap on these 2 sequences: 0.67.")
     assert any(line.startswith("samples/bow-tie ") for line in lines)
     assert "highest success AUC (otb)" in str(tm.compare(results, metrics="otb"))
+    video = {"samples/face": "video", "samples/bow-tie": "video"}
+    assert "on this family: 0.67." in str(tm.compare(results, families=video))
     means = str(tm.compare(tm.evaluate(["static", "camshift"], face[:20])))
     assert "1 sequence: too few for intervals" in means
+
+
+def test_means_leave_out_a_sequence_of_one_frame(make_sequence):
+    sequences = [make_sequence(n=n, name=f"s{n}") for n in (1, 5, 6)]
+    results = tm.evaluate([Plain, "static"], sequences)
+    expected = tm.evaluate([Plain, "static"], sequences[1:]).means()
+    assert results.means()["mean_overlap"].equals(expected["mean_overlap"])
+    note = "s1; mean overlap is undefined for all trackers"
+    assert note in " ".join(str(results).split())
+    assert note in " ".join(results._repr_html_().split())
 
 
 def test_failed_run_warns_and_can_raise(line):
@@ -202,6 +312,15 @@ HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})
         (Plain, {"repetitions": 0}, ValueError, "repetitions is 0"),
         (Plain, {"repetitions": 1.5}, ValueError, "repetitions is 1.5. Expected: an integer of 1"),
         (Plain, {"seed": "a"}, ValueError, "seed is 'a'. Expected: an integer of 0"),
+        (
+            Plain,
+            {"repetitions": True},
+            ValueError,
+            "repetitions is True. Expected: an integer of 1",
+        ),
+        (Plain, {"protocol": None}, TypeError, "protocol is None. Expected: a text, for example"),
+        (Plain, {"protocol": b"one-pass"}, TypeError, "protocol is b'one-pass'. Expected: a text"),
+        (np.zeros((9, 4)), {}, TypeError, r"an array of shape \(9, 4\) .* is not a tracker"),
         (Plain, {"metrics": ["otb"]}, TypeError, "metrics is .'otb'.. Expected: one name"),
         (Plain, {"metrics": "otb", "protocol": "supervised"}, ValueError, "otb cannot score"),
         (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
@@ -253,6 +372,14 @@ def test_edited_class_is_not_saved_and_edited_file_is_reloaded(line, tmp_path, m
     after = tm.evaluate(str(file), line)["edited.py:Plain", "line"]
     np.testing.assert_array_equal(after.boxes[1:] - before.boxes[1:], [[5, 0, 0, 0]] * 5)
     assert after.identity.version != before.identity.version
+
+
+def test_removed_working_directory_is_named(line, tmp_path, monkeypatch):
+    (tmp_path / "removed").mkdir()
+    monkeypatch.chdir(tmp_path / "removed")
+    (tmp_path / "removed").rmdir()
+    with pytest.raises(FileNotFoundError, match="the working directory was removed"):
+        tm.evaluate("static", line)
 
 
 def test_arguments_of_other_types_are_rejected(line):
@@ -362,3 +489,76 @@ def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
     with pytest.raises(ValueError, match=r"jobs is 0\. Expected: an integer of 1"):
         tm.run(*arguments, jobs=0)
     assert tm.score(run) == tm.score(run, "data/Small")
+
+
+def _moved(sequence, pixels, fingerprint):
+    """Return a sequence of the same name and images whose boxes are moved."""
+    boxes = sequence.boxes + [pixels, 0, 0, 0]
+    return datasets.Sequence(sequence.name, sequence.frames, boxes, fingerprint=fingerprint)
+
+
+def test_equal_fingerprints_of_different_boxes_are_refused(make_sequence):
+    sequence = make_sequence()
+    other = _moved(sequence, 1, sequence.fingerprint)
+    with pytest.raises(SequenceError, match=r"two different sequences are called 'line'"):
+        tm.evaluate("static", [sequence, other])
+    results = tm.evaluate("static", [sequence, sequence])
+    assert len(results.runs) == 1
+    with pytest.raises(SequenceError, match="Give each its own fingerprint"):
+        tm.evaluate("static", other)
+    renamed = tm.evaluate("static", _moved(sequence, 1, "another"))
+    assert results["static", "line"].open_sequence() is sequence
+    assert renamed["static", "line"].open_sequence().boxes[0, 0] == sequence.boxes[0, 0] + 1
+
+
+def test_other_ground_truth_of_equal_fingerprint_is_not_stored(make_sequence, tmp_path):
+    sequence = make_sequence()
+    write_truth(tmp_path / "trial", sequence)
+    write_truth(tmp_path / "trial", sequence)
+    with pytest.raises(ResultsError, match="another ground truth of line"):
+        write_truth(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
+
+
+class Followed:
+    """Tracker object whose comparison, text or attributes fail."""
+
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        return self.box
+
+
+class Incomparable(Followed):
+    __hash__ = None
+
+    def __eq__(self, other):
+        raise RuntimeError("no comparison")
+
+
+class ComparedAsArray(Followed):
+    __hash__ = None
+
+    def __eq__(self, other):
+        return np.array([True, False])
+
+
+class WithoutAttributes:
+    def __getattr__(self, name):
+        raise RuntimeError(f"no {name}")
+
+    def __repr__(self):
+        raise RuntimeError("no text")
+
+
+def test_evaluate_accepts_objects_that_cannot_be_compared():
+    trackers = [Incomparable(), {"array": ComparedAsArray(), "other": Incomparable()}]
+    results = tm.evaluate(trackers, "samples/bow-tie")
+    assert [run.status for run in results.runs.values()] == ["finished"] * 3
+    with pytest.raises(TrackerError, match="the name 'static' belongs to another tracker"):
+        tm.evaluate({"static": ComparedAsArray()}, "samples/bow-tie")
+
+
+def test_evaluate_names_the_failing_attribute_of_an_object():
+    with pytest.raises(TrackerError, match=r"type WithoutAttributes is not a tracker: .*no init"):
+        tm.evaluate(WithoutAttributes(), "samples/bow-tie")

@@ -62,3 +62,16 @@ def test_ground_truth_in_another_unit_is_refused(tmp_path):
     with pytest.raises(datasets.SequenceError, match=r"looks like corners.*subtract x1") as error:
         sequence.check_runnable()
     assert str(error.value).startswith(str(tmp_path / "corners/groundtruth_rect.txt"))
+    assert any("looks like corners" in remark for remark in sequence.remarks)
+
+
+def test_shares_in_a_format_that_counts_from_1_are_refused(tmp_path):
+    shares = MOVING / [*SIZE, *SIZE]
+    with pytest.raises(datasets.SequenceError, match="looks like shares of the image size"):
+        write_otb(tmp_path, shares).check_runnable()
+
+
+def test_boxes_for_larger_images_are_remarked(tmp_path):
+    sequence = write_otb(tmp_path, FAR * [3, 3, 0.5, 0.5])
+    assert sequence[0].shape == (*SIZE[::-1], 3)
+    assert any("most boxes lie outside the images" in remark for remark in sequence.remarks)

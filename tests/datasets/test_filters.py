@@ -114,6 +114,17 @@ def test_occlusion_covers_the_target_and_sets_visibility():
     assert changed.attributes["occlusion"][hidden].all()
 
 
+def test_filters_keep_which_frames_are_annotated():
+    scene = datasets.load(SCENE)
+    annotated = np.arange(60) % 3 == 0
+    sparse = Sequence("sparse", scene.frames, scene.boxes, annotated=annotated, fingerprint="")
+    assert filtered(sparse, {"noise": 5}).annotated.tolist() == annotated.tolist()
+    assert filtered(sparse, {"start": 4}).annotated.tolist() == annotated[4:].tolist()
+    changed = filtered(sparse, {"step": 2, "motion": 0.1})
+    assert changed.annotated[:30].tolist() == annotated[::2].tolist()
+    np.testing.assert_array_equal(changed.present, changed.annotated)
+
+
 def test_box_error_shifts_only_the_init_box():
     scene = datasets.load(SCENE)
     regions = {"full": scene.boxes + [0, 0, 3, 4]}

@@ -121,6 +121,15 @@ def overwrite_packet(path, index, byte, from_middle=False):
     path.write_bytes(data)
 
 
+def change_bit(path, index):
+    """Change a bit in the first half of a packet."""
+    with av.open(path) as container:
+        packet = bytes(list(container.demux(video=0))[index])
+    data = bytearray(path.read_bytes())
+    data[data.find(packet) + len(packet) // 3] ^= 4
+    path.write_bytes(data)
+
+
 def test_damaged_frame_is_refused_up_to_the_next_key_frame(tmp_path, write_video):
     path = write_video(tmp_path / "clip.mp4", b_frames=0)
     expected = decoded_in_order(path)
@@ -155,6 +164,25 @@ def test_damaged_frame_is_never_returned(tmp_path, write_video, b_frames, hit, f
         else:
             np.testing.assert_array_equal(image, expected[i], err_msg=f"frame {i}")
     assert 0 < refused < 20
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "options"),
+    [
+        ("checksums.mkv", "ffv1", {}),  # FFmpeg logs a wrong checksum and returns the frame
+        ("hashes.mp4", "libx265", {"x265-params": "hash=1:log-level=none"}),
+    ],
+)
+def test_damage_that_a_checksum_shows_is_refused(tmp_path, write_video, name, codec, options):
+    path = write_video(tmp_path / name, codec, n=15, b_frames=0, options=options)
+    expected = decoded_in_order(path)
+    np.testing.assert_array_equal(VideoFrames(path)[14], expected[14])
+    change_bit(path, 13)
+    frames = VideoFrames(path)
+    np.testing.assert_array_equal(frames[12], expected[12])
+    for _ in range(2):  # FFmpeg does not log the same error twice, unless told to
+        with pytest.raises(SequenceError, match=r"frame 13 cannot be decoded"):
+            frames[13]
 
 
 @pytest.mark.parametrize("hit", [21, 24, 35])

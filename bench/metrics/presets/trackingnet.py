@@ -1,14 +1,14 @@
 """Areas under success, precision and normalised precision as defined by the TrackingNet devkit.
 
-Boxes are rounded to whole pixels, halves to even numbers. The curves have 21 thresholds: overlaps of
-at least 0 to 1 (the devkit since commit 967661d; before, above 0 to 1), and centre errors up to 0
-to 50 px or 0 to 0.5 widths and heights of the ground truth. Scores are areas by the trapezoid rule
-as a share of the threshold range. A lost frame counts at threshold 0: a tracker without any overlap
-has a success of 0.025. Unlike in the devkit, scores are shares, not per cent. The first frame
-counts, and its estimate is replaced by the ground truth. Frames without target are misses at every
-threshold. Malformed boxes have an overlap of 0 and are misses for precision. All sequences have
-equal weights. Müller et al., "TrackingNet: a large-scale dataset and benchmark for object tracking
-in the wild", ECCV 2018.
+Boxes are rounded to whole pixels, halves to even numbers. The curves have 21 thresholds: overlaps
+of at least 0 to 1, and centre errors up to 0 to 50 px or 0 to 0.5 widths and heights of the ground
+truth. (Before its commit 967661d, the devkit counted overlaps above the thresholds.) Scores are
+areas by the trapezoid rule as a share of the threshold range. A lost frame counts at threshold 0: a
+tracker without any overlap has a success of 0.025. Unlike in the devkit, scores are shares, not per
+cent. The first frame counts, and its estimate is replaced by the ground truth. Frames without
+target are misses at every threshold. Malformed boxes have an overlap of 0 and are misses for
+precision. All sequences have equal weights. Müller et al., "TrackingNet: a large-scale dataset and
+benchmark for object tracking in the wild", ECCV 2018.
 """
 
 import numpy as np

@@ -92,10 +92,10 @@ def _expected(runs: list[PresetResult]) -> tuple[NDArray[np.float64], NDArray[np
         overlaps, length = run.evidence["overlaps"], int(run.evidence["length"])
         inside = numbers[1:length]
         # Number of annotated frames after the first one among the first k frames.
-        known = np.searchsorted(run.evidence["frames"], inside, side="right") - 1
-        sums = np.concatenate([[0.0], np.cumsum(overlaps[1:])])[known]
-        total[inside] += sums / np.maximum(known, 1)
-        active[inside] += known > 0
+        n_annotated = np.searchsorted(run.evidence["frames"], inside, side="right") - 1
+        sums = np.concatenate([[0.0], np.cumsum(overlaps[1:])])[n_annotated]
+        total[inside] += sums / np.maximum(n_annotated, 1)
+        active[inside] += n_annotated > 0
         if run.evidence["progress"] < len(overlaps):
             beyond = numbers[max(length, 2) :]
             # The toolkit divides by one less than the number of frames.

@@ -72,6 +72,7 @@ def combine(runs: Runs) -> PresetResult:
     rate = failures / lengths.mean()
     curve = _expected([piece for group in runs for run in group for piece in _pieces(run)])
     part = curve[_MIN_LENGTH : _MAX_LENGTH + 1]
+    part = part[np.isfinite(part)]
     scores = {
         "accuracy": weighted([_mean(_accuracy(run) for run in group) for group in runs]),
         "failures": failures,
@@ -133,7 +134,7 @@ class _Piece(NamedTuple):
     """Frames from an initialisation to a failure or to the end of the sequence."""
 
     sums: NDArray[np.float64]  # (n,): sum of the overlaps in the first k frames
-    known: NDArray[np.int64]  # (n,): number of annotated frames among these
+    n_annotated: NDArray[np.int64]  # (n,): number of annotated frames among these
     failed: bool
 
 
@@ -145,14 +146,17 @@ def _pieces(run: PresetResult) -> Iterable[_Piece]:
         later = failures[failures > start]
         end = int(later[0]) if len(later) else len(states)
         stop = int(frames[end] if len(later) else run.evidence["length"]) - int(frames[start])
-        by_frame, is_known = np.zeros(stop), np.zeros(stop, np.int64)
+        by_frame, is_annotated = np.zeros(stop), np.zeros(stop, np.int64)
         positions = frames[start + 1 : end] - frames[start]
-        by_frame[positions], is_known[positions] = overlaps[start + 1 : end], 1
-        yield _Piece(np.cumsum(by_frame), np.cumsum(is_known), bool(len(later)))
+        by_frame[positions], is_annotated[positions] = overlaps[start + 1 : end], 1
+        yield _Piece(np.cumsum(by_frame), np.cumsum(is_annotated), bool(len(later)))
 
 
 def _expected(pieces: list[_Piece]) -> NDArray[np.float64]:
-    """Return the mean overlap of the first k frames after an initialisation, by k."""
+    """Return the mean overlap of the first k frames after an initialisation, by k.
+
+    It is NaN if none of these frames is annotated.
+    """
     longest = max(len(piece.sums) for piece in pieces)
     total, count = np.zeros(longest), np.zeros(longest)
     for piece in pieces:
@@ -160,10 +164,14 @@ def _expected(pieces: list[_Piece]) -> NDArray[np.float64]:
         until = longest if piece.failed else n
         # Frames after a failure count with overlap 0.
         sums = np.pad(piece.sums, (0, longest - n), mode="edge")
-        known = np.concatenate([piece.known, piece.known[-1] + 1 + np.arange(longest - n)])
-        total[:until] += (sums / np.maximum(known, 1))[:until]
-        count[:until] += 1
-    return total / count
+        n_annotated = np.concatenate(
+            [piece.n_annotated, piece.n_annotated[-1] + 1 + np.arange(longest - n)]
+        )
+        is_defined = n_annotated > 0
+        is_defined[0] = True  # the init frame, with overlap 0
+        total[:until] += (sums / np.maximum(n_annotated, 1))[:until]
+        count[:until] += is_defined[:until]
+    return np.asarray(np.divide(total, count, out=np.full(longest, np.nan), where=count > 0))
 
 
 PRESET = Preset(

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.bench.commands.conftest import SMALL, TINY, unwrapped
+from tests.bench.commands.conftest import SMALL, TINY, assert_tables_have_rows, unwrapped
 from trackmark.bench.experiments import tracker_spec
 from trackmark.bench.store.results import Results
 
@@ -28,6 +28,7 @@ def test_compare_runs_missing_runs_and_writes_files(trackmark, workspace):
     quiet = trackmark("compare", *names, "--sequences", SIX_SCENES, "--quiet")
     assert printed.startswith(unwrapped(quiet.stdout)[:75])
     assert quiet.stderr == ""
+    assert_tables_have_rows(workspace / "paper")
     assert (workspace / "paper" / "comparison.tex").is_file()
     assert (workspace / "paper" / "differences.png").is_file()
     assert "camshift" in (workspace / "paper" / "paragraph.txt").read_text()

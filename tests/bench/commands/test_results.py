@@ -2,13 +2,18 @@
 
 import re
 import shutil
+import sqlite3
+from contextlib import closing
 
 import av
 import cv2
+import numpy as np
 import pandas as pd
 import pytest
 
+import trackmark as tm
 from tests.bench.commands.conftest import SMALL, json_lines
+from tests.bench.store.test_durability import drop_last_entry_of_index
 from trackmark import bench
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
@@ -209,3 +214,107 @@ def test_report_by_attribute_names_a_missing_sequence(trackmark, workspace, otb)
     shutil.rmtree(folders[1])
     done = trackmark("report", "results/gone", "--by-attribute", "--no-pictures")
     assert "attributes are unknown" in done.stderr
+
+
+@pytest.fixture
+def two_versions(trackmark, workspace, otb):
+    """Store runs of two versions of a tracker: on Small of the older, on Other of the newer one."""
+    otb(workspace / "data" / "Other", 5)
+    options = ["--trackers", "knob.py,static", "--output", ".", "--name", "trial"]
+    trackmark("run", *options, "--sequences", "data/Small")
+    file = workspace / "knob.py"
+    file.write_text(file.read_text().replace("self.random.random()", "2 * self.random.random()"))
+    trackmark("run", *options, "--sequences", "data/Other")
+
+
+def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versions, workspace):
+    note = "stale: knob.py:Knob, 1 by another version of the tracker or the sequence (Small)"
+    for form in ("text", "markdown", "csv"):
+        printed = trackmark("report", "trial", "--format", form)
+        assert form == "csv" or note in printed.stdout.replace("\\", "")
+        assert "1 of 2 stale" in printed.stdout or form == "csv"
+    assert note[:60] in trackmark("report", "trial", "--no-pictures").stdout
+    results = tm.load_results("trial")
+    assert results.means().loc["knob.py:Knob"].isna().all()
+    table = results.table().set_index(["tracker", "sequence"])
+    assert table.loc[("knob.py:Knob", "Small"), "status"] == "stale"
+    assert np.isnan(table.loc[("knob.py:Knob", "Small"), "mean_overlap"])
+    assert "stale" in trackmark("compare", "--results", "trial", status=2).stderr
+    assert "knob.py:Knob on Small: 1, 1 stale" in trackmark("results", "list", "trial").stdout
+    exported = trackmark("results", "export", "trial", "out", "--as", "otb").stderr
+    assert "knob.py:Knob on Small, repetition 0: not exported" in exported
+    messages = trackmark("show", "data/Small", "--results", "trial", "--output", "s.png").stderr
+    assert "knob.py:Knob, repetition 0: not drawn" in messages
+    trackmark(
+        "run",
+        "--trackers",
+        "knob.py",
+        "--sequences",
+        "data/Small",
+        "--output",
+        ".",
+        "--name",
+        "trial",
+    )
+    assert "stale" not in trackmark("report", "trial", "--format", "text").stdout
+
+
+def test_runs_on_two_versions_of_a_sequence_are_not_averaged(trackmark, workspace):
+    options = ["--sequences", "data/Small", "--output", ".", "--name", "trial"]
+    trackmark("run", "--trackers", "static", *options)
+    (workspace / "data/Small/groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
+    trackmark("run", "--trackers", "camshift", *options)
+    printed = trackmark("report", "trial", "--format", "text").stdout
+    assert "stale: static, 1 by another version of the tracker or the sequence (Small)" in printed
+    assert "stale" in trackmark("compare", "--results", "trial", status=2).stderr
+
+
+def test_requested_runs_of_an_older_version_are_shown(trackmark, two_versions, workspace):
+    """Runs of the version that is requested now are not stale for this request."""
+    file = workspace / "knob.py"
+    file.write_text(file.read_text().replace("2 * self.random", "self.random"))
+    options = ["--sequences", "data/Small", "--name", "trial", "--output", "."]
+    printed = trackmark("run", "--trackers", "knob.py,static", *options).stdout
+    assert "stale" not in printed
+    assert "—" not in printed
+
+
+def test_merge_refuses_two_versions_of_a_tracker(trackmark, two_versions, workspace):
+    options = ["--trackers", "knob.py", "--output", ".", "--sequences", "data/Other"]
+    trackmark("run", *options, "--name", "newer")
+    trackmark("results", "remove", "trial", "--sequence", "Other", "--yes")
+    refused = trackmark("results", "merge", "newer", "trial", "both", status=1).stderr
+    assert "the versions of knob.py:Knob differ between newer and trial" in refused
+
+
+def edit_database(folder, statement):
+    with closing(sqlite3.connect(folder / "runs.db")) as database:
+        database.execute(statement)
+        database.commit()
+
+
+def test_check_does_not_call_a_newer_schema_damaged(trackmark, workspace):
+    trackmark(*STATIC, "data/Small", "--output", "results")
+    shutil.copytree("results/mine", "results/newer")
+    edit_database(workspace / "results/newer", "PRAGMA user_version = 9")
+    checked = trackmark("results", "check", "results", status=2)
+    assert "results/mine: 1 runs, undamaged\n" in checked.stdout
+    assert "results/newer: not checked\n" in checked.stdout
+    assert "schema version 9" in checked.stderr
+    assert "damage" not in checked.stderr
+    (_, newer) = json_lines(trackmark("results", "check", "results", "--json", status=2))
+    assert newer["damages"] == []
+    assert "schema version 9" in newer["error"]
+
+
+def test_check_rebuilds_a_damaged_index_and_names_an_empty_file(trackmark, workspace):
+    trackmark(*STATIC, "data/Small", "--output", "results")
+    drop_last_entry_of_index(workspace / "results/mine")
+    checked = trackmark("results", "check", "results")
+    assert "results/mine: 1 runs, undamaged\n" in checked.stdout
+    assert "a damaged index was rebuilt" in checked.stderr
+    (workspace / "results/mine/runs.db").write_bytes(b"")
+    checked = trackmark("results", "check", "results", status=1)
+    assert "results/mine: damaged\n" in checked.stdout
+    assert "it has 0 bytes" in checked.stderr
+    assert "it has 0 bytes" in trackmark("report", "results", status=2).stderr

@@ -11,7 +11,7 @@ import pytest
 from tests.bench.commands.conftest import SMALL, json_lines, masked, unwrapped
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
-from trackmark.bench.engine.work_unit import Limits
+from trackmark.bench.engine.work_unit import LEAST_MEMORY, Limits
 from trackmark.bench.experiments.experiment import default_name
 from trackmark.bench.store.results import Results
 
@@ -172,6 +172,20 @@ def test_failed_runs_are_listed_by_the_printed_command(
     assert "1 of 1 failed" in trackmark("report", f"results/{name}", status=1).stdout
 
 
+def test_verbose_names_the_output_of_every_tracker(trackmark_process, workspace, otb):
+    """Worker processes are needed: only they capture the output of a tracker."""
+    otb(workspace / "data" / "Tall", 7)
+    file = workspace / "knob.py"
+    count = "self.n = getattr(self, 'n', 0) + 1; self.n > 4 and print('late'); return Estimate"
+    file.write_text(file.read_text().replace("return Estimate", count))
+    run = (*MINE, "static,knob.py:Knob", "--sequences", "data/*", "--verbose")
+    assert trackmark_process(*run).stdout.splitlines()[-4:] == [
+        "Output of knob.py:Knob on Tall:",
+        *["  | late"] * 2,
+        "Trackers that printed nothing: static.",
+    ]
+
+
 def test_stored_failure_gives_exit_status_1_again(trackmark, break_tracker):
     break_tracker()
     for options in ((), (), ("--retry-failed",)):
@@ -213,8 +227,9 @@ def test_damaged_image_costs_only_its_sequence(trackmark, workspace, otb):
     file.write_bytes(content[:90])
     both = (*MINE, "static,knob.py:Knob", "--seeds", 3, "--sequences", "data/Broken,data/Small")
     done = trackmark(*both, status=2)
-    (message,) = [line for line in done.stderr.splitlines() if line.startswith("trackmark: ")]
+    message, remedy = [ln for ln in done.stderr.splitlines() if ln.startswith("trackmark: ")]
     assert "0004.png" in message
+    assert "!Broken" in remedy
     stored = bench.load_runs(workspace / "results").query("status == 'finished'")
     assert set(stored["sequence"]) == {"Small"}
     file.write_bytes(content)
@@ -312,3 +327,4 @@ def test_limits_apply_and_their_defaults_are_documented(trackmark, break_tracker
     assert "the run took longer than its limit of 0.25 s" in done.stdout
     sizes = {"500MB": 500e6, "4GiB": 2**32, "1.5 g": 1.5e9, "1000": 1000}
     assert {text: memory_size(text) for text in sizes} == sizes
+    assert Limits(memory_bytes=memory_size("512MB")).memory_bytes == LEAST_MEMORY

@@ -4,7 +4,7 @@ import shlex
 
 import pytest
 
-from tests.bench.commands.conftest import TINY
+from tests.bench.commands.conftest import TINY, unwrapped
 from tests.bench.conftest import messages
 
 SMALL = "--sequences data/Small"
@@ -111,6 +111,15 @@ show data/Small --output a.png --first 9 | not among 0 to 4
 show data/Small --output a.png --trace revised | requires --results
 show data/Small --live static --first 1 | exclude each other
 check nowhere | baseline not found
+baseline a/b --trackers static {SMALL} | 'a/b' is not a valid name of a baseline
+baseline own --trackers static {SMALL} --detect nan | nan is not a finite number
+{STATIC} --memory-limit 511.9MB | is 511,900,000, below the minimum of 512,000,000 (512 MB)
+{STATIC} --name '' | '' is not a valid name of a results folder
+{STATIC} --name ' ' | ' ' is not a valid name of a results folder
+{STATIC} --frame-limit nan | a value above 0
+compare static camshift {SMALL} --name '' | '' is not a valid name of a results folder
+{STRESS} --name a/b | 'a/b' is not a valid name of a results folder
+results import A=theirs {SMALL} --name ../x | '../x' is not a valid name of a results folder
 """.strip().splitlines()
 
 TOML = 'version = 1\ntrackers = ["{}"]\nsequences = ["{}"]\n'
@@ -216,3 +225,11 @@ def test_oserror_without_a_file_name_is_one_message(trackmark, one_line, monkeyp
     monkeypatch.setattr("trackmark.bench.store.layout.experiment_folders", fail)
     line = one_line(trackmark("results", "list", "results", status=2))
     assert line == "trackmark: Too many open files."
+
+
+def test_removed_working_directory_is_one_line(trackmark, tmp_path, monkeypatch):
+    (tmp_path / "removed").mkdir()
+    monkeypatch.chdir(tmp_path / "removed")
+    (tmp_path / "removed").rmdir()
+    printed = trackmark("run", "--trackers", "static", "--sequences", "samples/face", status=2)
+    assert "trackmark: the working directory was removed. Change to an" in unwrapped(printed.stderr)

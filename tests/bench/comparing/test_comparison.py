@@ -2,13 +2,18 @@
 
 import json
 from dataclasses import replace
+from math import inf, nan
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from trackmark.bench.comparing.answer import answer_of
-from trackmark.bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from trackmark.bench.comparing.comparable_runs import (
+    AllFailedError,
+    ComparisonError,
+    compared_measure,
+)
 from trackmark.bench.comparing.comparison import compare, parts_of
 from trackmark.bench.comparing.families import Families, read_families
 from trackmark.bench.comparing.figures import write_differences
@@ -123,9 +128,15 @@ def test_equivalent_needs_89_sequences_and_reason_is_printed(make_runs):
     assert "a was equivalent to b" in paragraph(many)
     assert few.pairs[0].answer.reason == reason
     assert f"    {reason}" in screen_lines(few)
+    advice = "Fix the number of sequences before you look at new scores."
+    assert advice in screen_lines(few)
+    assert files(few)[1].notes == [advice]
+    assert advice not in screen_lines(many)
     assert f"inconclusive: {reason}" in paragraph(few)
     assert "an interval inside ±0.01 and 89 sequences" in paragraph(few)
     assert as_data(few)["pairs"][0]["needed_from"] == 89
+    exact = paragraph(compare(make_runs(ladder("ab")), replace(OVERLAP, margin=0.0)))
+    assert "equivalence needs a margin above 0" in exact
 
 
 def test_fewer_than_6_sequences_have_differences_only(make_runs):
@@ -392,3 +403,9 @@ def test_breaking_plot_names_many_trackers():
     figure = breaking_plot(curves, "noise", "T", logarithmic=True)
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(curves)
     figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("margin", [nan, inf, -0.01, "x"])
+def test_invalid_margin_is_refused(margin):
+    with pytest.raises(ComparisonError, match=r"margin: .*Expected: a finite number of 0 or more"):
+        compared_measure("native", margin=margin)

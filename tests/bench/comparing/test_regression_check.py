@@ -74,6 +74,21 @@ def test_drop_in_a_part_of_the_seeds_is_found_in_the_mean():
     assert as_data(result)["verdict"] == "regression"
 
 
+def test_family_counts_once_in_the_mean():
+    shift = 0.1 + NOISE[1]
+    old = BEFORE["mine"]
+    changed = {name: entry(np.array(old[name].overlap) - shift, "1") for name in ("s0", "s1")}
+    now = {**BEFORE, "mine": {**old, **changed}}
+    families = {"s0": "video", "s1": "video", "s2": "other"}
+    (mean,) = check(baseline(BEFORE), now, MADE_WITH, families=families).means
+    assert mean.sequence == "mean of 2 families"
+    assert mean.change.interval == pytest.approx(mean_interval(-shift / 2), abs=1e-5)
+    assert mean.change.mean == pytest.approx(mean.now - mean.before, abs=1e-5)
+    by_sequence = {name: np.mean(old[name].overlap) for name in families}
+    expected = ((by_sequence["s0"] + by_sequence["s1"]) / 2 + by_sequence["s2"]) / 2
+    assert mean.before == pytest.approx(expected)
+
+
 def test_intervals_are_corrected_for_changed_random_trackers():
     """Three changed sequences of two random trackers: levels 1 - .05/3, and 1 - .05/2 for means."""
     before = {**BEFORE, "other": BEFORE["mine"]}

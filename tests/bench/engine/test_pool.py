@@ -12,7 +12,7 @@ import pytest
 from tests.bench.conftest import KNOB_TRACKER
 from tests.bench.engine.conftest import command_line
 from trackmark import bench
-from trackmark.bench.engine import engine, pool
+from trackmark.bench.engine import engine, heartbeat, pool
 from trackmark.bench.engine.pool import Pool, Worker
 from trackmark.bench.engine.work_unit import Limits
 from trackmark.bench.execution.executor import Execution, run_experiment
@@ -20,6 +20,7 @@ from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
+from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
@@ -289,3 +290,25 @@ def test_unknown_engine_is_named_with_the_closest():
 def test_limit_that_can_not_be_kept_is_refused(name, value):
     with pytest.raises(ExperimentError, match=name):
         Limits(**{name: value})
+
+
+def test_full_disk_of_a_worker_is_no_failure_of_a_tracker(data, monkeypatch):
+    """A worker whose message does not fit on the disk reports this by a number."""
+
+    def read_state(self):
+        return heartbeat.read_state(self._shared.fileno())._replace(length=heartbeat.NO_ROOM)
+
+    monkeypatch.setattr(Worker, "read_state", read_state)
+    with pytest.raises(MachineError, match="no space for temporary files"):
+        run_experiment(experiment(data, "Averages"), data, jobs=1)
+    assert Results(data / "trial").list_keys() == []
+
+
+def test_full_disk_during_a_call_is_no_failure_of_the_tracker(data):
+    statement = "raise OSError(28, 'No space left on device', '/dev/shm/frame')"
+    (data / "full.py").write_text(KNOB_TRACKER.replace("return Estimate", f"{statement}  #"))
+    sources = (SequenceSource(str(data / "data" / "A")),)
+    requested = Experiment("trial", (f"{data}/full.py",), sources)
+    with pytest.raises(MachineError, match=r"Knob on A, .*: /dev/shm/frame: No space left .* Free"):
+        run_experiment(requested, data, jobs=1)
+    assert Results(data / "trial").list_keys() == []

@@ -28,7 +28,7 @@ from trackmark.bench.engine.process_state import (
 )
 from trackmark.bench.engine.work_unit import Request, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.machine_errors import MachineError
 from trackmark.datasets.decoding import decoding
 
 UNIT = Unit(SequenceSource("samples/face"), (), "accuracy", 120)
@@ -136,7 +136,7 @@ def test_full_disk_of_temporary_files_is_one_line(tmp_path):
 
 def test_worker_without_disk_space_is_reported(shared):
     Heartbeat(shared).write_no_room()
-    with pytest.raises(ResultsError, match="no space for temporary files"):
+    with pytest.raises(MachineError, match="no space for temporary files"):
         read_message(shared, read_state(shared))
 
 

@@ -1,10 +1,13 @@
 """Failures of external trackers: each costs its own run, and leaves no process behind."""
 
+import os
 import re
+import signal
 import subprocess
 import sys
 import time
 from contextlib import closing
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +20,12 @@ from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import run_identity
-from trackmark.bench.external.python import WORKER
+from trackmark.bench.external import trax
+from trackmark.bench.external.definition import open_external
+from trackmark.bench.external.plugin import close_idle_processes
+from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.external.python import START, WORKER
+from trackmark.reports import temporary_paths
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -40,6 +48,7 @@ COMMAND = {
     "garbage": r"the process answered with the region 'nonsense,1'\. Expected:",
     "nan": r"the process answered with the region 'nan,1,2,3'\. Expected:",
     "confidence": r"the confidence 7\. Expected: a number from 0 to 1\. Add confidence=false",
+    "spaces": r"the process answered with 4 regions, '1, 2, 3, 4'\. Expected: one region without",
     "quit": r"the process ended the session: out of \"memory\"",
     "hello": r"the process sent '@@TRAX:hello'\. Expected: the message 'state'",
 }
@@ -67,6 +76,47 @@ def test_answer_too_many_of_a_command_is_a_failure(mode, frame):
     assert run.failure.startswith(f"000{frame + 1}.png: "), run.failure
     assert "sent '@@TRAX:state" in run.failure
     assert "without a request. Expected: one answer per frame" in run.failure
+
+
+LAST_LINES = {
+    "ignored": """
+class Noisy:
+    def __del__(self): raise TypeError("in a destructor")
+noisy = Noisy()
+raise ValueError("broken")
+""",
+    "several lines": 'raise ValueError("broken\\nsecond line\\nthird line")',
+    "at exit": """
+import atexit, warnings
+atexit.register(lambda: 1 / 0)
+atexit.register(lambda: warnings.warn("leaked"))
+raise ValueError("broken")
+""",
+    "printed": "import sys; sys.exit('ValueError: broken')",
+}
+
+
+@pytest.mark.parametrize("code", LAST_LINES.values(), ids=LAST_LINES)
+def test_last_line_of_a_command_is_its_exception(folder, code):
+    (folder / "broken.py").write_text(code)
+    with pytest.raises(ExternalTrackerError) as raised:
+        open_external("trax", {"command": f"{sys.executable} broken.py", "as": "mine"})
+    first = str(raised.value).partition("\n")[0]
+    assert first.endswith("(no TraX hello). Its last line: ValueError: broken")
+
+
+def test_old_version_of_python_is_named(folder):
+    """A process with the version number of Python 2 runs the same file."""
+    (folder / "python2").write_text(
+        f"#!/bin/sh\nshift; exec {sys.executable} -c 'import sys; sys.version_info = (2, 7, 18); "
+        'exec(compile(open(sys.argv[1]).read(), sys.argv[1], "exec"))\' "$@"\n'
+    )
+    (folder / "python2").chmod(0o755)
+    with pytest.raises(ExternalTrackerError, match=r"is Python 2\.7\. Expected: Python 3\.6"):
+        open_external("plain_tracker.py", {"python": "./python2"})
+    ast2 = Path(START).read_text()
+    assert 'f"' not in ast2
+    assert "->" not in ast2
 
 
 WRITING = """
@@ -108,10 +158,14 @@ class Forking:
 if os.environ.get("FORKS_AT_IMPORT"):
     os.fork()
 """
+PLACES = ["constructor", "init", "update"]
 
 
-@pytest.mark.parametrize("place", ["constructor", "init", "update"])
-@pytest.mark.parametrize("raises", ["", "1"])
+@pytest.mark.parametrize(
+    ("place", "raises"),
+    [("update", "")]
+    + [pytest.param(*case, marks=pytest.mark.slow) for case in product(PLACES, ["", "1"])],
+)
 def test_forked_process_that_returns_gives_no_boxes(folder, monkeypatch, place, raises):
     monkeypatch.setenv("CHILD_RAISES", raises)
     (folder / "forking.py").write_text(FORKING)
@@ -122,6 +176,7 @@ def test_forked_process_that_returns_gives_no_boxes(folder, monkeypatch, place, 
         assert (run.boxes == run.boxes[0]).all()
 
 
+@pytest.mark.slow
 def test_fork_at_import_gives_one_run(folder, monkeypatch):
     monkeypatch.setenv("FORKS_AT_IMPORT", "1")
     (folder / "forking.py").write_text(FORKING)
@@ -159,6 +214,30 @@ def test_hung_worker_ends_with_its_harness(environment, hangs, folder):
     wait_until(lambda: not living(str(WORKER)))
 
 
+def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypatch):
+    monkeypatch.setattr(trax, "FRAME_FOLDER", str(folder / "frames"))
+    (folder / "frames").mkdir()
+    command = f"trax:command={sys.executable} plain.py 4 hang:as=mine"
+    code = (
+        "from trackmark import bench; from trackmark.bench.external import trax; "
+        f"trax.FRAME_FOLDER = {str(folder / 'frames')!r}; "
+        f"bench.evaluate_run({command!r}, {str(folder / 'Noise')!r})"
+    )
+    harness = subprocess.Popen(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(HOME)!r}); {code}"]
+    )
+    wait_until(hangs.exists)
+    harness.kill()
+    harness.wait()
+    hangs.unlink()
+    assert len([*Path("frames").iterdir()]) == 1
+    bench.evaluate_run(command.replace(" hang", ""), "Noise")
+    close_idle_processes()
+    assert not [*Path("frames").iterdir()]
+    for number in living("plain.py"):  # it hangs, so that it does not notice the end of its input
+        os.kill(number, signal.SIGKILL)
+
+
 def perform(texts, options=""):
     """Return the outcomes of runs in worker processes by specification; add options to these."""
     specs, units = resolve_trackers(texts), []
@@ -191,8 +270,8 @@ def test_worker_process_contains_failures(environment):
         reason = run.failure
         assert bool(reason) == bool(failure)
         assert failure in reason
-    files = Path("/dev/shm").glob("trackmark-frames-*")
-    assert all(Path("/proc", file.name.split("-")[2]).exists() for file in files)
+    files = [*Path("/dev/shm").glob("trackmark-frames-*")]  # of other processes
+    assert all(temporary_paths._lock(file) is None for file in files)
 
 
 def test_failed_start_in_a_worker_is_an_error_of_the_sequence(folder):

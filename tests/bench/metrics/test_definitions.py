@@ -78,7 +78,8 @@ def slow_lasot(truth, boxes):
     overlaps, distances, sized = [], [], []
     for i in range(n):
         t = truth[i].tolist()
-        if not is_box(results[i]) and not any(map(isnan, t)):
+        r = results[i]
+        if (any(map(isnan, r)) or min(r[2:]) <= 0) and not any(map(isnan, t)):
             results[i] = results[i - 1]
         if any(map(isnan, t)):
             continue
@@ -168,6 +169,16 @@ def test_otb_rounds_centre_errors_to_four_decimals(offset, hit):
     assert ours == pytest.approx(slow_otb(truth, boxes), abs=1e-12)
 
 
+@pytest.mark.parametrize("column", range(4))
+def test_lasot_counts_infinite_boxes_as_misses(column):
+    truth = walk(50)
+    boxes = truth.copy()
+    boxes[20:30, column] = np.inf
+    ours = scores("lasot", truth, boxes)
+    assert ours == pytest.approx(slow_lasot(truth, boxes), abs=1e-12)
+    assert ours["precision"] == ours["normalised_precision"] == 0.8
+
+
 def test_lasot_scores_a_target_that_touches_the_first_pixel():
     """Check that a box at -1 is a miss for success and a hit for precision, as in the toolkit."""
     truth = walk(50)
@@ -187,6 +198,32 @@ def test_success_rates_count_overlaps_above_their_threshold():
     otb, got10k = scores("otb", truth, boxes), scores("got10k", truth, boxes)
     assert (otb["success_rate"], otb["success_published"]) == (0.6, 0.8)
     assert (got10k["sr50"], got10k["sr75"]) == (0.5, 0.25)  # the first frame does not count
+
+
+def test_lasot_scores_malformed_ground_truth_as_its_toolkit():
+    """Check rows without size that are not flagged as absent, as in LaSOT's tiger-6."""
+    raw = walk(8)
+    raw[4, 3], raw[6] = -1, [0, 0, 0, 0]
+    malformed = np.isin(np.arange(8), (4, 6))
+    truth = GroundTruthArrays(np.where(malformed[:, None], nan, raw), malformed=malformed)
+    boxes = noisy(walk(8))
+    ours = metrics.preset("lasot").score(truth, RunEstimates(boxes)).scores
+    assert ours == pytest.approx(slow_lasot(raw, boxes), abs=1e-12)
+    perfect = metrics.preset("lasot").score(truth, RunEstimates(walk(8))).scores
+    assert perfect["precision"] == perfect["normalised_precision"] == 1.0
+    assert perfect["success_auc"] == pytest.approx(6 / 8 * 20 / 21)
+
+
+@pytest.mark.parametrize(("visible", "ao"), [(1.0, 2 / 3), (nan, 2 / 3), (0.0, 1.0)])
+def test_got10k_scores_malformed_ground_truth_as_a_miss(visible, ao):
+    boxes = np.tile([5.0, 6, 8, 9], (4, 1))
+    malformed = np.arange(4) == 2
+    truth = GroundTruthArrays(
+        np.where(malformed[:, None], nan, boxes),
+        visibility=np.where(malformed, visible, 1.0),
+        malformed=malformed,
+    )
+    assert metrics.preset("got10k").score(truth, RunEstimates(boxes)).scores["ao"] == ao
 
 
 # Deliberate differences from the toolkits (docs/metrics.md).
@@ -285,14 +322,14 @@ def test_first_frame_counts_in_vot_anchor_and_long_term():
 def test_scores_of_one_frame_are_undefined_or_the_toolkits():
     """Toolkits that count the first frame give it their scores; others have no frame to score."""
     truth = walk(1)
-    kept = {name: scores(name, truth, truth) for name in metrics.names()}
+    scored = {name: scores(name, truth, truth) for name in metrics.names()}
     for name in ("got10k", "long-term"):
-        assert all(map(isnan, kept[name].values())), name
+        assert all(map(isnan, scored[name].values())), name
     shares = ("mean_overlap", "success_share", "inside_share", "centre_error")
-    assert all(isnan(kept["native"][score]) for score in shares)
-    assert kept["otb"]["precision"] == kept["lasot"]["precision"] == 1
+    assert all(isnan(scored["native"][score]) for score in shares)
+    assert scored["otb"]["precision"] == scored["lasot"]["precision"] == 1
     # Toolkit: 0 / 1 and, by a special case, 0.
-    assert kept["vot-anchor"]["accuracy"] == kept["vot-supervised"]["accuracy"] == 0
+    assert scored["vot-anchor"]["accuracy"] == scored["vot-supervised"]["accuracy"] == 0
 
 
 def test_run_of_one_frame_does_not_lower_long_term_means():

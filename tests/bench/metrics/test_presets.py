@@ -45,6 +45,39 @@ def test_preset_is_found_by_file_and_alias():
         metrics.preset("lasott")
 
 
+def sparse_truth(boxes):
+    """Return ground truth of every tenth frame."""
+    annotated = np.arange(N) % 10 == 0
+    return truth_of(np.where(annotated[:, None], boxes, np.nan), annotated=annotated)
+
+
+@every_preset
+def test_frames_without_annotation_are_not_scored(name):
+    boxes = np.where(np.arange(N)[:, None] % 10 == 0, TRUTH, [300.0, 200.0, 5.0, 5.0])
+    preset = metrics.preset(name)
+    sparse = preset.score(sparse_truth(TRUTH), answer_of(boxes))
+    everywhere = preset.score(truth_of(TRUTH), answer_of(TRUTH))
+    assert shares_of(name, sparse) == pytest.approx(shares_of(name, everywhere))
+    if "vot" not in name:
+        for estimates in (noisy(TRUTH), TRUTH + 1.0):
+            sparse = preset.score(sparse_truth(TRUTH), answer_of(estimates)).scores
+            tenth = preset.score(truth_of(TRUTH[::10]), answer_of(estimates[::10])).scores
+            tenth |= {"first_loss": sparse["first_loss"]} if "first_loss" in sparse else {}
+            assert sparse == pytest.approx(tenth, nan_ok=True)
+
+
+@pytest.mark.parametrize("name", ["vot-anchor", "vot-supervised"])
+def test_expected_overlap_counts_frames_also_without_annotation(name):
+    truth = np.tile([40.0, 40.0, 40.0, 40.0], (N, 1))
+    preset, estimates = metrics.preset(name), answer_of(truth + [10.0, 0.0, 0.0, 0.0])
+    dense = preset.score(truth_of(truth), estimates).scores
+    sparse = preset.score(sparse_truth(truth), estimates).scores
+    assert sparse["eao"] == pytest.approx(dense["eao"])
+    assert sparse["eao_lengths"] > 200
+    if name == "vot-supervised":  # burn-in covers ten frames, not ten annotated frames
+        assert sparse["accuracy"] == pytest.approx(dense["accuracy"])
+
+
 @every_preset
 def test_preset_has_definition_and_meanings(name):
     preset = metrics.preset(name)

@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.bench.conftest import straight_line
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
+from trackmark.trackers import Estimate
 
 presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np.array)
 
@@ -167,6 +169,36 @@ def test_anchor_scores_equal_slow_definition(make_sequence):
     assert min(progress) < 30
     assert judged["robustness"] == pytest.approx(sum(progress) / 60)
     assert judged["accuracy"] == pytest.approx(summed / sum(progress))
+
+
+@pytest.mark.parametrize(
+    "protocol",
+    ["one-pass", "tre:starts=3:least=2", "anchors:spacing=7", "real-time:seconds=0", "supervised"],
+)
+def test_protocol_starts_and_scores_at_annotated_frames(make_sequence, protocol):
+    sequence = make_sequence(n=24, annotated=np.arange(24) % 4 == 1)
+    starts = []
+
+    class Perfect:
+        def __init__(self, seed):
+            pass
+
+        def init(self, image, box, mask=None):
+            assert np.isfinite(box).all()
+            starts.append(box[0])
+
+        def update(self, image):
+            frame = next(i for i in range(24) if np.array_equal(sequence[i], image))
+            return Estimate(straight_line(24)[frame])
+
+    run = bench.evaluate_run(Perfect, sequence, protocol=protocol)
+    assert run.status == "finished", run.failure
+    assert len(starts) == max(1, len(run.segments))
+    preset = {"anchors": "vot-anchor", "supervised": "vot-supervised"}.get(
+        protocol.partition(":")[0], "native"
+    )
+    score = {"vot-anchor": "robustness", "vot-supervised": "accuracy"}.get(preset, "mean_overlap")
+    assert score_run(run, sequence, preset).scores[score] == 1.0
 
 
 def test_segment_may_have_a_single_frame(make_sequence):

@@ -56,6 +56,17 @@ def test_failure_is_followed_by_pause_and_restart(make_sequence):
     assert judged.scores["robustness"] == pytest.approx(np.exp(-30 * 3 / 23))
 
 
+def test_frames_without_annotation_never_fail_nor_restart(make_sequence):
+    annotated = np.isin(np.arange(20), (0, 3, 6, 13, 19))
+    sequence = make_sequence(n=20, annotated=annotated)
+    maker, _ = scripted(sequence, lost={2, 6})
+    run = bench.evaluate_run(maker, sequence, protocol="supervised")
+    assert run.states.tolist() == [I, *[T] * 5, F, *[S] * 6, I, *[T] * 6]
+    scored = score_run(run, sequence, "vot-supervised").scores
+    assert scored["failures"] == 1
+    assert scored["robustness"] == pytest.approx(np.exp(-30 / 20))
+
+
 @pytest.mark.parametrize(
     ("frame", "state"), [(3, F), (3, S), (3, I), (3, 9), (5, T), (6, T), (6, F), (11, S)]
 )

@@ -91,6 +91,7 @@ def test_decide_labels_and_reasons(values, comparisons, label, reason):
         (0.3, 1.0, MIN_UNITS),
         (0.0, 1.0, inf),
         (0.5, inf, 44),  # pixels
+        (1.5, 20.0, 44),  # numbers of clips
     ],
 )
 def test_small_difference_needs_units_by_its_margin(margin, limit, n):

@@ -141,6 +141,34 @@ def test_intervals_of_own_means_cover_as_documented():
     assert covered == pytest.approx((89.7, 88.5, 88.5, 91.1, 96.7), abs=2)
 
 
+def test_looking_repeatedly_gives_false_answers_as_documented():
+    random = np.random.default_rng(18)
+    values = normal(random, (INTERVALS, 60))
+    looks = [labels(values[:, :n], 0.0) != "inconclusive" for n in range(6, 61, 6)]
+    assert 100 * np.mean(looks[-1]) == pytest.approx(5, abs=1)
+    assert 100 * np.mean(np.any(looks, axis=0)) == pytest.approx(18, abs=1)
+
+
+def test_rare_losses_are_covered_if_the_sample_has_one():
+    """A tenth of the scores is 0 and the others are alike."""
+    random = np.random.default_rng(19)
+    for n in (8, 20):
+        scores = np.where(random.random((INTERVALS, n)) < 0.1, 0.0, 0.7)
+        scores += random.normal(0, 1e-4, scores.shape)
+        documented = 100 * (1 - 0.9**n)
+        assert coverage(scores, 0.63) == pytest.approx(documented, abs=3)
+
+
+@pytest.mark.parametrize(("n_families", "expected"), [(6, 82), (12, 82)])
+def test_clips_of_a_video_need_families(n_families, expected):
+    """Five clips of each video, with an intraclass correlation of 0.3."""
+    random = np.random.default_rng(20)
+    shape = (INTERVALS, n_families, 5)
+    values = random.normal(0, np.sqrt(0.3), (*shape[:2], 1)) + random.normal(0, np.sqrt(0.7), shape)
+    assert coverage(values.reshape(INTERVALS, -1)) == pytest.approx(expected, abs=1)
+    assert coverage(values.mean(axis=-1)) > 94.5
+
+
 def seed_scores(kind):
     """Return a function that draws scores by sequence and seed, lower by `drops` per sequence."""
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store import database as module
 from trackmark.bench.store import run_rows
 from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.maintenance import find_damage
+from trackmark.bench.store.maintenance import find_damage, repair_indexes
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_scored_runs
@@ -356,3 +357,62 @@ def test_read_only_folder_is_read(several, monkeypatch):
     with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
         several.write(make_run(0))
     assert database.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "is_damage", "remedy"),
+    [
+        ("SQLITE_CORRUPT_INDEX", True, "Restore the file from a backup"),
+        ("SQLITE_NOTADB", True, "Restore the file from a backup"),
+        ("SQLITE_PROTOCOL", False, "local disk"),
+        ("SQLITE_NOMEM", False, "Free some memory"),
+        ("SQLITE_IOERR_NOMEM", False, "Free some memory"),
+        ("SQLITE_IOERR_READ", False, "check the disk"),
+        ("SQLITE_FULL", False, "Free disk space"),
+        ("SQLITE_INTERRUPT", False, "Run the same command again"),
+        ("SQLITE_PERM", False, "permissions"),
+        ("SQLITE_ERROR", False, "Run the same command again"),
+    ],
+)
+def test_only_corrupt_files_are_called_damaged(several, monkeypatch, name, is_damage, remedy):
+    def fail(*_, **__):
+        error = sqlite3.OperationalError("reason")
+        error.sqlite_errorname = name
+        raise error
+
+    monkeypatch.setattr(module, "_validated_database", fail)
+    with pytest.raises(ResultsError, match=remedy) as caught:
+        several.list_keys()
+    assert isinstance(caught.value, module.DamagedError) == is_damage
+    assert ("is damaged" in str(caught.value)) == is_damage
+    assert ("remove it" in str(caught.value)) == is_damage
+
+
+def test_file_of_zero_bytes_is_damaged(several):
+    (several.folder / "runs.db").write_bytes(b"")
+    assert "it has 0 bytes" in find_damage(several.folder)[0]
+    with pytest.raises(ResultsError, match="it has 0 bytes"):
+        bench.load_runs(several.folder)
+
+
+def drop_last_entry_of_index(folder):
+    """Remove an entry of the index of the runs' keys, without a trace in the table."""
+    file = folder / "runs.db"
+    with closing(sqlite3.connect(file)) as database:
+        query = "SELECT rootpage FROM sqlite_schema WHERE name = 'sqlite_autoindex_run_1'"
+        ((root,),) = database.execute(query)
+        ((size,),) = database.execute("PRAGMA page_size")
+    content, place = bytearray(file.read_bytes()), (root - 1) * size + 3
+    entries = int.from_bytes(content[place : place + 2], "big")
+    content[place : place + 2] = (entries - 1).to_bytes(2, "big")
+    file.write_bytes(content)
+
+
+def test_damaged_index_is_rebuilt(several):
+    keys = several.list_keys()
+    drop_last_entry_of_index(several.folder)
+    assert find_damage(several.folder)
+    repair_indexes(several.folder)
+    assert find_damage(several.folder) == []
+    assert several.list_keys() == keys
+    assert len(bench.load_runs(several.folder)) == len(keys)

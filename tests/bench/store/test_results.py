@@ -81,6 +81,7 @@ def test_ground_truth_is_read_unchanged(results, make_sequence):
     sequence = make_sequence(
         n=n,
         absent=(2,),
+        annotated=np.arange(n) != 5,
         regions={"full": np.ones((n, 4)), "tight": np.zeros((n, 4))},
         visibility=np.linspace(0, 1, n),
         attributes={"occlusion": np.arange(n) > 3},
@@ -92,6 +93,7 @@ def test_ground_truth_is_read_unchanged(results, make_sequence):
     assert_same(dict(back.regions), dict(sequence.regions))
     assert_same(dict(back.attributes), dict(sequence.attributes))
     np.testing.assert_array_equal(back.boxes, sequence.boxes)
+    np.testing.assert_array_equal(back.annotated, sequence.annotated)
     np.testing.assert_array_equal(back.visibility, sequence.visibility)
     assert (back.fps, back.image_size) == (12.5, sequence.image_size)
     for ours, theirs in zip(back.shapes, sequence.shapes, strict=True):

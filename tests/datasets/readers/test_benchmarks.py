@@ -284,6 +284,24 @@ class TestMot:
         with refused(r"there is no target '12'\. Values: 7, 9"):  # 12 has counts 0
             datasets.load(f"{path}:target=12")
 
+    @pytest.mark.parametrize(
+        "row", ["{0},0,2,3,8,9,1\n", "{0},0,2,3,8,9,1,1\n", "{0},0,2,3,8,9,1,1,-1\n"]
+    )
+    def test_files_of_other_tools_are_read(self, load, row):
+        sequence = load(layouts.mot, {"gt.txt": "".join(map(row.format, (1, 3)))})
+        np.testing.assert_array_equal(sequence.boxes, [[1, 2, 8, 9], NAN, [1, 2, 8, 9]])
+        assert sequence.annotated.all()
+        assert np.isnan(sequence.visibility).all()
+
+    def test_images_named_by_cvat_count_from_zero(self, create):
+        path, _, frame = create(layouts.mot)
+        for file in sorted(frame.parent.iterdir()):
+            file.rename(file.with_stem(f"frame_{int(file.stem) - 1:06}"))
+        assert datasets.load(path).frame_name(0) == "frame_000000.jpg"
+        frame.with_name("frame_000001.jpg").unlink()
+        with refused(r"frame_000001\.jpg: this image is missing between"):
+            datasets.load(path)
+
     def test_missing_last_image_without_target_is_refused(self, create):
         path, _, frame = create(layouts.mot)
         frame.with_name("000003.jpg").unlink()
@@ -329,6 +347,12 @@ MISTAKES = {
     "runs": (layouts.vot_current, "groundtruth.txt", "m3,4,5,3,0,7,1,6\n", "line 1: the runs have"),
     "size": (layouts.vot_current, "groundtruth.txt", "m0,0,9999,9999,9\n", "not lie inside"),
     "digits": (layouts.vot_current, "groundtruth.txt", "1_0,2,3,4\n", "line 1: '1_0,2,3,4' is no"),
+    "mixed": (layouts.vot_current, "groundtruth.txt", "1,5 2,5 8,0 9,0\n", "line 1: .* mixes sep"),
+    "spaced": (layouts.tlp, "groundtruth_rect.txt", "1, 1,5, 2, 8, 9, 0\n", "line 1: .* mixes sep"),
+    "padded": (layouts.vot_current, "groundtruth.txt", "1,05,2,50,8,00,9,00\n", "leading zeros"),
+    "halves": (layouts.vot_current, "groundtruth.txt", "1,5,2,5,8,0,9,0\n" * 3, "decimal commas"),
+    "range form": (layouts.tcolor128, "walk_frames.txt", "4, 6,0\n", "line 1: .* mixes sep"),
+    "track": (layouts.nfs, "walk.txt", "0 1,5 2,5 9 11 0 0 0 0 x\n", "line 1: .* mixes sep"),
     "rate": (layouts.vot_current, "sequence", "fps=fast\n", "fps is 'fast'"),
     "folder": (layouts.vot_current, "sequence", "groundtruth=../x\n", "groundtruth is '../x'"),
     "labels": (layouts.got10k, "cover.label", "8\n8\n", "2 values for 3 rows"),

@@ -55,6 +55,23 @@ def test_given_ground_truth_replaces_recorded_one(recording, tmp_path):
     assert sequence.mask(0) is None
 
 
+def test_truth_with_one_row_has_all_images(recording):
+    path, truth, _ = recording
+    n_images = len(datasets.load(path).frames)
+    if truth.suffix == ".png":  # DAVIS: masks
+        for mask in sorted(truth.parent.iterdir())[1:]:
+            mask.unlink()
+    else:
+        header = truth.suffix == ".csv"
+        truth.write_text("".join(truth.read_text().splitlines(keepends=True)[: 1 + header]))
+    sequence = datasets.load(path)
+    assert len(sequence) == n_images > 2
+    assert sequence.annotated.tolist() == [True] + [False] * (n_images - 1)
+    assert sequence.present.tolist() == sequence.annotated.tolist()
+    assert sequence.mask(1) is None
+    sequence.check_runnable()
+
+
 def test_fingerprint_ignores_folder_and_modification_time(recording, tmp_path):
     path, _, frame = recording
     before = datasets.load(path).fingerprint
@@ -99,6 +116,39 @@ class TestFolderOfSequences:
         write_video(workdir / "ds/more/walk.avi", n=3, b_frames=0)
         expected = ["ds/Couple", "ds/more/deep/Crossing", "ds/more/walk.avi"]
         assert datasets.matching("ds") == datasets.matching("ds/*") == expected
+
+    def test_folder_and_pattern_select_all_targets(self, workdir, write_images):
+        for name in ("davis", "mot"):
+            recording = getattr(layouts, name)(workdir / name, write_images, None)
+            if name == "davis":
+                mask = np.full(layouts.SIZE[::-1], 7, np.uint8)
+                mask[4:9, 3:8] = 1
+                cv2.imwrite(str(recording.truth), mask)
+            key, others = {"davis": ("object", "17"), "mot": ("target", "79")}[name]
+            expected = [f"{name}/walk:{key}={number}" for number in others]
+            assert datasets.matching(name) == expected
+            pattern = {"davis": "davis/JPEGImages/480p/*", "mot": "mot/*"}[name]
+            listed = [path.rpartition("/")[2] for path in datasets.matching(pattern)]
+            assert listed == [path.rpartition("/")[2] for path in expected]
+            assert len({datasets.load(path).name for path in expected}) == 2
+        assert datasets.matching("mot/walk") == ["mot/walk"]
+
+    def test_all_incomplete_sequences_are_named(self, workdir, write_otb):
+        for name in ("Dog", "Couple", "Man"):
+            write_otb(workdir / "ds" / name, "1,1,5,5\n" * 3)
+        (workdir / "ds/Dog/groundtruth_rect.txt").unlink()
+        (workdir / "ds/Man/groundtruth_rect.txt").unlink()
+        write_otb(workdir / "ds/Boy", "1,1,0,5\n" * 3)  # complete, but the first box has no size
+        for text in ("ds", "ds/*", "d?/[A-Z]*"):
+            with pytest.raises(SequenceError) as caught:
+                datasets.matching(text)
+            first, *problems, remedy = str(caught.value).splitlines()
+            assert first == "3 of 4 sequences cannot be used."
+            assert {problem.partition(":")[0].split("/")[1] for problem in problems} == {
+                *("Dog", "Man", "Boy")
+            }
+            assert "!Dog,!Man,!Boy" in remedy
+        assert datasets.matching("ds", ["Dog", "Man"]) == ["ds/Boy", "ds/Couple"]
 
     @pytest.mark.parametrize("text", ["ds", "ds/*", "ds/*/*"])
     def test_masks_of_davis_are_not_sequences(self, workdir, write_images, text):

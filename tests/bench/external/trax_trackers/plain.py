@@ -52,6 +52,7 @@ def main():
         f'"trax.region=rectangle;" "trax.channels={channels};"'
     )
     regions = {"garbage": "nonsense,1", "nan": "nan,1,2,3", "special": "0"}
+    regions["spaces"] = '1," "2," "3," "4'
     answer, frame, region = "state" if version > 1 else "status", 0, ""
     for line in sys.stdin:
         if line.startswith("@@TRAX:quit"):

@@ -1,0 +1,84 @@
+"""Errors of the machine, such as a full disk, which are no failures of a tracker or a sequence."""
+
+import errno
+import os
+import resource
+import tempfile
+from typing import IO
+
+MIN_OPEN_FILES = 128
+"""Number of open files that a process needs in any case; a process can be limited to fewer."""
+
+_ADVICE = {
+    errno.ENOSPC: "Free some space",
+    errno.EDQUOT: "Free some space",
+    errno.EROFS: "Make the file system writable, or choose another folder",
+    errno.ENFILE: "End other processes",
+    errno.EMFILE: f"Raise the limit of open files, for example by `ulimit -n {8 * MIN_OPEN_FILES}`",
+}
+
+
+class MachineError(Exception):
+    """Error of the machine: a full or write-protected disk, or too few open files.
+
+    It is no `OSError` or `ValueError`: it must not be caught as an error of a file or a tracker.
+    """
+
+
+def machine_fault(error: BaseException) -> MachineError | None:
+    """Return the error of the machine that an exception, or one of its causes, reports.
+
+    Too many open files are such an error only if the limit of this process is very low. Otherwise,
+    a tracker has opened them.
+    """
+    seen = set[int]()
+    cause: BaseException | None = error
+    while cause is not None and id(cause) not in seen:
+        seen.add(id(cause))
+        if isinstance(cause, MachineError):
+            return cause
+        if isinstance(cause, OSError) and cause.errno in _ADVICE:
+            number = cause.errno
+            if number != errno.EMFILE or _open_files_limit() < MIN_OPEN_FILES:
+                place = "" if cause.filename is None else f"{cause.filename}: "
+                reason = os.strerror(number)
+                return MachineError(f"{place}{reason}. {_ADVICE[number]}, and start again.")
+        cause = cause.__cause__ or cause.__context__
+    return None
+
+
+def no_room(reason: str) -> MachineError:
+    """Return the error for temporary files that cannot be written."""
+    return MachineError(
+        f"there is no space for temporary files ({reason}). Free some space, or set the "
+        "environment variable TMPDIR to another folder."
+    )
+
+
+def temporary_file() -> IO[bytes]:
+    """Return an unnamed temporary file, which the system deletes after its last use.
+
+    Raises `MachineError` if it cannot be created.
+    """
+    try:
+        file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # the caller closes it
+    except OSError as error:
+        if error.errno in (errno.EMFILE, errno.ENFILE):
+            raise MachineError(f"{error.strerror}. {_ADVICE[error.errno]}.") from error
+        raise no_room(error.strerror or str(error)) from error
+    return file
+
+
+def check_room(file: IO[bytes]) -> None:
+    """Raise `MachineError` if the disk of a temporary file is full; the file is emptied."""
+    try:
+        os.ftruncate(file.fileno(), 0)
+        os.pwrite(file.fileno(), b"\0" * (1 << 16), 0)
+        os.ftruncate(file.fileno(), 0)
+    except OSError as error:
+        raise no_room(error.strerror or str(error)) from error
+
+
+def _open_files_limit() -> float:
+    limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return float("inf") if limit == resource.RLIM_INFINITY else limit
