@@ -89,7 +89,7 @@ class CheckOptions(ScreenOptions, EngineOptions):
         "With --time: git revision to compare with.", group="Decision", metavar="REVISION"
     )
     budget: float = option(
-        "With --time: add no sessions after this time, such as 90s, 10min or 2h.",
+        "With --time: total time, such as 90s, 10min or 2h; at least 6 sessions per tracker.",
         group="Decision",
         default="10min",
         type=_seconds,

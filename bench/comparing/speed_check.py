@@ -5,6 +5,7 @@ import subprocess
 import tarfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from math import ceil
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -20,6 +21,7 @@ from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
 from trackmark.bench.external.definition import is_external
 from trackmark.bench.statistics.speed import (
+    MIN_SESSIONS,
     Pace,
     Sample,
     judge_pace,
@@ -54,7 +56,8 @@ def check_speeds(
     `labels`: timed trackers; they run on the first frames of their sequences. `budget`: total time
     after which no session is added [s]. `report`: called with a sentence on the progress.
 
-    Raises `BaselineError` if a tracker is not in the revision or has no sequence for timing.
+    Raises `BaselineError` if a tracker is not in the revision or has no sequence for timing, or if
+    the budget is too small for the least number of sessions.
     """
     paces = {}
     ends = monotonic() + budget
@@ -75,7 +78,25 @@ def check_speeds(
             except TurnError as error:
                 reason = f"the tracker cannot be timed: {error}"
                 paces[label] = Pace("inconclusive", reason=reason)
+            except _BudgetError as error:
+                if not paces:
+                    least = ceil(error.seconds * len(labels))
+                    raise BaselineError(
+                        f"--budget {budget:g}s: {MIN_SESSIONS} sessions of {len(labels)} trackers "
+                        f"take about {least} s. Use --budget {least + least // 5}s, or select "
+                        "trackers with --trackers."
+                    ) from None
+                reason = f"--budget: its {MIN_SESSIONS} sessions take {error.seconds:.0f} s"
+                paces[label] = Pace("inconclusive", reason=reason)
     return dict(sorted(paces.items(), key=lambda item: _ORDER.index(item[1].state)))
+
+
+class _BudgetError(Exception):
+    """Error: the least number of sessions takes too long; `seconds` is their time."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        super().__init__(seconds)
 
 
 def _setup(baseline: Baseline, label: str) -> Setup:
@@ -91,19 +112,26 @@ def _sample(
     tests: int,
     report: Callable[[str], None],
 ) -> Sample:
-    """Run sessions until there are enough for their spread, or the time is over."""
-    logs: list[float] = []
+    """Run sessions until there are enough for their spread, or the time is over.
+
+    Raises `_BudgetError` after the first session if there is no time for `MIN_SESSIONS`.
+    """
     started_at = monotonic()
+    logs = [log_ratio(time_interleaved(setups, clips))]
+    seconds = monotonic() - started_at
+    if MIN_SESSIONS * seconds > deadline - started_at:
+        raise _BudgetError(MIN_SESSIONS * seconds)
     while n_missing := missing_sessions(logs, tests):
-        n_affordable = n_missing
-        if logs:
-            seconds = monotonic() - started_at
-            n_affordable = max(int((deadline - started_at - seconds) * len(logs) / seconds), 0)
+        seconds = monotonic() - started_at
+        n_affordable = max(int((deadline - started_at - seconds) * len(logs) / seconds), 0)
+        if len(logs) >= MIN_SESSIONS:
             report(
                 f"{label}: {len(logs)} sessions in {seconds:.0f} s with a spread "
                 f"of {sample_of(logs).spread:.1%}; {n_missing} more needed"
                 + (": use a larger --budget." if n_missing > n_affordable else ".")
             )
+        else:  # the first sessions fit; a slow one must not make the sample too small
+            n_affordable = n_missing
         logs += [
             log_ratio(time_interleaved(setups, clips)) for _ in range(min(n_missing, n_affordable))
         ]
@@ -212,7 +240,7 @@ def speed_table(paces: Mapping[str, Pace]) -> Table:
     """Return the table of speeds."""
     return Table(
         name="speeds",
-        caption="Change of the CPU time of updates since the revision, with 95 % intervals.",
+        caption="Change of the time of updates since the revision, with 95 % intervals.",
         heads=["", "tracker", "time", "95 %", "sessions"],
         n_labels=2,
         rows=[

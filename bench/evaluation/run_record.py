@@ -23,7 +23,6 @@ Trace: TypeAlias = Literal["online", "revised"]
 
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
-    + ["wall_seconds", "cpu_seconds", "warm_wall_seconds", "warm_cpu_seconds"]
     + ["region_similarity", "contour_accuracy", "state", "segment", "answered"]
 )
 """Column names of the harness, which trackers cannot use as names of details."""

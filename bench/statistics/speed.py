@@ -1,4 +1,4 @@
-"""Speed of a tracker compared with an older revision, from CPU times of interleaved sessions.
+"""Speed of a tracker compared with an older revision, from times of interleaved sessions.
 
 A session times both revisions alternately, each in a new process. Its result is one number, the
 logarithm of the ratio of times. Sessions are the statistical units: times within a session are
@@ -53,7 +53,7 @@ class Pace:
 def log_ratio(times: NDArray[np.float64]) -> float:
     """Return the logarithm of the ratio of the second to the first revision's time in a session.
 
-    `times`: CPU times [s], shape (2, passes, turns). Other load only adds to the time of a turn.
+    `times`: wall times minus run delay [s], shape (2, passes, turns). Other load only adds to the time of a turn.
     The minimum over passes therefore estimates the time of a turn.
     """
     first, second = times.min(axis=1).sum(axis=1).tolist()

@@ -70,7 +70,7 @@ def time_table(context: Context) -> Table:
     ]
     heads = ["histograms", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
-        "Time to compute the histograms of a frame, section 3. Our times are CPU times of one "
+        "Time to compute the histograms of a frame, section 3. Our times are those of one "
         "NumPy call per region, the median of 12 rounds on sequence 1. Times on different "
         "machines cannot be compared."
     )

@@ -24,7 +24,7 @@ def _times(context: Context, setting: str) -> dict[str, Values]:
 
 @measure("ms")
 def frame_time(context: Context, setting: str) -> Pairs:
-    """Return the CPU time per frame of the slowest kind of features."""
+    """Return the time per frame of the slowest kind of features."""
     slowest = 1e3 * max(_times(context, setting).values(), key=np.mean)
     return [(slowest, slowest)]
 
@@ -38,7 +38,7 @@ def time_table(context: Context) -> Table:
     ]
     heads = ["features", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
-        "Time per frame, section 3. Our times are the CPU time of a whole clip divided by its "
+        "Time per frame, section 3. Our times are those of a whole clip, divided by its "
         "number of frames, the median of 12 rounds. The paper used a Pentium II with 400 MHz. "
         "Times on different machines cannot be compared."
     )

@@ -125,7 +125,7 @@ def _weighting(times: Mapping[str, Values]) -> tuple[Values, Values]:
 
 @measure("ms")
 def frame_time_at_800_mhz(context: Context, setting: str) -> Pairs:
-    """Return the CPU time per frame at 800 MHz of the plain filter, on the slower sequence."""
+    """Return the time per frame at 800 MHz of the plain filter, on the slower sequence."""
     times = _times(context, setting, plain).values()
     slower = 1e3 * max(map(_at_800_mhz, times), key=np.mean)
     return [(slower, slower)]
@@ -160,8 +160,8 @@ def time_table(context: Context) -> Table:
     heads = ["sequence", "setting", "paper", "NumPy [ms]", "NumPy at 800 MHz [ms]"]
     heads += ["compiled [ms]", "weighting, NumPy", "weighting, compiled"]
     caption = (
-        "Time per frame with 100 samples, Fig. 5 (its values are not in the text). Our times are "
-        "CPU times, the median of 12 rounds. The column for 800 MHz assumes the same number of "
+        "Time per frame with 100 samples, Fig. 5 (its values are not in the text). Our times "
+        "are the median of 12 rounds. The column for 800 MHz assumes the same number of "
         "cycles at 800 MHz; the paper's processor needs more cycles for the same work. The last "
         "columns show the share of the time that weighting takes."
     )

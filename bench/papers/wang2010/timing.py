@@ -74,7 +74,7 @@ def time_table(context: Context) -> Table:
                 ]
             )
     caption = (
-        "Time per frame, Table 1 and section 3.2. Our times are CPU times in the setting "
+        "Time per frame, Table 1 and section 3.2. Our times are those of the setting "
         "as-written, the median of 12 rounds. The paper used a Pentium 4 with 2.8 GHz and MATLAB "
         "6.5. Times on different machines cannot be compared; the ratios can."
     )

@@ -163,3 +163,12 @@ def test_missing_git_is_reported(trackmark, baseline_without_runs, monkeypatch):
     monkeypatch.setenv("PATH", "")
     message = trackmark("check", "own", "--trackers", "mine", *AGAINST, status=2).stderr
     assert "cannot run git" in message
+
+
+def test_budget_is_refused_with_the_least_possible_one(trackmark, committed_baseline, monkeypatch):
+    """A session takes 10 s on a simulated clock: two trackers need six sessions each."""
+    clock = iter(range(0, 100_000, 10))
+    monkeypatch.setattr("trackmark.bench.comparing.speed_check.monotonic", lambda: next(clock))
+    options = ("--time", "--against", "HEAD", "--budget")
+    result = trackmark("check", committed_baseline, *options, "90s", status=2)
+    assert "6 sessions of 2 trackers take about 120 s. Use --budget 144s" in result.stderr

@@ -22,12 +22,13 @@ KNOB = (*MINE, "static,knob.py:Knob", *SMALL)
 
 RUN_OUTPUT = """\
 static has the highest mean overlap on this sequence: 1.00.
-camshift follows with 0.97 and is several times slower.
+camshift follows with 0.97 and is about 8 times slower.
 One sequence is too few to generalise (6 needed).
 
-tracker  overlap  0  1  success  error  time
-static  1.00  ##########  100 %  0.0 px  N ms
-camshift  0.97  ##########  100 %  0.2 px  N ms
+tracker  overlap  0  1  success  error  ms/frame  fps
+static  1.00  ##########  100 %  0.0 px  N  N
+camshift  0.97  ##########  100 %  0.2 px  N  N
+ms/frame on MACHINE
 
 2 of 2 runs are in results/mine.
 """
@@ -42,7 +43,7 @@ Next  trackmark report results/mine
 def test_run_prints_answer_table_and_results_folder(trackmark, workspace):
     run = (*MINE, "static,camshift", *SMALL)
     done = trackmark(*run)
-    speed = re.compile(" and is [a-z]+ (?:of )?times slower")  # other load can hide it
+    speed = re.compile(r" and is about \d+ times slower")  # other load can hide it
     assert speed.sub("", masked(done.stdout)) == speed.sub("", RUN_OUTPUT)
     assert masked(done.stderr) == RUN_PROGRESS
     assert len(bench.load_runs(workspace / "results")) == 2
@@ -138,11 +139,10 @@ def test_timing_runs_store_times(trackmark, workspace):
     trackmark("run", "--trackers", "static,camshift", *SMALL, "--timing")
     table = bench.load_runs(workspace / "results")
     assert (table["protocol"] == "timing").all()
-    steady = table[table["disturbed"] == 0]
     assert len(table) == 2
-    assert (steady["cpu_seconds_median"] > 0).all()
-    assert (steady["cpu_seconds_p99"] >= steady["cpu_seconds_median"]).all()
-    assert table[table["disturbed"] == 1]["cpu_seconds_median"].isna().all()
+    assert (table["ms_per_frame"] > 0).all()  # also if other load disturbed the runs
+    assert (table["ms_per_frame_p95"] >= table["ms_per_frame_median"]).all()
+    assert table["run_delay_share"].between(0, 1).all()
 
 
 def test_failed_runs_are_listed_by_the_printed_command(

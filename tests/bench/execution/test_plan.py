@@ -56,6 +56,17 @@ def test_tracker_can_have_its_own_number_of_repetitions(workspace):
     assert len(states(workspace, repeated={knob: 1})) == 2
 
 
+def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
+    run_experiment(experiment(workspace, timing=True), workspace / "results", jobs=1)
+    monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", -1.0)
+    timed = experiment(workspace, timing=True)
+    assert set(states(workspace, timing=True).values()) == {"disturbed"}
+    plan = make_plan(timed, Results(workspace / "results" / timed.name))
+    assert missing_units(plan).runs == len(plan)
+    monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
+    assert set(states(workspace, timing=True).values()) == {"done"}
+
+
 def test_missing_region_is_rejected_before_first_run(workspace):
     with pytest.raises(SequenceError, match="no region 'full'"):
         states(workspace, trackers=("static:init=full",))

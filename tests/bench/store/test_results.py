@@ -280,7 +280,7 @@ def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     ("change", "message"),
     [
         ("PRAGMA application_id = 5", "not a file of trackmark: its application id is 0x5"),
-        ("PRAGMA user_version = 4", "schema version 4; this version of trackmark reads 3"),
+        ("PRAGMA user_version = 5", "schema version 5; this version of trackmark reads 4"),
         ("DROP TABLE score", "is damaged: its tables do not have the expected columns"),
     ],
 )
@@ -292,3 +292,18 @@ def test_other_files_are_refused(several, change, message):
     with pytest.raises(ResultsError, match=message) as error:
         bench.load_runs(several.folder)
     assert str(several.folder / "runs.db") in str(error.value)
+
+
+def test_timing_run_is_replaced_by_a_less_disturbed_one(results, sequence):
+    def timed(share, protocol="timing"):
+        run = replace(full_run(sequence), failure="")
+        identity = replace(run.identity, protocol=protocol)
+        return replace(run, identity=identity, circumstances={"run_delay_share": share})
+
+    assert results.write(timed(0.4))
+    assert not results.write(timed(0.5))
+    assert results.write(timed(0.2))
+    (key,) = results.list_keys()
+    assert results.read(key).circumstances["run_delay_share"] == 0.2
+    assert results.write(timed(0.4, "accuracy"))
+    assert not results.write(timed(0.2, "accuracy"))
