@@ -23,6 +23,12 @@ TIME_FIELDS = (
 CPU_FACTOR = 1.5
 """Ratio between time and CPU time from which a run gets a note."""
 
+MIN_DIFFERENCE = 1e-4
+"""Least difference between time and CPU time per frame for a note [s].
+
+Context switches of the process, and reading its counters, cause smaller differences.
+"""
+
 
 @dataclass(frozen=True)
 class Times:
@@ -77,12 +83,15 @@ def time_fields(times: Times) -> dict[str, Any]:
 
 def _note(seconds: NDArray[Any], cpu: NDArray[Any], children: NDArray[Any]) -> str:
     """Return what a reader must know about the times; empty for one computing thread."""
-    in_process, in_children, total = float(cpu.sum()), float(children.sum()), float(seconds.sum())
+    in_process, in_children, total = (float(a.mean()) for a in (cpu, children, seconds))
+    used = in_process + in_children
+    if abs(total - used) < MIN_DIFFERENCE and in_children < MIN_DIFFERENCE:
+        return "a few frames take most of the time" if _has_rare_peaks(seconds) else ""
     if in_children > in_process:
         return "computes in another process"
-    if in_process + in_children > CPU_FACTOR * total:
+    if used > CPU_FACTOR * total:
         return "computes in several threads"
-    if total > CPU_FACTOR * (in_process + in_children):
+    if total > CPU_FACTOR * used:
         return "waits"
     return "a few frames take most of the time" if _has_rare_peaks(seconds) else ""
 
