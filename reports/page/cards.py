@@ -16,8 +16,8 @@ GLOSSARY: Mapping[str, str] = {
     "that both cover. 1 is perfect, 0 is a miss.",
     "success": "Share of frames with an overlap of at least 0.5.",
     "centre error": "Distance between the centres of the estimated and the true box.",
-    "time": "Median processor time of an update. A ~ marks times that were measured "
-    "while other processes ran.",
+    "ms/frame": "Mean time of an update, without the time in which other processes had the "
+    "processor. The first update is not included.",
     "95 % interval": "Range that contains the mean over new sequences in 95 % of cases. It is "
     "drawn from six sequences on.",
     "lost": "The estimated centre is outside the true box for ten visible frames in a row.",
