@@ -235,7 +235,7 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
-        self._note_drawn()
+        self.note_drawn()
         if self._drawn:
             circumstances["generators"] = sorted(self._drawn)
         if self._cpu:
@@ -288,7 +288,7 @@ class Recorder:
 
     def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
-        self._note_drawn()
+        self.note_drawn()
         if isinstance(self._made, ExternalPlugin):
             try:
                 self._made.close()
@@ -314,8 +314,8 @@ class Recorder:
         with self._context:
             return call(*arguments)
 
-    def _note_drawn(self) -> None:
-        """Note which global generators the tracker has drawn from."""
+    def note_drawn(self) -> None:
+        """Note which global generators the tracker has drawn from, before others draw."""
         if isinstance(self._context, RunContext):
             self._drawn.update(self._context.drawn_generators())
         if isinstance(self._made, ExternalPlugin):
