@@ -154,6 +154,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.layout import run_key
     from trackmark.datasets import SequenceError
+    from trackmark.trackers import TrackerError
 
     as_json = options.as_json
     print_remarks(execution)
@@ -174,7 +175,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     failed = now.count(State.FAILED)
     try:
         execution.raise_errors()
-    except SequenceError as error:
+    except (SequenceError, TrackerError) as error:
         for line in str(error).splitlines():
             complain(line)
     if as_json:
@@ -192,7 +193,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             _print_hints(execution)
         if options.verbose:
             _print_details(execution)
-    if execution.errors:
+    if execution.errors or execution.tracker_errors:
         return EXIT_WRONG_INPUT
     return EXIT_NEGATIVE if failed else 0
 

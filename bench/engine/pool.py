@@ -28,6 +28,7 @@ from trackmark.bench.engine.work_unit import (
     Limits,
     Request,
     Unit,
+    UnusableTrackerError,
 )
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
@@ -152,6 +153,8 @@ class Worker:
             return self._failure(_CHANNEL_CLOSED)
         if "machine" in answer:
             raise MachineError(answer["machine"])
+        if "unusable" in answer:
+            raise UnusableTrackerError(answer["unusable"])
         if "error" in answer:
             raise SequenceError(answer["error"])
         if "defect" in answer:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from trackmark.bench.engine.stack_trace import CodeLine
 from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.datasets import SequenceError
 
 
 class Entry(NamedTuple):
@@ -16,6 +17,7 @@ class Entry(NamedTuple):
     version: str  # `Identity.version` of the run, as planned
     # Version of the stored (stale or failed) run that may be replaced; empty if no run is stored.
     replaces: str = ""
+    planned: str = ""  # `planned_values` of the run as JSON
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,10 @@ class Unit:
         parts = min(parts, len(self.entries))
         bounds = [len(self.entries) * i // parts for i in range(parts + 1)]
         return [replace(self, entries=self.entries[start:stop]) for start, stop in pairwise(bounds)]
+
+
+class UnusableTrackerError(SequenceError):
+    """Error of a tracker that a worker process cannot create as it was planned."""
 
 
 LEAST_MEMORY = 512_000_000

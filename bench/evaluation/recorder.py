@@ -5,8 +5,9 @@ of the machine, such as a full disk, are raised: they are no failure of the trac
 """
 
 import traceback
-from collections.abc import Callable, Mapping
-from math import inf, nan
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from math import inf, isnan, nan
 from statistics import median
 from time import perf_counter, thread_time
 from typing import Any, TypeVar
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
+from trackmark.bench.evaluation.run_context import RunContext
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import TRANSFER_CLOCK, ExternalPlugin
@@ -38,6 +40,7 @@ from trackmark.trackers import (
     Finisher,
     Mapper,
     Mask,
+    Randomness,
     Tracker,
     TrackerError,
     Watcher,
@@ -48,7 +51,8 @@ from trackmark.trackers.base.estimate_check import (
     read_estimate,
     value_text,
 )
-from trackmark.trackers.base.plain_class import ends_forks
+from trackmark.trackers.base.plain import seed_number
+from trackmark.trackers.base.plain_class import ForkGuard
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -65,9 +69,6 @@ MAX_TRACEBACK_CHARACTERS = 20_000
 """Maximum number of stored characters of the traceback of an exception."""
 
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
-
-# These are not the tracker's (Ctrl-C). Every other exception, even SystemExit, is the tracker's.
-_OURS = (KeyboardInterrupt, GeneratorExit)
 
 
 class NotAttributableError(Exception):
@@ -141,7 +142,16 @@ class Recorder:
         self._first_seen = 0
         self._controller = Controller()
         self._made: Tracker | None = None
+        self._context: AbstractContextManager[None] = nullcontext()
+        self._drawn: set[str] = set()  # names of global generators
         self._update: Callable[[Any], Estimate]
+
+    @property
+    def may_draw(self) -> bool:
+        """True if the tracker may change the global generators of this process."""
+        if self._spec.is_built_in:
+            return self._spec.randomness is Randomness.PROCESS
+        return not self._spec.call_seconds
 
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
         """Prepare the next segment, which has a new tracker; `view` is the segment's sequence."""
@@ -161,14 +171,14 @@ class Recorder:
         """Pass a frame, in which the target has not appeared yet, to a `Watcher` tracker."""
         tracker = self._tracker()
         if isinstance(tracker, Watcher) and not self.failure:
-            self._call(frame, lambda: tracker.watch(shared_frame.image))
+            self._call(frame, lambda: self._in_context(tracker.watch, shared_frame.image))
 
     def start(self, shared_frame: SharedFrame, frame: int, mask: Mask | None) -> None:
         """Create and initialise the tracker."""
         box = self._truth_boxes[frame]
         if any(self._segment.perturbation):
             box, mask = self._segment.perturbed_box(box), None  # a mask would reveal the true box
-        self._last_box: NDArray[np.float64] | list[float] = box.copy()
+        self._last_box: Iterable[float] = box.tolist()
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
@@ -212,7 +222,9 @@ class Recorder:
         """Store the corrections of `Finisher.finish` after the last frame of a one-pass run."""
         tracker = self._tracker()
         if self._complete and isinstance(tracker, Finisher):
-            self._call(frame, lambda: self._store_revisions(frame, tracker.finish()))
+            self._call(
+                frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
+            )
         self.release()
 
     def result(self) -> Run:
@@ -223,6 +235,9 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
+        self._note_drawn()
+        if self._drawn:
+            circumstances["generators"] = sorted(self._drawn)
         if self._cpu:
             circumstances["update_seconds"] = median(self._cpu)
         if self._includes_transfer:
@@ -261,9 +276,9 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            with ends_forks():
+            with ForkGuard():
                 return call()
-        except _OURS:
+        except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
             self._fail(frame, error)
@@ -273,6 +288,7 @@ class Recorder:
 
     def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
+        self._note_drawn()
         if isinstance(self._made, ExternalPlugin):
             try:
                 self._made.close()
@@ -286,8 +302,24 @@ class Recorder:
             key, number = self.identity, self._trackers_begun
             self._trackers_begun += 1
             run = self._spec.name, key.sequence, key.repetition, number
-            self._made = self._spec.make(run_seed(*run, base=self._spec.base_seed))
+            seed = run_seed(*run, base=self._spec.base_seed)
+            # The package's trackers need none: they have no global generator, or seed it.
+            if self.may_draw and not self._spec.is_built_in:
+                self._context = RunContext(seed_number(seed), is_alone=self._alone)
+            self._made = self._in_context(self._spec.make, seed)
         return self._made
+
+    def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
+        """Return the result of a call in the context of the run."""
+        with self._context:
+            return call(*arguments)
+
+    def _note_drawn(self) -> None:
+        """Note which global generators the tracker has drawn from."""
+        if isinstance(self._context, RunContext):
+            self._drawn.update(self._context.drawn_generators())
+        if isinstance(self._made, ExternalPlugin):
+            self._drawn.update(self._made.drawn)
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
@@ -295,12 +327,13 @@ class Recorder:
         if self._shares and isinstance(tracker, SharingTracker):
             self._shared = True
             self._update = tracker.update_shared
-            tracker.init_shared(shared_frame, box, mask)
+            self._in_context(tracker.init_shared, shared_frame, box, mask)
             return
         self._update = tracker.update
-        cpu, wall = thread_time(), perf_counter()
-        tracker.init(shared_frame.image, box, mask)
-        times = perf_counter() - wall, thread_time() - cpu
+        with self._context:
+            cpu, wall = thread_time(), perf_counter()
+            tracker.init(shared_frame.image, box, mask)
+            times = perf_counter() - wall, thread_time() - cpu
         if isinstance(tracker, ExternalPlugin):
             self._external, self._includes_transfer = tracker, tracker.call_times is None
             times = tracker.call_times or (times[0], times[0])
@@ -309,12 +342,13 @@ class Recorder:
     def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
         """Update the tracker and store its estimate; return the time that it took [s]."""
         update, argument = self._update, shared_frame if self._shared else shared_frame.image
-        began = answered = perf_counter()
-        # The wall clock is read inside: otherwise, reading the CPU clock would count as waiting.
-        cpu = thread_time()
+        began = answered = 0.0
         try:
-            with ends_forks():
-                called_at = perf_counter()
+            with self._context:
+                # The wall clock is read inside: otherwise, reading the CPU clock would count as
+                # waiting.
+                cpu = thread_time()
+                began = answered = called_at = perf_counter()
                 estimate = update(argument)
                 answered = perf_counter()
                 times = answered - called_at, thread_time() - cpu
@@ -324,7 +358,7 @@ class Recorder:
             self._wall.append(times[0])
             self._cpu.append(times[1])
             self._store_estimate(shared_frame, frame, estimate)
-        except _OURS:
+        except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
             self._fail(frame, error)
@@ -344,14 +378,19 @@ class Recorder:
             raise MalformedEstimateError(
                 f"update returned {value_text(estimate)}. Expected: an Estimate"
             )
-        fields = read_estimate(estimate, shared_frame.image.shape)
-        if estimate.box is None and estimate.visible:
-            read_box(estimate.box)  # raises the error: only a target that is not visible has no box
-        self._last_box = fields["box"] or self._last_box
-        self._mask = fields["mask"]
-        self.gives_masks |= self._complete and self._mask is not None
-        self._rows[frame] = (*self._last_box, fields["visible"], fields["confidence"])
-        for key, value in fields["details"].items():
+        details = estimate.details
+        if row := _usual_row(estimate):
+            self._last_box, self._mask = row[:4], None
+            self._rows[frame] = row
+        else:
+            fields = read_estimate(estimate, shared_frame.image.shape)
+            if estimate.box is None and estimate.visible:
+                read_box(estimate.box)  # raises the error: only a lost target has no box
+            self._last_box = fields["box"] or self._last_box
+            self._mask, details = fields["mask"], fields["details"]
+            self.gives_masks |= self._complete and self._mask is not None
+            self._rows[frame] = (*self._last_box, fields["visible"], fields["confidence"])
+        for key, value in details.items():
             if key not in self._details:
                 if key in RESERVED_COLUMNS or not key.isprintable():
                     raise MalformedEstimateError(
@@ -370,7 +409,9 @@ class Recorder:
         if estimate.mask is not None:
             arrays["mask"] = np.array(estimate.mask)
         tracker = self._tracker()
-        maps = tracker.maps(shared_frame.image) if isinstance(tracker, Mapper) else {}
+        maps: Mapping[str, NDArray[Any]] = {}
+        if isinstance(tracker, Mapper):
+            maps = self._in_context(tracker.maps, shared_frame.image)
         for key, weights in maps.items():
             if np.shape(weights) != shared_frame.image.shape[:2]:
                 raise MalformedEstimateError(
@@ -420,6 +461,30 @@ class Recorder:
         text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"
         # The text may contain surrogates, for example in file names.
         self.failure = text.encode("utf-8", "backslashreplace").decode()
+
+
+def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
+    """Return the row of a valid estimate whose fields have the usual types; None for others.
+
+    `read_estimate` accepts the same values, but takes 4 µs.
+    """
+    box, confidence = estimate.box, estimate.confidence
+    if (
+        type(box) is not np.ndarray
+        or box.dtype != np.float64
+        or box.shape != (4,)
+        or type(estimate.visible) is not bool
+        or type(confidence) is not float
+        or estimate.mask is not None
+        or type(estimate.details) is not dict
+        or not all(type(k) is str and type(v) is float for k, v in estimate.details.items())
+    ):
+        return None
+    x, y, width, height = box.tolist()
+    is_valid = -inf < x < inf and -inf < y < inf and 0 < width < inf and 0 < height < inf
+    if not is_valid or not (0.0 <= confidence <= 1.0 or isnan(confidence)):
+        return None
+    return x, y, width, height, estimate.visible, confidence
 
 
 def _lacks_memory(error: BaseException) -> bool:

@@ -23,6 +23,7 @@ TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
     *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth", "clock"),
     "date",
+    "generators",
 )
 """Names of the text fields of a row."""
 
@@ -41,7 +42,8 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
     `seconds` is the time of all calls of the tracker, `frame_seconds` the mean time to decode or
     render a frame, and `update_seconds` the median CPU time of an update. `clock` names
     the clock of a tracker that is not timed by its CPU time; otherwise it is empty. `date` is the
-    date and time (UTC, ISO 8601) at which the run was stored first.
+    date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the
+    global random generators from which the tracker has drawn.
 
     Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
     with a warning on standard error. Raises `ResultsError` if rows are missing.
@@ -167,6 +169,7 @@ def _fields(
         "source": circumstances.get("source", ""),
         "truth": circumstances.get("truth", ""),
         "clock": circumstances.get("clock", ""),
+        "generators": ", ".join(circumstances.get("generators", ())),
         "date": circumstances.get("date", ""),
         "repetition": repetition,
         "frames": frames,
@@ -206,7 +209,7 @@ def scorer_digest(bench: Path) -> str:
     `bench` is the folder of the package. Presets and protocols are found by their file names, so
     that no import statement names them.
     """
-    further = [
+    by_name = [
         file for part in ("metrics/presets", "protocols") for file in bench.glob(f"{part}/*.py")
     ]
-    return tree_digest(bench / "store" / Path(__file__).name, bench, further)
+    return tree_digest(bench / "store" / Path(__file__).name, bench, by_name)

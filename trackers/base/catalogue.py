@@ -20,6 +20,7 @@ from typing import Annotated, Any, Literal, Protocol, get_args, get_origin
 import numpy as np
 
 from trackmark.trackers.base.former_imports import allow_former_imports, warn_of_former_imports
+from trackmark.trackers.base.global_generators import GlobalGenerators, preserved_generators
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackmark.trackers.base.parameters import (
     Parameters,
@@ -28,7 +29,7 @@ from trackmark.trackers.base.parameters import (
     unknown_name_error,
 )
 from trackmark.trackers.base.plain import AdaptedTracker, to_plugin
-from trackmark.trackers.base.plain_class import ends_forks, tracker_class
+from trackmark.trackers.base.plain_class import ForkGuard, tracker_class
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -356,7 +357,7 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             return validate_plugin(getattr(module, exported), name), file
         if entries:
             allow_former_imports()
-            with ends_forks():
+            with ForkGuard():
                 plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             warn_of_former_imports(file)
@@ -401,11 +402,20 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     if (folder := str(file.absolute().parent)) not in sys.path:
         sys.path.append(folder)  # for modules next to the file, also those that a run imports
     allow_former_imports()
+    arguments = sys.argv
     try:
-        with ends_forks(), contextlib.chdir(Path.cwd()):  # the file may change the directory
+        # The file may change the working directory, and draw from the global generators.
+        directory, generators = contextlib.chdir(Path.cwd()), GlobalGenerators(0)
+        with directory, preserved_generators(), generators, ForkGuard():
+            sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
         hint = ""
+        if isinstance(error, SystemExit):
+            hint = (
+                ". The file ends the process when it is imported, for example because it parses "
+                "arguments. Put this below if __name__ == '__main__':"
+            )
         if isinstance(error, ModuleNotFoundError):
             hint = (
                 ". If another Python environment has this module: --trackers FILE:python=PATH "
@@ -414,6 +424,8 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         raise TrackerError(
             f"{file}: the file cannot be imported: {_error_text(error, path)}{hint}"
         ) from error
+    finally:
+        sys.argv = arguments
     try:
         kind = tracker_class(module, class_name)
     except ValueError as error:
