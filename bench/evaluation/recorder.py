@@ -68,6 +68,7 @@ MAX_REASON_CHARACTERS = 1_000
 MAX_TRACEBACK_CHARACTERS = 20_000
 """Maximum number of stored characters of the traceback of an exception."""
 
+_FLOAT64 = np.dtype(np.float64)
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 
@@ -470,14 +471,15 @@ def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
     """
     box, confidence = estimate.box, estimate.confidence
     if (
-        type(box) is not np.ndarray
-        or box.dtype != np.float64
+        type(estimate) is not Estimate
+        or type(box) is not np.ndarray
+        or box.dtype is not _FLOAT64
         or box.shape != (4,)
         or type(estimate.visible) is not bool
         or type(confidence) is not float
         or estimate.mask is not None
         or type(estimate.details) is not dict
-        or not all(type(k) is str and type(v) is float for k, v in estimate.details.items())
+        or (estimate.details and not _are_plain(estimate.details))
     ):
         return None
     x, y, width, height = box.tolist()
@@ -485,6 +487,11 @@ def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
     if not is_valid or not (0.0 <= confidence <= 1.0 or isnan(confidence)):
         return None
     return x, y, width, height, estimate.visible, confidence
+
+
+def _are_plain(details: Mapping[Any, Any]) -> bool:
+    """Return whether details are floats by text, which need no conversion."""
+    return all(type(key) is str and type(details[key]) is float for key in details)
 
 
 def _lacks_memory(error: BaseException) -> bool:
