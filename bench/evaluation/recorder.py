@@ -80,6 +80,7 @@ RUN_DELAY_CLOCK = "wall time minus run delay"
 WALL_CLOCK = "wall time"
 """Clocks of runs. Only times of equal clocks are compared."""
 
+_FLOAT64 = np.dtype(np.float64)
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 
@@ -250,7 +251,7 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
-        self._note_drawn()
+        self.note_drawn()
         if self._drawn:
             circumstances["generators"] = sorted(self._drawn)
         if self._updates:
@@ -296,7 +297,7 @@ class Recorder:
 
     def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
-        self._note_drawn()
+        self.note_drawn()
         if self._made is not None:
             self._device = device_name(self._made) or self._device
         if isinstance(self._made, ExternalPlugin):
@@ -325,8 +326,8 @@ class Recorder:
         with self._context:
             return call(*arguments)
 
-    def _note_drawn(self) -> None:
-        """Note which global generators the tracker has drawn from."""
+    def note_drawn(self) -> None:
+        """Note which global generators the tracker has drawn from, before others draw."""
         if isinstance(self._context, RunContext):
             self._drawn.update(self._context.drawn_generators())
         if isinstance(self._made, ExternalPlugin):
@@ -488,14 +489,15 @@ def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
     """
     box, confidence = estimate.box, estimate.confidence
     if (
-        type(box) is not np.ndarray
-        or box.dtype != np.float64
+        type(estimate) is not Estimate
+        or type(box) is not np.ndarray
+        or box.dtype is not _FLOAT64
         or box.shape != (4,)
         or type(estimate.visible) is not bool
         or type(confidence) is not float
         or estimate.mask is not None
         or type(estimate.details) is not dict
-        or not all(type(k) is str and type(v) is float for k, v in estimate.details.items())
+        or (estimate.details and not _are_plain(estimate.details))
     ):
         return None
     x, y, width, height = box.tolist()
@@ -503,6 +505,11 @@ def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
     if not is_valid or not (0.0 <= confidence <= 1.0 or isnan(confidence)):
         return None
     return x, y, width, height, estimate.visible, confidence
+
+
+def _are_plain(details: Mapping[Any, Any]) -> bool:
+    """Return whether details are floats by text, which need no conversion."""
+    return all(type(key) is str and type(details[key]) is float for key in details)
 
 
 def _lacks_memory(error: BaseException) -> bool:
