@@ -132,6 +132,7 @@ class Recorder:
         self.segments = _segments(protocol, sequence, spec.init)
         self._frames = segment_frames(protocol, sequence, spec.init)
         self._spec, self._run_seconds, self._alone = spec, run_seconds, alone
+        self._is_built_in = spec.is_built_in
         self._raise_errors = raise_errors
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
         self._complete = protocol == STORED_ONE_PASS
@@ -362,15 +363,12 @@ class Recorder:
         began = perf_counter()
         seconds = 0.0
         try:
-            with self._context:
-                if self._timed_by_itself is None:
-                    self._clock.start()
-                    estimate = update(argument)
-                    synchronise(self._made)
-                    call = self._clock.stop()
-                else:
-                    estimate = update(argument)
-                    call = self._timed_by_itself.call_time
+            if self._is_built_in:
+                self._clock.start()
+                estimate = update(argument)
+                call = self._clock.stop()
+            else:
+                estimate, call = self._update_outside(update, argument)
             seconds = perf_counter() - began
             if shared_frame.saved_seconds > saved:  # computed by another tracker before
                 shared = shared_frame.saved_seconds - saved
@@ -390,6 +388,19 @@ class Recorder:
         elif reason := self._controller.on_estimate(frame, self._rows[frame], call.seconds):
             self.fail(frame, reason)
         return seconds
+
+    def _update_outside(
+        self, update: Callable[[Any], Estimate], argument: Any
+    ) -> tuple[Estimate, CallTime]:
+        """Return estimate and times of an update of a tracker from outside the package."""
+        with self._context:
+            if self._timed_by_itself is not None:
+                estimate = update(argument)
+                return estimate, self._timed_by_itself.call_time
+            self._clock.start()
+            estimate = update(argument)
+            synchronise(self._made)
+            return estimate, self._clock.stop()
 
     def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Validate and store an estimate."""

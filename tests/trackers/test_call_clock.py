@@ -111,7 +111,7 @@ def test_clock_closes_its_descriptor():
 
 
 def test_clock_without_run_delay_is_wall_time(monkeypatch):
-    monkeypatch.setattr(call_clock, "_RUSAGE_THREAD", None)
+    monkeypatch.setattr(call_clock, "_SCHEDSTAT", "/none")
     assert not CallClock().has_run_delay
     times = timed(lambda: time.sleep(0.01))
     assert times.seconds >= 0.01

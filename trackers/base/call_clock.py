@@ -13,8 +13,12 @@ import threading
 import time
 from typing import Any, NamedTuple
 
-_RUSAGE_THREAD = getattr(resource, "RUSAGE_THREAD", None)
+_SCHEDSTAT = "/proc/thread-self/schedstat"
+_MAX_BYTES = 64  # of its content
 _NANOSECOND = 1e-9
+
+SHORT_CALL = 1e-4
+"""Duration of a call below which its run delay is not looked up [s]."""
 
 MAX_RUN_DELAY = 0.1
 """Run delay as a fraction of the wall time above which other load has disturbed a measurement."""
@@ -35,21 +39,22 @@ def run_delay_share(seconds: float, run_delay: float) -> float:
     return run_delay / wall if wall else 0.0
 
 
-def read_run_delay(schedstat: int) -> float:
-    """Return the run delay of a thread so far [s]; `schedstat` is the descriptor of its file."""
-    return int(os.pread(schedstat, 64, 0).split()[1]) * _NANOSECOND
-
-
 class CallClock:
     """Clock of consecutive calls in one thread: `start`, the call, `stop`.
 
-    A call without a context switch ran without interruption. Its CPU time is its wall time, and
-    its run delay is 0. This needs 1 µs less than reading all counters after each call.
+    A call of less than `SHORT_CALL` counts as one without interruption by other threads, which
+    would have taken longer. Its CPU time is its wall time and its run delay is 0. Only longer calls
+    are worth the time of reading all counters, which is several microseconds.
     """
 
     def __init__(self) -> None:
-        self._thread = self._schedstat = self._switches = -1
-        self._delay = self._children = 0.0
+        self._thread = self._schedstat = -1
+        self._counters = b""  # content of the file with the run delay
+        self._was_short = False  # the last call
+        self._cpu = self._children = 0.0
+
+    def __del__(self) -> None:
+        self._close()
 
     @property
     def has_run_delay(self) -> bool:
@@ -57,45 +62,40 @@ class CallClock:
         self._open()
         return self._schedstat >= 0
 
-    def __del__(self) -> None:
-        self._close()
-
     def start(self) -> None:
         """Start a call."""
         if self._thread != threading.get_ident():
             self._open()
+        if not self._was_short:
+            self._cpu, self._children = time.process_time(), _read_children()
         if self._schedstat >= 0:
-            switches = _count_switches()
-            if switches != self._switches:
-                self._switches = switches
-                self._delay = read_run_delay(self._schedstat)
-                self._children = _read_children()
-        else:
-            self._children = _read_children()
-        self._cpu = time.process_time()
+            self._counters = os.pread(self._schedstat, _MAX_BYTES, 0)
         self._started = time.perf_counter()
 
     def stop(self) -> CallTime:
         """Return the times of the call that ends now."""
         wall = time.perf_counter() - self._started
+        if wall < SHORT_CALL:
+            self._was_short = True
+            return CallTime(wall, 0.0, wall, 0.0)
         delay = 0.0
         if self._schedstat >= 0:
-            if _count_switches() == self._switches:
-                return CallTime(wall, 0.0, wall, 0.0)
-            # A switch between the counters of `start` can exceed the call.
-            delay = min(read_run_delay(self._schedstat) - self._delay, wall)
+            counters = os.pread(self._schedstat, _MAX_BYTES, 0)
+            # A delay between reading the counters and the clock is not part of the call.
+            delay = min(_run_delay(counters) - _run_delay(self._counters), wall)
+        if self._was_short:  # the counters of `start` were not read
+            self._was_short = False
+            return CallTime(wall - delay, delay, wall - delay, 0.0)
         cpu = time.process_time() - self._cpu
         return CallTime(wall - delay, delay, cpu, _read_children() - self._children)
 
     def _open(self) -> None:
         """Open the counters of the current thread; the descriptor works in this thread only."""
         self._close()
-        self._thread, self._switches = threading.get_ident(), -1
-        if _RUSAGE_THREAD is None:
-            return
+        self._thread = threading.get_ident()
         try:
-            self._schedstat = os.open("/proc/thread-self/schedstat", os.O_RDONLY | os.O_CLOEXEC)
-            read_run_delay(self._schedstat)
+            self._schedstat = os.open(_SCHEDSTAT, os.O_RDONLY | os.O_CLOEXEC)
+            _run_delay(os.pread(self._schedstat, _MAX_BYTES, 0))
         except (OSError, ValueError, IndexError):  # not Linux, or a kernel without the counters
             self._close()
 
@@ -144,10 +144,9 @@ def device_name(tracker: Any) -> str:
     return ""
 
 
-def _count_switches() -> int:
-    """Return the number of context switches of this thread so far."""
-    usage = resource.getrusage(_RUSAGE_THREAD)  # type: ignore[arg-type]  # not None with schedstat
-    return usage.ru_nvcsw + usage.ru_nivcsw
+def _run_delay(counters: bytes) -> float:
+    """Return the run delay in the counters of a thread [s]."""
+    return int(counters.split()[1]) * _NANOSECOND
 
 
 def _read_children() -> float:
