@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -88,12 +89,24 @@ def _invoke(arguments: Sequence[str] | None) -> int:
         error.show()
         return error.exit_code
     except (ImportError, MachineError, OSError, RuntimeError, ValueError) as error:
-        message = _message_of(error)
+        message = _message_of_surroundings(error) or _message_of(error)
         if message is None:
             raise
         complain(message)
         return EXIT_WRONG_INPUT
     return answer if isinstance(answer, int) else 0
+
+
+def _message_of_surroundings(error: Exception) -> str | None:
+    """Return the message for an unusable working directory or environment variable."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return "the working directory was removed. Change to an existing folder."
+    if str(error) == "Number of threads specified must be > 0.":  # raised by Numba's import
+        value = os.environ.get("NUMBA_NUM_THREADS")
+        return f"NUMBA_NUM_THREADS is {value!r}. Expected: 1 or more."
+    return None
 
 
 def _message_of(error: Exception) -> str | None:

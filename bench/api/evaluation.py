@@ -1,5 +1,6 @@
 """Functions that run trackers on sequences: in memory, or stored in a folder."""
 
+import sys
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,8 +13,10 @@ from trackmark import datasets
 from trackmark.bench.api.results import Results, load_experiment, preset_for
 from trackmark.bench.api.tracker_arguments import resolve_trackers, tracker_texts, unsaved_reason
 from trackmark.bench.comparing.run_summary import tracker_line
-from trackmark.bench.evaluation.loop import run_protocol
-from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.engine.process_state import ProcessState
+from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_protocol
+from trackmark.bench.evaluation.recorder import NotAttributableError
+from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
 from trackmark.bench.execution.executor import run_experiment
@@ -26,6 +29,7 @@ from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.reports.temporary_paths import remove_abandoned
 from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers.base.estimate_check import value_text
 
 _one_thread = RLock()  # threads share sequences and processes of trackers
 
@@ -85,29 +89,34 @@ def evaluate(
     for sequence, _ in opened:
         sequence.check_runnable()
     in_memory = {spec.label: unsaved_reason(spec) for spec in specs}
-    runs: dict[tuple[str, str, int], Run] = {}
+    entries = _entries(specs, repetitions)
+    search_path = list(sys.path)
     remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
     try:
-        for sequence, source in opened:
-            try:
-                sequence_runs = _run_trackers(specs, repetitions, sequence, stored, raise_errors)
-            except SequenceError as error:  # the runs on other sequences are not lost
-                if raise_errors or len(opened) == 1:
-                    raise
-                warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
-                continue
-            origin = {"source": source} if source else {}
-            for run_of_tracker in sequence_runs:
-                key = (
-                    run_of_tracker.identity.tracker,
-                    sequence.name,
-                    run_of_tracker.identity.repetition,
-                )
-                circumstances = {**run_of_tracker.circumstances, **origin}
-                runs[key] = replace(run_of_tracker, circumstances=circumstances)
+        runs, errors = _run_all(entries, opened, stored, raise_errors)
+        # Only a run can show that its tracker draws from global generators.
+        drew = {run.identity.tracker for run in runs if "generators" in run.circumstances}
+        stochastic = [spec for spec in specs if _runs_once(spec) and spec.label in drew]
+        missing = [
+            (spec, repetition) for spec in stochastic for repetition in range(1, repetitions)
+        ]
+        readable = [pair for pair in opened if pair[0].name not in errors]
+        more, more_errors = _run_all(missing, readable, stored, raise_errors)
     finally:
         close_idle_processes()
-    results = Results(runs, stored, metrics, [sequence for sequence, _ in opened], in_memory)
+        sys.path[:] = search_path
+    errors |= more_errors
+    if len(errors) == len(opened):
+        first, *others = errors.values()
+        if not others:
+            raise first
+        raise SequenceError(f"{first} None of the {len(opened)} sequences can be read.") from first
+    for error in errors.values():
+        warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
+    _warn_of_drawing(runs, stochastic)
+    sequences_run = [sequence for sequence, _ in opened]
+    by_key = _by_key([*runs, *more], specs, sequences_run)
+    results = Results(by_key, stored, metrics, sequences_run, in_memory)
     _warn_of_failures(results)
     return results
 
@@ -152,6 +161,8 @@ def run(
         If a part cannot be executed. Finished runs stay stored.
     """
     _check(protocol, metrics, repetitions=repetitions, jobs=1 if jobs is None else jobs)
+    if not isinstance(output, str | Path | None):
+        raise TypeError(f"output is {value_text(output)}. Expected: a folder as text or Path.")
     texts, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
     default = Path("results") / default_name(texts, [text for text, _ in selected])
     folder = (default if output is None else Path(output)).expanduser().absolute()
@@ -175,10 +186,18 @@ def _check(protocol: str, metrics: str, **numbers: int) -> str:
             "a file that trackmark imports as a tracker starts runs itself. Put them below "
             "if __name__ == '__main__':"
         )
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        raise FileNotFoundError(
+            "the working directory was removed. Change to an existing folder by os.chdir."
+        ) from None
     for name, value in numbers.items():
         least = 0 if name == "seed" else 1
-        if not isinstance(value, Integral) or value < least:
-            raise ValueError(f"{name} is {value!r}. Expected: an integer of {least} or more.")
+        if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+            raise ValueError(
+                f"{name} is {value_text(value)}. Expected: an integer of {least} or more."
+            )
     stored = parse_protocol(protocol).text
     if not can_score(preset := preset_for(metrics, stored), stored):
         raise ValueError(f"{preset} cannot score runs by the protocol {protocol}.")
@@ -194,8 +213,8 @@ def _sequence_texts(sequences: Any) -> Iterator[tuple[str, str]]:
     for entry in _listed(sequences):
         if not isinstance(entry, str | Path):
             raise TypeError(
-                f"{entry!r} is not a name or path of a sequence. trackmark.evaluate also takes a "
-                "Sequence."
+                f"{value_text(entry)} is not a name or path of a sequence. trackmark.evaluate also "
+                "takes a Sequence."
             )
         text = str(entry.expanduser().absolute()) if isinstance(entry, Path) else entry
         for name in datasets.matching(text):
@@ -230,45 +249,115 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
     return list(opened.values())
 
 
-def _run_trackers(
-    specs: list[TrackerSpec],
-    repetitions: int,
-    sequence: Sequence,
+def _runs_once(spec: TrackerSpec) -> bool:
+    return spec.randomness is Randomness.NONE
+
+
+def _entries(specs: list[TrackerSpec], repetitions: int) -> list[tuple[TrackerSpec, int]]:
+    """Return the runs on each sequence."""
+    counts = [(spec, 1 if _runs_once(spec) else repetitions) for spec in specs]
+    return [(spec, repetition) for spec, count in counts for repetition in range(count)]
+
+
+def _run_all(
+    entries: list[tuple[TrackerSpec, int]],
+    opened: list[tuple[Sequence, str]],
     stored: str,
     raise_errors: bool,
+) -> tuple[list[Run], dict[str, SequenceError]]:
+    """Return the runs on all sequences, and the errors of unreadable sequences by name."""
+    runs: list[Run] = []
+    errors: dict[str, SequenceError] = {}
+    for sequence, source in opened if entries else ():
+        try:
+            on_sequence = _run_trackers(entries, sequence, stored, raise_errors)
+        except SequenceError as error:  # the runs on other sequences are not lost
+            if raise_errors:
+                raise
+            errors[sequence.name] = error
+            continue
+        origin = {"source": source} if source else {}
+        for run_of_tracker in on_sequence:
+            circumstances = {**run_of_tracker.circumstances, **origin}
+            runs.append(replace(run_of_tracker, circumstances=circumstances))
+    return runs, errors
+
+
+def _run_trackers(
+    entries: list[tuple[TrackerSpec, int]], sequence: Sequence, stored: str, raise_errors: bool
 ) -> list[Run]:
-    """Return the runs on a sequence, in the order of the trackers and repetitions."""
+    """Return the runs on a sequence."""
+    passes, frames = list(_passes(entries, stored)), sequence.frames
     with _one_thread:
-        passes = [
-            run_protocol(entries, sequence, stored, raise_errors=raise_errors)
-            for entries in _passes(specs, repetitions, stored)
-        ]
-    runs = [run for each in passes for run in each.runs]
-    labels = [spec.label for spec in specs]
-    return sorted(
-        runs, key=lambda run: (labels.index(run.identity.tracker), run.identity.repetition)
-    )
+        if len(passes) > 1:
+            sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
+        try:
+            return [
+                run
+                for entries_of_pass in passes
+                for run in _run_pass(entries_of_pass, sequence, stored, raise_errors)
+            ]
+        finally:
+            sequence.frames = frames
+
+
+def _run_pass(
+    entries: list[tuple[TrackerSpec, int]], sequence: Sequence, stored: str, raise_errors: bool
+) -> list[Run]:
+    """Return the runs of a pass, and restore the state of the process."""
+    before = ProcessState.current()
+    try:
+        return run_protocol(entries, sequence, stored, raise_errors=raise_errors).runs
+    except NotAttributableError:  # one of several trackers has exhausted the memory
+        if raise_errors:
+            raise
+        runs = (_run_pass([entry], sequence, stored, raise_errors) for entry in entries)
+        return [run for (run,) in runs]
+    finally:
+        before.restore()
 
 
 def _passes(
-    specs: list[TrackerSpec], repetitions: int, stored: str
+    entries: list[tuple[TrackerSpec, int]], stored: str
 ) -> Iterator[list[tuple[TrackerSpec, int]]]:
     """Yield the runs of each pass over a sequence.
 
-    Trackers share the images of a pass. Trackers that use the random numbers of the process,
-    trackers whose time counts, and each process of a tracker have their own passes.
+    The package's trackers share the images of a pass, unless they use the random numbers of the
+    process, or time counts. Other trackers can change the state of the process.
     """
     time_dependent = stored_protocol(stored).time_dependent
     shared = []
-    for spec in specs:
-        once = spec.randomness is Randomness.NONE
-        entries = [(spec, repetition) for repetition in range(1 if once else repetitions)]
-        if spec.randomness is Randomness.PROCESS or time_dependent or spec.call_seconds:
-            yield from ([entry] for entry in entries)
+    for spec, repetition in entries:
+        if not spec.is_built_in or spec.randomness is Randomness.PROCESS or time_dependent:
+            yield [(spec, repetition)]
         else:
-            shared += entries
+            shared.append((spec, repetition))
     if shared:
         yield shared
+
+
+def _by_key(
+    runs: list[Run], specs: list[TrackerSpec], sequences: list[Sequence]
+) -> dict[tuple[str, str, int], Run]:
+    """Return runs by key, in the order of sequences, trackers and repetitions."""
+    labels, names = [spec.label for spec in specs], [sequence.name for sequence in sequences]
+    keys = [(run.identity.tracker, run.identity.sequence, run.identity.repetition) for run in runs]
+    by_key = dict(zip(keys, runs, strict=True))
+    order = sorted(keys, key=lambda key: (names.index(key[1]), labels.index(key[0]), key[2]))
+    return {key: by_key[key] for key in order}
+
+
+def _warn_of_drawing(runs: list[Run], specs: list[TrackerSpec]) -> None:
+    """Issue a warning for each tracker that does not declare its random numbers."""
+    for spec in specs:
+        names = {
+            name
+            for run in runs
+            if run.identity.tracker == spec.label
+            for name in run.circumstances.get("generators", ())
+        }
+        text = drawing_note(spec.label, ", ".join(sorted(names)))
+        warnings.warn(text, RuntimeWarning, stacklevel=3)
 
 
 def _warn_of_failures(results: Results) -> None:

@@ -3,13 +3,18 @@
 import ast
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
+from types import MethodType
 from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
 
 from trackmark import IMPORT_TIME
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker, source_file
-from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
     PLUGIN_MODULE,
     check_name,
@@ -29,17 +34,60 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
     `TypeError` for an object that is not a tracker.
     """
     by_label: dict[str, tuple[Any, TrackerSpec]] = {}
+    owners = _Owners()
     for name, tracker in _named(trackers):
         spec = _resolve(tracker, name, repetitions)
+        if not isinstance(tracker, str | Path):
+            if not isinstance(tracker, type) and not missing_methods(tracker):
+                owners.add(tracker, spec.label, is_new=True)
+            spec = spec.changed(make=partial(owners.create, spec))
         other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
-        if other is not tracker and not _equal_texts(spec, other_spec, tracker, other):
+        if not _is_same(tracker, other) and not _equal_texts(spec, other_spec, tracker, other):
             raise TrackerError(
                 f"two different trackers are called {spec.label!r}. Give them names by a dict: "
                 f"{{'first': ..., 'second': ...}}."
             )
     if not by_label:
         raise TrackerError("no tracker is given. Give at least one.")
-    return [_changed(spec, base_seed=base_seed) for _, spec in by_label.values()]
+    return [spec.changed(base_seed=base_seed) for _, spec in by_label.values()]
+
+
+class _Owners:
+    """Labels of the trackers to which objects belong."""
+
+    def __init__(self) -> None:
+        self._labels: dict[int, str] = {}
+        self._objects: WeakValueDictionary[int, Any] = WeakValueDictionary()
+
+    def add(self, tracker: Any, label: str, *, is_new: bool = False) -> None:
+        """Note the label of an object.
+
+        A function can return one object for several runs of a tracker; if `is_new`, the object is
+        an argument. Raises `TrackerError` if the object belongs to another tracker.
+        """
+        other = self._labels.get(id(tracker), "")
+        is_same = self._objects.get(id(tracker)) is tracker
+        if is_same and (is_new or other != label):
+            raise TrackerError(
+                f"trackers {other!r} and {label!r} are one object, whose runs would share its "
+                "state. Give the class, or a new object for each."
+            )
+        with suppress(TypeError):  # a class with `__slots__`
+            self._objects[id(tracker)] = tracker
+            self._labels[id(tracker)] = label
+
+    def create(self, spec: TrackerSpec, seed: np.random.SeedSequence) -> Tracker:
+        """Create a tracker; raise `TrackerError` if it is the object of another tracker."""
+        plugin = spec.make(seed)
+        self.add(vars(plugin).get("_tracker", plugin), spec.label)
+        return plugin
+
+
+def _is_same(tracker: Any, other: Any) -> bool:
+    """Return whether two arguments are one tracker; `==` of a user's object can do anything."""
+    if isinstance(tracker, MethodType) and isinstance(other, MethodType):
+        return tracker.__self__ is other.__self__ and tracker.__func__ is other.__func__
+    return tracker is other or (isinstance(tracker, str | Path) and tracker == other)
 
 
 def _equal_texts(spec: TrackerSpec, other_spec: TrackerSpec, *trackers: Any) -> bool:
@@ -64,8 +112,8 @@ def tracker_texts(trackers: Any) -> tuple[str, ...]:
             file = source_file(tracker) if isinstance(tracker, type) else None
             example = f"{file}:{tracker.__name__}" if file else "path/to/file.py:ClassName"
             raise TrackerError(
-                f"{name or tracker!r}: worker processes read trackers from files, and a dict "
-                f"cannot name them. Give, for example, {example!r} (its import must start no "
+                f"{name or value_text(tracker)}: worker processes read trackers from files, and a "
+                f"dict cannot name them. Give, for example, {example!r} (its import must start no "
                 "runs), or use trackmark.evaluate."
             )
         texts.append(str(tracker))
@@ -95,7 +143,7 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
 def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     if isinstance(tracker, str | Path):
         spec = parse_tracker(str(tracker))
-        return _changed(spec, label=name) if name else spec
+        return spec.changed(label=name) if name else spec
     try:
         is_class, missing = isinstance(tracker, type), missing_methods(tracker)
     except ValueError as error:
@@ -162,10 +210,3 @@ def unsaved_reason(spec: TrackerSpec) -> str:
         if checked and file.stat().st_mtime > IMPORT_TIME:
             return f"uses {file}, which has changed since trackmark was imported"
     return ""
-
-
-def _changed(spec: TrackerSpec, **fields: Any) -> TrackerSpec:
-    """Return a tracker with other fields and the same version, which it may have been given."""
-    changed = replace(spec, **fields)
-    vars(changed)["version"] = spec.version  # value of the `cached_property`
-    return changed

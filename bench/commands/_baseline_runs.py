@@ -65,7 +65,6 @@ class BaselineRunner:
         labels_by_names: dict[tuple[str, ...], list[str]] = {}
         for tracker, names in sequences.items():
             labels_by_names.setdefault(tuple(names), []).append(tracker)
-        counts: dict[tuple[str, str], int] = {}
         executions = []
         for names, labels in labels_by_names.items():
             experiment = Experiment(
@@ -79,19 +78,25 @@ class BaselineRunner:
             )
             self._check_plan(execution.plan, labels, names)
             executions.append(execution)
-            for label, count in zip(labels, execution.plan.repetitions.tolist(), strict=True):
-                counts |= {(label, name): count for name in names}
         trackers = "1 tracker" if len(sequences) == 1 else f"{len(sequences)} trackers"
         title = f"{self.name}: {trackers}{', seed 0 repeated' * temporary}"
         with RunProgress(title, None if temporary else self.folder) as progress:
             progress.expect(*executions)
             for execution in executions:
                 execute_runs(execution, progress=progress, temporary=temporary)
+        # Only runs can show that a tracker is stochastic.
+        counts = {
+            spec.label: count
+            for execution in executions
+            for spec, count in zip(
+                execution.plan.trackers.values(), execution.plan.repetitions.tolist(), strict=True
+            )
+        }
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         if not temporary:
             cells = [(*pair, 0, STORED_ONE_PASS) for pair in pairs]
             print_corner_hints(self.folder, cells)
-        return stored_entries(self.folder, {pair: counts[pair] for pair in pairs}, self.sources)
+        return stored_entries(self.folder, {pair: counts[pair[0]] for pair in pairs}, self.sources)
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
         """Raise `BaselineError` if a tracker or sequence was renamed, or a sequence has changed."""

@@ -68,7 +68,11 @@ def execute_runs(
                 progress.expect(execution)
             progress.begin()
             execution.on_error = progress.warn
+            units = execution.units
             for row in execution.rows(progress.update):
+                if execution.units is not units:  # a tracker has turned out to be stochastic
+                    units = execution.units
+                    progress.expect(execution)
                 progress.add(row)
                 on_row(row)
     except KeyboardInterrupt:

@@ -6,6 +6,7 @@ import sys
 import traceback
 from dataclasses import dataclass
 from itertools import count
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,6 +14,9 @@ from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
 from trackmark.bench.commands._options import Command, argument, option, with_options
 from trackmark.bench.commands._progress import print_message
 from trackmark.bench.commands._terminal import complain
+
+if TYPE_CHECKING:
+    from trackmark.trackers import Tracker
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +59,8 @@ def command(options: TraxOptions) -> int:
     from trackmark.bench.experiments.tracker_spec import BOXES
     from trackmark.bench.external.trax_server import ClientError, serve
     from trackmark.trackers import TrackerError
+    from trackmark.trackers.base.global_generators import GlobalGenerators
+    from trackmark.trackers.base.plain import seed_number
 
     spec = resolve_trackers([options.name])[options.name]
     if spec.init != BOXES:
@@ -64,8 +70,15 @@ def command(options: TraxOptions) -> int:
     if spec.randomness != "none":
         print_message(f"trackmark: seed {first}")
     seeds = map(np.random.SeedSequence, count(first))
+
+    def make() -> "Tracker":
+        seed = next(seeds)
+        # No other tracker runs in this process: it suffices to seed the generators once.
+        GlobalGenerators(seed_number(seed)).__enter__()
+        return spec.make(seed)
+
     try:
-        serve(lambda: spec.make(next(seeds)), spec.label, sys.stdin.buffer, answers)
+        serve(make, spec.label, sys.stdin.buffer, answers)
     except ClientError as error:
         complain(str(error))
         return EXIT_WRONG_INPUT

@@ -16,6 +16,7 @@ class Entry(NamedTuple):
     version: str  # `Identity.version` of the run, as planned
     # Version of the stored (stale or failed) run that may be replaced; empty if no run is stored.
     replaces: str = ""
+    planned: str = ""  # `planned_values` of the run as JSON
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ The parent process, in which no tracker runs, stores and scores them.
 
 import ctypes
 import faulthandler
+import json
 import os
 import pickle
 import resource
@@ -29,7 +30,7 @@ from trackmark.bench.engine.process_state import (
     limit_memory,
 )
 from trackmark.bench.engine.stack_trace import select_line
-from trackmark.bench.engine.work_unit import Failure, Request, Unit
+from trackmark.bench.engine.work_unit import Entry, Failure, Request, Unit
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
@@ -43,6 +44,7 @@ from trackmark.bench.experiments.tracker_spec import (
     Identity,
     TrackerSpec,
     parse_trackers,
+    planned_values,
     run_identity,
 )
 from trackmark.bench.external.process import ExternalTrackerError
@@ -57,9 +59,9 @@ _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
 _NO_MEMORY = "the memory is exhausted"
 _GLOBAL_NUMBERS = (
-    "it used the global random generators (numpy.random or random), so its boxes are not "
-    "repeatable. Use the seed that the tracker receives, or declare Randomness.PROCESS "
-    "(in a plain class: randomness = 'process')."
+    "it used the global random generators (numpy.random or random), which are not seeded for "
+    "trackers of the package. Use the seed that the tracker receives, or declare "
+    "Randomness.PROCESS."
 )
 
 
@@ -71,6 +73,7 @@ def main() -> None:
     message in the heartbeat file, one byte is sent through the socket.
     """
     channel, shared, trace, parent, memory = map(int, sys.argv[1:])
+    del sys.argv[1:]  # they are not arguments of a tracker
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the command handles Ctrl-C
     faulthandler.enable(trace, all_threads=False)
     # The parent aborts a hung worker; prevent a core dump.
@@ -141,7 +144,7 @@ def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) 
     tracker differs from the plan. Raises `NotAttributableError` if one of several trackers harms
     the process.
     """
-    sequence, trackers, _ = _open(unit)
+    sequence, trackers = _open(unit)
     before = ProcessState.current()
     walk = run_protocol(
         zip(trackers, [entry.repetition for entry in unit.entries], strict=True),
@@ -156,13 +159,14 @@ def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) 
     if unit.protocol != TIMING:
         measured = {"frame_seconds": walk.frame_seconds}
         runs = [replace(run, circumstances={**run.circumstances, **measured}) for run in runs]
-    _open(unit)  # checks again: boxes must not be stored under another version
+    _check_unchanged(unit)  # boxes must not be stored under another version
     return runs
 
 
 def record_failure(unit: Unit, failure: Failure) -> Run:
     """Return the only run of a unit as failed, with its rows up to the failure."""
-    sequence, (tracker,), (key,) = _open(unit)
+    sequence, (tracker,) = _open(unit)
+    key = run_identity(tracker, sequence, unit.entries[0].repetition, unit.protocol)
     segments = segment_frames(unit.protocol, sequence, tracker.init)
     n = sum(map(len, segments)) or len(sequence)
     rows = np.full((n, COLUMNS), nan)
@@ -185,10 +189,10 @@ def record_failure(unit: Unit, failure: Failure) -> Run:
     )
 
 
-def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec], list[Identity]]:
-    """Return the sequence of a unit, and the trackers and identities in the order of its entries.
+def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec]]:
+    """Return the sequence of a unit, and the trackers in the order of its entries.
 
-    Raises `SequenceError` if the sequence cannot be opened, or if anything differs from the plan.
+    Raises `SequenceError` if one of them cannot be opened, or differs from the plan.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     texts = [entry.tracker for entry in unit.entries]
@@ -196,15 +200,28 @@ def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec], list[Identity]]:
         chosen = parse_trackers(texts)
     except ExternalTrackerError as error:  # its process ran when the runs were planned
         raise SequenceError(f"{sequence.name}: {error}") from None
-    except (TrackerError, OSError):
-        raise _changed(", ".join(dict.fromkeys(texts)), sequence) from None
+    except (TrackerError, OSError) as error:
+        raise SequenceError(
+            f"{str(error).removesuffix('.')}. This happens in a worker process, which imports the "
+            "file again."
+        ) from None
     trackers = [chosen[text] for text in texts]
-    identities = []
     for entry, tracker in zip(unit.entries, trackers, strict=True):
-        identities.append(run_identity(tracker, sequence, entry.repetition, unit.protocol))
-        if identities[-1].version != entry.version:
-            raise _changed(entry.tracker, sequence)
-    return sequence, trackers, identities
+        identity = run_identity(tracker, sequence, entry.repetition, unit.protocol)
+        if identity.version != entry.version:
+            problem = _difference(entry, identity)
+            raise SequenceError(problem) if problem else _changed(entry.tracker, sequence)
+    return sequence, trackers
+
+
+def _check_unchanged(unit: Unit) -> None:
+    """Raise `SequenceError` if the sequence or a tracker has changed since `_open`."""
+    try:
+        _open(unit)
+    except SequenceError:
+        texts = dict.fromkeys(entry.tracker for entry in unit.entries)
+        sequence = datasets.load(unit.source.text, truth=unit.source.truth)
+        raise _changed(", ".join(texts), sequence) from None
 
 
 def _changed(tracker: str, sequence: Sequence) -> SequenceError:
@@ -212,6 +229,29 @@ def _changed(tracker: str, sequence: Sequence) -> SequenceError:
         f"{tracker} on {sequence.name}: the tracker or the sequence changed during its runs, "
         "which were not stored. Run the same command again."
     )
+
+
+def _difference(entry: Entry, identity: Identity) -> str:
+    """Return the error of a tracker whose equal source gives other values in each process.
+
+    The text is empty if the source or the sequence differs.
+    """
+    planned, current = json.loads(entry.planned or "{}"), planned_values(identity)
+    if not planned or planned["tracker_version"] != current["tracker_version"]:
+        return ""
+    # Each worker finds another value: without it, equal errors are printed once.
+    remedy = "Expected: a value that does not depend on the process, the time or a random number."
+    for name in current["parameters"]:
+        old = planned["parameters"].get(name)
+        if old != current["parameters"][name]:
+            return (
+                f"{entry.tracker}: the default of the argument {name!r} differs in each process, "
+                f"for example {old!r}. {remedy}"
+            )
+    old = planned["tracker"]
+    if old != current["tracker"]:
+        return f"{entry.tracker}: its name differs in each process, for example {old!r}. {remedy}"
+    return ""
 
 
 def _check_state(runs: list[Run], before: ProcessState, trackers: list[TrackerSpec]) -> list[Run]:

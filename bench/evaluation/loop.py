@@ -8,6 +8,7 @@ before the update, and with all images in memory.
 import gc
 from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Sized
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, nan
@@ -32,6 +33,7 @@ from trackmark.bench.protocols import (
 )
 from trackmark.datasets import Sequence
 from trackmark.datasets.interface import Frames, Image
+from trackmark.trackers.base.global_generators import preserved_generators
 from trackmark.trackers.base.sharing import SharedFrame
 
 WARM_UP_FRAMES = 10
@@ -154,6 +156,9 @@ def run_protocol(
     recorders = make(observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
     frames, warm_up = sequence.frames, min(WARM_UP_FRAMES, len(sequence) - sequence.first_frame)
     walk = _SequencePass(recorders, sequence, observer)
+    generators = ExitStack()
+    if any(recorder.may_draw for recorder in recorders):
+        generators.enter_context(preserved_generators())
     try:
         if protocol == TIMING:
             (recorder,), (warm,) = recorders, make(run_seconds=run_seconds)
@@ -163,16 +168,17 @@ def run_protocol(
         if stored_protocol(protocol).time_dependent:  # compiles kernels before time is measured
             _SequencePass(make(), sequence, observer).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
-            sequence.frames = _FrameCache(frames, MAX_SEGMENT_BYTES)
+            sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
         walk.run()
+        last = len(sequence) - 1
+        for recorder in recorders:
+            if not recorder.failure:
+                observer.on_tracker_call(recorder.entry, last)
+                recorder.finish(last)
+                observer.on_tracker_return()
     finally:
         sequence.frames = frames
-    last = len(sequence) - 1
-    for recorder in recorders:
-        if not recorder.failure:
-            observer.on_tracker_call(recorder.entry, last)
-            recorder.finish(last)
-            observer.on_tracker_return()
+        generators.close()
     overhead = median(walk.overheads) if walk.overheads else nan
     runs = [recorder.result() for recorder in recorders]
     return PassResult(runs, overhead, walk.fetching / max(walk.fetched, 1))
@@ -198,7 +204,7 @@ def _time(recorder: Recorder, warm: Recorder, sequence: Sequence, observer: Obse
     """Time a tracker on images right after decoding, and then on images in memory."""
     gc.collect()
     first, n = sequence.first_frame, len(sequence)
-    sequence.frames = cached = _FrameCache(sequence.frames, MAX_WARM_BYTES)
+    sequence.frames = cached = FrameCache(sequence.frames, MAX_WARM_BYTES)
     _SequencePass([recorder], sequence, observer).run(to_the_end=False)
     if not recorder.failure:
         stop = next((frame for frame in range(first, n) if frame not in cached), n)
@@ -314,7 +320,7 @@ class _SequencePass:
         return read - began
 
 
-class _FrameCache:
+class FrameCache:
     """Cache of decoded or rendered frames, of at most `most` bytes."""
 
     def __init__(self, frames: Frames, most: int) -> None:

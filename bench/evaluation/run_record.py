@@ -67,6 +67,7 @@ class Run:
         Frame numbers of each segment; empty for a protocol without segments.
     circumstances : mapping of str to value
         Other properties, such as date, host, libraries, source of the sequence and times.
+        `generators` lists the global random generators from which the tracker has drawn.
     output : str
         Last part of the output of a failed tracker.
     """
@@ -161,3 +162,11 @@ class Run:
     def __repr__(self) -> str:
         key = self.identity
         return f"<Run {key.tracker} on {key.sequence}, repetition {key.repetition}: {self.status}>"
+
+
+def drawing_note(tracker: str, generators: str) -> str:
+    """Return the sentence that a tracker is stochastic, although it does not declare it."""
+    return (
+        f"{tracker} draws from global random generators ({generators}), so it counts as "
+        "stochastic. They are seeded for each run."
+    )

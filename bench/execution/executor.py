@@ -1,25 +1,29 @@
 """Execution of an experiment: executes, stores and scores missing runs."""
 
+import logging
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from trackmark import datasets
 from trackmark.bench.engine import Engine, engine
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
-from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.execution.plan import KnownSequences, Plan, make_plan
+from trackmark.bench.evaluation.run_record import Run, drawing_note
+from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results, with_circumstances
-from trackmark.bench.store.run_rows import add_scores, list_scored_runs, run_row
+from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
+from trackmark.trackers import Randomness
 
 
 def run_experiment(
@@ -122,16 +126,38 @@ class Execution:
     def rows(self, progress: Callable[[int], None] | None = None) -> Iterator[dict[str, Any]]:
         """Execute the missing runs; yield the row of each stored run.
 
+        If a run shows that its tracker is stochastic, its other repetitions follow; then `plan` and
+        `units` change. `progress` gets the work done so far, also that of former units.
+
         Raises `ResultsError` if results cannot be written.
         """
-        units = self.units
-        self._results.prepare(self.plan.manifest())
-        if not units.runs:
-            return
+        report, done = progress or (lambda _: None), 0
+        while True:
+            self._results.prepare(self.plan.manifest())
+            if not self.units.runs:
+                return
+            drew = yield from self._execute(partial(_report_sum, report, done))
+            done += self.units.work
+            if not drew:
+                return
+            before, self.plan = self.plan, self.plan.seen_in(list_runs(self._results))
+            if len(self.plan) == len(before):
+                return
+            new = [key not in before.requested for key in self.plan.requested]
+            wanted = np.array(new).reshape(self.plan.states.shape) & (
+                self.plan.states <= State.STALE
+            )
+            self.units = replace(self.units, plan=self.plan, wanted=wanted)
+
+    def _execute(self, report: Callable[[int], None]) -> Generator[dict[str, Any], None, set[str]]:
+        """Execute the present units; yield the row of each stored run.
+
+        Returns the deterministic trackers that drew from global generators.
+        """
         scored: list[dict[str, Any]] = []
+        drew: set[str] = set()
         try:
-            report = progress or (lambda _: None)
-            for unit, result in self.performer.perform(units, self.limits, report):
+            for unit, result in self.performer.perform(self.units, self.limits, report):
                 try:
                     if isinstance(result, Exception):
                         raise result
@@ -142,9 +168,24 @@ class Execution:
                     self.errors.setdefault(unit.source.text, str(error))
                     continue
                 scored += rows
+                self._report_drawing(rows, drew)
                 yield from rows
         finally:
             add_scores(self._results, scored)  # otherwise computed by the next reader
+        return drew
+
+    def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
+        """Log which deterministic trackers of the plan drew from global generators, once each."""
+        declared = {
+            spec.label
+            for spec in self.plan.trackers.values()
+            if spec.randomness is not Randomness.NONE
+        }
+        for row in rows:
+            if row["generators"] and row["tracker"] not in declared | reported:
+                reported.add(row["tracker"])
+                text = drawing_note(row["tracker"], row["generators"])
+                logging.getLogger("trackmark").warning(text)
 
     def raise_errors(self) -> None:
         """Raise one `SequenceError` if sequences could not be read."""
@@ -180,3 +221,8 @@ class Execution:
         if others:  # stored by another process
             rows += [row for row in list_scored_runs(self._results) if run_key(row) in others]
         return rows
+
+
+def _report_sum(report: Callable[[int], None], before: int, done: int) -> None:
+    """Report the work done before the present units and in them."""
+    report(before + done)

@@ -142,9 +142,25 @@ class Plan:
         return Manifest(self.experiment.title or self.experiment.name, self.requested)
 
     def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
-        """Return the plan with states determined from the stored runs (`rows` of `list_runs`)."""
-        stored = {run_key(row): (row["version"], row["status"]) for row in rows}
-        return replace(self, stored=stored)
+        """Return the plan with states determined from the stored runs (`rows` of `list_runs`).
+
+        A tracker that drew from global generators in a stored run is stochastic from then on.
+        Raises `ExperimentError` for too many runs.
+        """
+        rows = list(rows)
+        drew = {(row["tracker"], row["tracker_version"]) for row in rows if row["generators"]}
+        trackers = {
+            text: spec.changed(randomness=Randomness.PROCESS)
+            if spec.randomness is Randomness.NONE and (spec.label, spec.digest) in drew
+            else spec
+            for text, spec in self.trackers.items()
+        }
+        return replace(
+            self,
+            trackers=trackers,
+            repetitions=_repetitions(self.experiment, trackers, len(self.sequences)),
+            stored={run_key(row): (row["version"], row["status"]) for row in rows},
+        )
 
 
 def make_plan(
@@ -164,12 +180,6 @@ def make_plan(
     can be detected before the first run.
     """
     trackers = _distinct_trackers(experiment)
-    repetitions = [
-        1
-        if spec.randomness is Randomness.NONE and not experiment.timing
-        else experiment.repeated.get(text, experiment.repetitions)
-        for text, spec in trackers.items()
-    ]
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
     protocol = experiment.filed_under
@@ -187,17 +197,33 @@ def make_plan(
         versions.append(
             [run_identity(spec, sequence, 0, protocol).version for spec in trackers.values()]
         )
-    number = len(sequences) * sum(repetitions)
+    rows = list_runs(results)
+    counts = _repetitions(experiment, trackers, len(sequences))
+    plan = Plan(experiment, trackers, counts, sequences, versions, {}).seen_in(rows)
+    _check_names(plan, rows, results.folder)
+    return plan
+
+
+def _repetitions(
+    experiment: Experiment, trackers: Mapping[str, TrackerSpec], n_sequences: int
+) -> NDArray[np.int64]:
+    """Return the number of runs of each tracker on a sequence.
+
+    Raises `ExperimentError` if there are too many runs in total.
+    """
+    repetitions = [
+        1
+        if spec.randomness is Randomness.NONE and not experiment.timing
+        else experiment.repeated.get(text, experiment.repetitions)
+        for text, spec in trackers.items()
+    ]
+    number = n_sequences * sum(repetitions)
     if number > MAX_RUNS:
         raise ExperimentError(
             f"{number} runs are requested; an experiment has at most {MAX_RUNS}. "
             "Request fewer seeds, or split the sequences between several experiments."
         )
-    counts = np.array(repetitions, np.int64)
-    rows = list_runs(results)
-    plan = Plan(experiment, trackers, counts, sequences, versions, {}).seen_in(rows)
-    _check_names(plan, rows, results.folder)
-    return plan
+    return np.array(repetitions, np.int64)
 
 
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:

@@ -1,5 +1,6 @@
 """Work units of the missing runs of a plan, created one after another."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.engine.work_unit import Entry, Unit
 from trackmark.bench.execution.plan import Plan, State
-from trackmark.bench.experiments.tracker_spec import PACKAGE, TrackerSpec
+from trackmark.bench.experiments.tracker_spec import TrackerSpec, planned_values, run_identity
 from trackmark.trackers import Randomness
 
 
@@ -103,7 +104,10 @@ class Units:
             text = texts[tracker]
             cell = plan.trackers[text].label, planned.name, repetition, plan.protocol
             replaced, _ = plan.stored.get(cell, ("", ""))
-            entries.append(Entry(text, repetition, plan.versions[sequence][tracker], replaced))
+            identity = run_identity(plan.trackers[text], planned, repetition, plan.protocol)
+            values = json.dumps(planned_values(identity))
+            version = plan.versions[sequence][tracker]
+            entries.append(Entry(text, repetition, version, replaced, values))
         arrays, frames = plan.experiment.arrays, planned.frames
         return Unit(
             planned.source,
@@ -122,9 +126,7 @@ def owner_of(spec: TrackerSpec) -> str:
 
     The text is empty for the package's trackers, which do not change the state of the process.
     """
-    if spec.file is not None and spec.file.parent == PACKAGE:
-        return ""
-    return f"{spec.file}:{spec.name}"
+    return "" if spec.is_built_in else f"{spec.file}:{spec.name}"
 
 
 def missing_units(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -> Units:

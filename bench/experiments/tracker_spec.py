@@ -5,7 +5,7 @@ import inspect
 import json
 import typing
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, cast
@@ -111,10 +111,26 @@ class TrackerSpec:
     call_seconds: float = 0.0
     base_seed: int | None = None  # selects other random numbers for all runs; see `run_seed`
 
+    @property
+    def is_built_in(self) -> bool:
+        """True for a tracker of the package: it keeps the state of the process."""
+        return self.file is not None and self.file.parent == PACKAGE
+
+    def changed(self, **fields: Any) -> "TrackerSpec":
+        """Return the tracker with other fields and the same version."""
+        other = replace(self, **fields)
+        vars(other)["version"] = self.version  # value of the `cached_property`
+        return other
+
     @cached_property
     def version(self) -> dict[str, Any]:
         """Version of the source, and versions of libraries; see `Identity`."""
         return tracker_version(self.name, self.file, self.class_name)
+
+    @property
+    def digest(self) -> str:
+        """Digest of the version, as `Identity.tracker_digest`."""
+        return _digest(self.version)
 
 
 def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[str, Any]:
@@ -230,6 +246,13 @@ def run_identity(
         protocol=protocol,
         init=chosen.init,
     )
+
+
+def planned_values(identity: Identity) -> dict[str, Any]:
+    """Return the values of a run's identity that a worker process must find again."""
+    names = ("tracker", "parameters", "tracker_version")
+    values = {name: getattr(identity, name) for name in names}
+    return json.loads(json.dumps(values))  # type: ignore[no-any-return]  # as after a transfer
 
 
 def _from_text(text: str) -> TrackerSpec:

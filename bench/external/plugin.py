@@ -3,7 +3,7 @@
 import os
 from abc import abstractmethod
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -45,6 +45,8 @@ class ExternalPlugin(AdaptedTracker):
     call_times : tuple of float, or None
         Wall and CPU time of the last call of the tracker's `init` or `update` [s]. None if the
         tracker does not measure itself: then the wall time in this process counts as both.
+    drawn : list of str
+        Names of the global random generators from which the tracker has drawn, if it is known.
     process : LineProcess
         The tracker's process, until `close` is called.
     """
@@ -53,6 +55,7 @@ class ExternalPlugin(AdaptedTracker):
     digest: ClassVar[str]
     version: ClassVar[dict[str, Any]]
     call_times: tuple[float, float] | None = None
+    drawn: Sequence[str] = ()
     process: LineProcess
 
     @abstractmethod

@@ -99,7 +99,7 @@ class PythonPlugin(ExternalPlugin):
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self.process: WorkerProcess = take_process(WorkerProcess, self.definition, self.digest)
-        self.process.ask(
+        answer = self.process.ask(
             self.definition.start_timeout,
             "create",
             parameters=parameters.model_dump(),
@@ -107,6 +107,7 @@ class PythonPlugin(ExternalPlugin):
             entropy=seed.entropy,
             spawn_key=seed.spawn_key,
         )
+        self.drawn = answer["drawn"]
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
@@ -145,7 +146,7 @@ class PythonPlugin(ExternalPlugin):
                 raise ExternalTrackerError("the frame cannot be written: no space left in memory.")
         types = [(array.shape, array.dtype.str) for array in pixels]
         answer = self.process.ask(seconds, method, pixels=types, **arguments)
-        self.call_times = answer["wall"], answer["cpu"]
+        self.call_times, self.drawn = (answer["wall"], answer["cpu"]), answer["drawn"]
         return answer
 
 

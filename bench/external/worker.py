@@ -10,21 +10,20 @@ that started answers.
 | operation and arguments | answer |
 |---|---|
 | describe | class, name, doc, parameters, randomness, images, libraries |
-| create: parameters, seed, entropy, spawn_key | |
-| init: pixels, box | wall, cpu |
-| update: pixels | wall, cpu, estimate; or invalid: the reason why it is not an estimate |
+| create: parameters, seed, entropy, spawn_key | drawn |
+| init: pixels, box | wall, cpu, drawn |
+| update: pixels | wall, cpu, drawn, estimate; or invalid: the reason why it is not an estimate |
 
 FRAMES is the descriptor of a file with the image of each request, and after it the mask of
 `init`. `pixels` is a list of their shapes and types. The mask of an estimate is written to the same
 file; `estimate` has its shape and type. `wall` and `cpu` are the times of the tracker's method [s];
-`cpu` counts all threads.
+`cpu` counts all threads. `drawn` has the names of the global generators that the run has changed.
 """
 
 import faulthandler
 import importlib.util
 import json
 import os
-import random
 import select
 import signal
 import sys
@@ -56,14 +55,19 @@ FOLDER = os.path.dirname(os.path.abspath(__file__))
 RULES = os.path.join(FOLDER, "..", "..", "trackers", "base")
 plain_class = import_file(os.path.join(RULES, "plain_class.py"), "trackmark_plain_class")
 estimate_check = import_file(os.path.join(RULES, "estimate_check.py"), "trackmark_estimate_check")
+global_generators = import_file(
+    os.path.join(RULES, "global_generators.py"), "trackmark_global_generators"
+)
 
 
 def load(path: str) -> Any:
     """Return the module of a tracker's file."""
     path = os.path.abspath(path)
     sys.path[0] = os.path.dirname(path)  # instead of the folder of this file
+    sys.argv = [path]  # those of this process are not for the file
     stem = os.path.splitext(os.path.basename(path))[0]
-    with plain_class.ends_forks():
+    # Equal numbers in each process.
+    with global_generators.GlobalGenerators(0), plain_class.ends_forks():
         return import_file(path, "trackmark_plugin_" + stem)
 
 
@@ -84,10 +88,7 @@ def libraries() -> Any:
 
 
 def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
-    """Return a new tracker; the global random generators are seeded."""
-    # Code of users often draws from the global generators, which then repeat with the run.
-    random.seed(seed)
-    np.random.seed(seed)
+    """Return a new tracker."""
 
     def sequence() -> Any:
         return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
@@ -131,7 +132,7 @@ def read_array(file: Any, shape: Any, dtype: Any) -> Any:
 
 def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Iterable[Any]:
     """Yield number and answer of each request; the class `name` can be empty if there is one."""
-    kind = tracker = None  # type: Any
+    kind = tracker = generators = None  # type: Any
     for line in requests:
         number, operation, arguments = json.loads(line)
         if operation == "describe":
@@ -143,10 +144,14 @@ def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Ite
                 yield number, {"unusable": "%s: %s" % (":".join(owner), error)}
         elif operation == "create":
             tracker = None  # releases the memory of the last one first
-            tracker = create(kind, **arguments)
-            yield number, {}
+            generators = global_generators.GlobalGenerators(arguments["seed"])
+            with generators:
+                tracker = create(kind, **arguments)
+            yield number, {"drawn": generators.drawn}
         else:
-            yield number, call(tracker, operation, frames, **arguments)
+            with generators:
+                answer = call(tracker, operation, frames, **arguments)
+            yield number, dict(answer, drawn=generators.drawn)
 
 
 def end_with_harness(requests: int) -> None:
@@ -162,7 +167,9 @@ def main() -> None:
     faulthandler.register(signal.SIGUSR1, all_threads=False)  # if the harness waits too long
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
     threading.Thread(target=end_with_harness, args=(requests.fileno(),), daemon=True).start()
-    frames = os.fdopen(int(sys.argv[1]), "r+b", buffering=0)
+    descriptor, file = sys.argv[1:3]
+    name = "".join(sys.argv[3:])
+    frames = os.fdopen(int(descriptor), "r+b", buffering=0)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
 
@@ -171,7 +178,7 @@ def main() -> None:
         answers.flush()
 
     try:
-        for number, answer in respond(requests, frames, load(sys.argv[2]), "".join(sys.argv[3:])):
+        for number, answer in respond(requests, frames, load(file), name):
             write(number, answer)
     except SystemExit:
         raise

@@ -46,9 +46,13 @@ def write_live_page(
         for _ in execution.rows(lambda done: watch(done, execution.units.work)):
             pass
         execution.raise_errors()
-        runs = collect_runs(
-            judged_runs(execution.folder), [spec.label for spec in specs], with_numbers=True
+        counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all
+        latest = {spec.label: count - 1 for spec, count in zip(specs, counts, strict=True)}
+        judged = judged_runs(execution.folder)
+        last_runs = (
+            entry for entry in judged if entry[0]["repetition"] == latest[entry[0]["tracker"]]
         )
+        runs = collect_runs(last_runs, list(latest), with_numbers=True)
         page = _page(runs, watch)
         failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]

@@ -152,8 +152,11 @@ def names() -> list[str]:
 def parse_protocol(text: str) -> Protocol:
     """Return the protocol from its text `name:parameter=value:…`, or from its stored name.
 
-    Raises `ProtocolError` for an unknown name or parameter, or an invalid value.
+    Raises `ProtocolError` for an unknown name or parameter, or an invalid value. Raises `TypeError`
+    unless the argument is a text.
     """
+    if not isinstance(text, str):
+        raise TypeError(f"protocol is {text!r}. Expected: a text, for example {ONE_PASS!r}.")
     try:
         name, options = parse_text(text)
     except ValueError as error:

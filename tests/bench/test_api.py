@@ -1,12 +1,15 @@
 """Functions of `import trackmark`: arguments, errors, seeds, results and their notebook forms."""
 
 import base64
+import gc
 import importlib
 import inspect
 import os
 import re
+import signal
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import cv2
@@ -70,6 +73,25 @@ def test_object_is_used_for_one_repetition(line, make_sequence):
         tm.evaluate(Plain(), line, repetitions=2)
 
 
+def test_one_object_is_not_used_for_two_trackers(line):
+    tracker = Plain()
+    for trackers in ({"a": tracker, "b": tracker}, [tracker, tracker], [[tracker], tracker]):
+        with pytest.raises(TrackerError, match="are one object, whose runs would share"):
+            tm.evaluate(trackers, line)
+    assert line.frames.requested == []
+    equal = type("Equal", (Plain,), {"__eq__": lambda *_: True, "__hash__": None})
+    with pytest.raises(TrackerError, match="two different trackers are called 'Equal'"):
+        tm.evaluate([equal(), equal()], line)
+    # What a function or a class returns is known when it is called.
+    single = type("Single", (Plain,), {"__new__": lambda kind: tracker})
+    factory = {"make": lambda self: tracker}
+    bound = type("Factory", (), factory)().make
+    for other in (lambda: tracker, single, bound):
+        with pytest.warns(RuntimeWarning, match="1 of 2 runs failed.*'a' and 'b' are one object"):
+            tm.evaluate({"a": tracker, "b": other}, line)
+    assert len(tm.evaluate({"a": bound}, line).runs) == 1
+
+
 def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
     assert [*tm.evaluate(lambda: Plain(), line).runs] == [("<lambda>", "line", 0)]
     trackers = ["static", {"two": Plain, "three": lambda: Plain()}]
@@ -100,6 +122,79 @@ def test_unreadable_sequence_costs_only_its_own_runs(line, otb, tmp_path):
     assert [key[:2] for key in results.runs] == [("static", "line"), ("Plain", "line")]
     with pytest.raises(tm.datasets.SequenceError):
         tm.evaluate("static", str(folder))
+
+
+def test_unreadable_sequences_raise_the_first_error(otb, tmp_path):
+    folders = [otb(tmp_path / name, 5) for name in ("One", "Two")]
+    for folder in folders:
+        (folder / "img" / "0004.png").write_bytes(b"no image")
+    with pytest.raises(tm.datasets.SequenceError, match=r"0004\.png.*None of the 2 sequences can"):
+        tm.evaluate(["static", Plain], folders)
+
+
+def test_sequences_of_one_name_with_other_boxes_are_refused(make_sequence):
+    moved = make_sequence(n=6)
+    moved.boxes = moved.boxes + 1  # the fingerprint is that of the first one
+    with pytest.raises(
+        tm.datasets.SequenceError, match="two different sequences are called 'line'"
+    ):
+        tm.evaluate("static", [make_sequence(n=6), moved])
+
+
+def test_exceptions_of_a_tracker_cost_its_own_runs(line):
+    raised = [MemoryError("9 GB"), GeneratorExit("end"), SystemExit(3), BaseException("base")]
+    classes = []
+    for error in raised:
+
+        def update(self, image, error=error):
+            raise error
+
+        classes.append(type(f"Raises{type(error).__name__}", (Plain,), {"update": update}))
+    with pytest.warns(RuntimeWarning, match="4 of 6 runs failed"):
+        results = tm.evaluate(["static", *classes, Plain], line)
+    assert results.failures["error"].tolist() == [
+        *("MemoryError: 9 GB", "GeneratorExit: end", "SystemExit: 3", "BaseException: base")
+    ]
+    assert not results["Plain", "line"].failure
+
+
+def test_process_state_is_that_before_the_call(otb, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    otb(tmp_path / "Small", 4)
+    (tmp_path / "elsewhere").mkdir()
+
+    class Changes(Plain):
+        def init(self, image, box):
+            self.box = box
+            os.chdir("elsewhere")
+            os.environ["TRACKMARK_TEST"] = "changed"
+            np.seterr(all="raise")
+            warnings.simplefilter("ignore")
+            cv2.setNumThreads(3)
+            sys.path.insert(0, "elsewhere")
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            sys.stdout = None
+            gc.disable()
+
+        def update(self, image):
+            assert Path.cwd() == tmp_path / "elsewhere"  # it is the tracker's own
+            return self.box
+
+    class Observes(Plain):
+        def update(self, image):
+            assert state() == before
+            return self.box
+
+    def state():
+        return (
+            *(Path.cwd(), dict(os.environ), np.geterr(), list(warnings.filters)),
+            *(cv2.getNumThreads(), signal.getsignal(signal.SIGTERM), sys.stdout, gc.isenabled()),
+        )
+
+    search_path, before = list(sys.path), state()
+    results = tm.evaluate([Observes, Changes, "static", {"again": Observes}], "Small")
+    assert results.failures.empty
+    assert (state(), sys.path) == (before, search_path)
 
 
 def test_score_takes_metrics_and_warns_of_preset(face):
@@ -205,6 +300,15 @@ HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})
         (Plain, {"repetitions": 0}, ValueError, "repetitions is 0"),
         (Plain, {"repetitions": 1.5}, ValueError, "repetitions is 1.5. Expected: an integer of 1"),
         (Plain, {"seed": "a"}, ValueError, "seed is 'a'. Expected: an integer of 0"),
+        (
+            Plain,
+            {"repetitions": True},
+            ValueError,
+            "repetitions is True. Expected: an integer of 1",
+        ),
+        (Plain, {"protocol": None}, TypeError, "protocol is None. Expected: a text, for example"),
+        (Plain, {"protocol": b"one-pass"}, TypeError, "protocol is b'one-pass'. Expected: a text"),
+        (np.zeros((9, 4)), {}, TypeError, r"array\(\[\[0., 0., 0., 0.\], .* is not a tracker"),
         (Plain, {"metrics": ["otb"]}, TypeError, "metrics is .'otb'.. Expected: one name"),
         (Plain, {"metrics": "otb", "protocol": "supervised"}, ValueError, "otb cannot score"),
         (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
@@ -256,6 +360,14 @@ def test_edited_class_is_not_saved_and_edited_file_is_reloaded(line, tmp_path, m
     after = tm.evaluate(str(file), line)["edited.py:Plain", "line"]
     np.testing.assert_array_equal(after.boxes[1:] - before.boxes[1:], [[5, 0, 0, 0]] * 5)
     assert after.identity.version != before.identity.version
+
+
+def test_removed_working_directory_is_named(line, tmp_path, monkeypatch):
+    (tmp_path / "removed").mkdir()
+    monkeypatch.chdir(tmp_path / "removed")
+    (tmp_path / "removed").rmdir()
+    with pytest.raises(FileNotFoundError, match="the working directory was removed"):
+        tm.evaluate("static", line)
 
 
 def test_arguments_of_other_types_are_rejected(line):

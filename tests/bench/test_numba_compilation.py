@@ -53,6 +53,12 @@ def test_missing_folder_for_kernels_is_reported_with_the_remedy(monkeypatch):
     assert message.endswith(". Set NUMBA_CACHE_DIR to a writable folder.")
 
 
+def test_invalid_number_of_threads_is_one_line(trackmark_process, monkeypatch):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
+    done = trackmark_process("run", "--trackers", "camshift", "--sequences", "data/Small", status=2)
+    assert done.stderr == "trackmark: NUMBA_NUM_THREADS is '0'. Expected: 1 or more.\n"
+
+
 def test_one_process_at_a_time_uses_cached_kernels(tmp_path):
     file = IndexDataCacheFile(str(tmp_path), "function", source_stamp=(1, 2))
     other = Thread(target=file.save, args=("types", "kernel"))

@@ -20,6 +20,7 @@ from typing import Annotated, Any, Literal, Protocol, get_args, get_origin
 import numpy as np
 
 from trackmark.trackers.base.former_imports import allow_former_imports, warn_of_former_imports
+from trackmark.trackers.base.global_generators import GlobalGenerators, preserved_generators
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackmark.trackers.base.parameters import (
     Parameters,
@@ -401,11 +402,24 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     if (folder := str(file.absolute().parent)) not in sys.path:
         sys.path.append(folder)  # for modules next to the file, also those that a run imports
     allow_former_imports()
+    arguments = sys.argv
     try:
-        with ends_forks(), contextlib.chdir(Path.cwd()):  # the file may change the directory
+        # The file may change the working directory, draw from the global generators, and fork.
+        with (
+            contextlib.chdir(Path.cwd()),
+            preserved_generators(),
+            GlobalGenerators(0),
+            ends_forks(),
+        ):
+            sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
         hint = ""
+        if isinstance(error, SystemExit):
+            hint = (
+                ". The file ends the process when it is imported, for example because it parses "
+                "arguments. Put this below if __name__ == '__main__':"
+            )
         if isinstance(error, ModuleNotFoundError):
             hint = (
                 ". If another Python environment has this module: --trackers FILE:python=PATH "
@@ -414,6 +428,8 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         raise TrackerError(
             f"{file}: the file cannot be imported: {_error_text(error, path)}{hint}"
         ) from error
+    finally:
+        sys.argv = arguments
     try:
         kind = tracker_class(module, class_name)
     except ValueError as error:

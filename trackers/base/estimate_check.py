@@ -45,7 +45,7 @@ def read_estimate(answer: Any, shape: Tuple[int, ...]) -> Dict[str, Any]:
         "visible": _read_visible(fields.get("visible", True)) and box is not None,
         "confidence": _read_confidence(fields.get("confidence", math.nan)),
         "mask": None if mask is None else _read_mask(mask, shape),
-        "details": _read_details(fields.get("details", {})),
+        "details": read_details(fields.get("details", {})),
     }
 
 
@@ -182,7 +182,8 @@ def _read_mask(mask: Any, shape: Tuple[int, ...]) -> Any:
     return array
 
 
-def _read_details(details: Any) -> Dict[str, float]:
+def read_details(details: Any) -> Dict[str, float]:
+    """Return the details of an estimate as floats; see `read_estimate`."""
     if not isinstance(details, Mapping):
         raise MalformedEstimateError(
             f"the details are {value_text(details)}. Expected: a dict of numbers by name"

@@ -131,8 +131,13 @@ def ends_forks() -> Iterator[None]:
     try:
         yield
     finally:
-        if os.getpid() != pid:
-            os._exit(0)
+        end_fork(pid)
+
+
+def end_fork(pid: int) -> None:
+    """End this process unless it has the id `pid`; see `ends_forks`."""
+    if os.getpid() != pid:
+        os._exit(0)
 
 
 def _parameters(make: Any) -> Dict[str, Any]:

@@ -24,6 +24,20 @@ CRASH = """if __import__('os').environ.get('PYTHONHASHSEED') == '1': raise KeyEr
         self.box = box"""
 
 
+GLOBAL = """
+import numpy
+
+
+class Drawing:
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        shift = numpy.random.rand()
+        return self.box + [shift, 0, 0, 0]
+"""
+
+
 @pytest.fixture(scope="module")
 def baseline_bytes():
     """Provide a cache for the content of the baseline of the unchanged tracker."""
@@ -172,6 +186,17 @@ def test_hash_order_is_refused_as_undeclared_randomness(
 def test_declared_randomness_that_ignores_the_seed_is_reported(trackmark, edit):
     edit((SEEDED, UNSEEDED))
     assert NOT_REPEATABLE in trackmark(*BASELINE).stderr
+
+
+def test_harmless_draw_from_a_global_generator_is_no_regression(trackmark, workspace, edit):
+    (workspace / "knob.py").write_text(GLOBAL)
+    trackmark("baseline", "own", "--trackers", "knob.py:as=mine", *SMALL, "--seeds", 6)
+    edit(("numpy.random.rand()\n", "numpy.random.rand()\n        numpy.random.rand()\n"))
+    printed = trackmark("check", "own")
+    assert "mine" in printed.stdout
+    assert "REGRESSION" not in printed.stdout
+    table = tomllib.loads((workspace / "baselines" / "own.toml").read_text())
+    assert len(set(table["trackers"]["mine"]["Small"]["boxes"])) == 6
 
 
 def test_hidden_randomness_is_inconclusive(trackmark, edit):

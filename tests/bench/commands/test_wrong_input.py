@@ -4,7 +4,7 @@ import shlex
 
 import pytest
 
-from tests.bench.commands.conftest import TINY
+from tests.bench.commands.conftest import TINY, unwrapped
 from tests.bench.conftest import messages
 
 SMALL = "--sequences data/Small"
@@ -216,3 +216,11 @@ def test_oserror_without_a_file_name_is_one_message(trackmark, one_line, monkeyp
     monkeypatch.setattr("trackmark.bench.store.layout.experiment_folders", fail)
     line = one_line(trackmark("results", "list", "results", status=2))
     assert line == "trackmark: Too many open files."
+
+
+def test_removed_working_directory_is_one_line(trackmark, tmp_path, monkeypatch):
+    (tmp_path / "removed").mkdir()
+    monkeypatch.chdir(tmp_path / "removed")
+    (tmp_path / "removed").rmdir()
+    printed = trackmark("run", "--trackers", "static", "--sequences", "samples/face", status=2)
+    assert "trackmark: the working directory was removed. Change to an" in unwrapped(printed.stderr)

@@ -148,7 +148,7 @@ CLASSES = {
     ),
     # State of the process
     "DrawsFromNumpy": (
-        "global random generators",
+        "",
         "return Estimate(self.box + [np.random.random(), 0, 0, 0])",
     ),
     "ChangesSurroundings": (

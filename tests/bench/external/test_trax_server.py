@@ -59,6 +59,30 @@ def test_stochastic_tracker_without_seed_differs_between_starts():
     assert first != second
 
 
+DRAWING = """
+import random
+import numpy as np
+
+class Drawing:
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        return [*self.box[:2] + np.random.rand(2), 3 + random.random(), 4]
+"""
+
+
+def test_seed_sets_global_random_generators(tmp_path):
+    (tmp_path / "drawing.py").write_text(DRAWING)
+    image, boxes = np.zeros((9, 9, 3), np.uint8), []
+    for seed in (7, 7, 8):
+        served = start(tmp_path / "drawing.py", "--seed", seed)
+        served.init(image, np.array([1.0, 2, 3, 4]))
+        boxes.append(served.update(image).box.tolist())
+        served.close()
+    assert boxes[0] == boxes[1] != boxes[2]
+
+
 LOUD = """
 import os
 
