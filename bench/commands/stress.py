@@ -131,6 +131,7 @@ class _Runner:
     ) -> "tuple[pd.DataFrame, dict[str, str]]":
         """Execute missing runs; return all runs, and the texts of the sequences by name."""
         from trackmark.bench.store.data_frames import load_runs
+        from trackmark.datasets.interface import SequenceError, UnusableSequencesError
 
         experiment = Experiment(
             self.options.name,
@@ -138,9 +139,12 @@ class _Runner:
             tuple(map(SequenceSource, sequences)),
             title="Breaking points",
         )
-        execution = run_experiment(
-            experiment, self.options, self.opened_sequences, progress=self.progress
-        )
+        try:
+            execution = run_experiment(
+                experiment, self.options, self.opened_sequences, progress=self.progress
+            )
+        except UnusableSequencesError as error:  # the user did not choose each of them
+            raise SequenceError(next(iter(error.errors.values()))) from None
         texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
         return load_runs(execution.folder, execution.plan.manifest().versions), texts
 

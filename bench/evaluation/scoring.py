@@ -14,11 +14,19 @@ from trackmark.bench.evaluation.sequence_cache import load_sequence
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.preset import GroundTruthArrays, PresetResult, RunEstimates
+from trackmark.bench.metrics.preset import (
+    GroundTruthArrays,
+    PresetResult,
+    RunEstimates,
+    annotates_init_only,
+)
 from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.metrics.times import time_scores
 from trackmark.bench.protocols import ProtocolError, parse_protocol, stored_protocol, title
 from trackmark.bench.protocols import names as protocol_names
+
+DEFAULT_PRESET = "native"
+"""Preset whose scores are stored with every run; undefined scores are NaN."""
 
 REVISED = "revised_"
 """Prefix of the names of scores of revised boxes."""
@@ -57,6 +65,7 @@ def score_run(
         )
     if run.states is not None and chosen.protocol != "supervised":
         raise ValueError(f"{preset} cannot score {run!r}: it has restarts. Use vot-supervised.")
+    _check_annotation(preset, init, run.identity.sequence)
     boxes = run.boxes_in(trace)
     if not run.segments:
         return chosen.score(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
@@ -80,6 +89,16 @@ def can_score(preset: str, protocol: str) -> bool:
     except ProtocolError:
         return False
     return metrics_preset(preset).protocol in rules.judged
+
+
+def _check_annotation(preset: str, truth: GroundTruthLike, name: str) -> None:
+    """Raise `ValueError` if a preset would score the init box only; `native` scores are NaN."""
+    if canonical_name(preset) != DEFAULT_PRESET and annotates_init_only(truth):
+        raise ValueError(
+            f"{canonical_name(preset)} cannot score runs on {name}: no frame after the "
+            "initialisation is annotated, as in test sets. Export the results for the evaluation "
+            "server of the data set."
+        )
 
 
 def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthArrays:
@@ -153,7 +172,9 @@ def score(
                 f"{type(run_or_boxes).__name__} is neither a run nor boxes. Expected: a run, for "
                 "example results['static', 'face'], or an array of shape (n, 4)."
             ) from None
-        return dict(metrics_preset(metrics).score(_truth(sequence), RunEstimates(boxes)).scores)
+        truth = _truth(sequence)
+        _check_annotation(metrics, truth, getattr(truth, "name", "the sequence"))
+        return dict(metrics_preset(metrics).score(truth, RunEstimates(boxes)).scores)
     run = run_or_boxes
     sequence = run.open_sequence() if sequence is None else sequence
     scores = dict(score_run(run, sequence, metrics, trace).scores)

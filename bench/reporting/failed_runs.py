@@ -21,7 +21,12 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import FrameState, PresetResult, mean_of_sequences
+from trackmark.bench.metrics.preset import (
+    FrameState,
+    PresetResult,
+    annotates_init_only,
+    mean_of_sequences,
+)
 from trackmark.bench.protocols import TIMING, parse_protocol
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
@@ -84,6 +89,8 @@ def judge_failed(run: Run, truth: StoredTruth, preset: str) -> PresetResult:
     Raises `ValueError` if the preset cannot score runs by the run's protocol.
     """
     judged, definition = score_run(_lost_run(run), truth, preset), metrics_preset(preset)
+    if annotates_init_only(truth):  # the scores of finished runs are undefined, too
+        return judged
     present = np.isfinite(truth.boxes).all(axis=1)
     diagonal = _diagonal(truth)
     scores, curves = dict(judged.scores), judged.curves

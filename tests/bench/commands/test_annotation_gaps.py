@@ -95,6 +95,9 @@ def test_test_set_runs_all_images_without_scores(trackmark, workspace):
     (row,) = json_lines(done)
     assert (row["frames"], row["scores"]["mean_overlap"]) == (8, None)
     assert "v: 7 of 8 frames are not annotated and not scored." in unwrapped(done.stderr)
+    done = trackmark("run", "--trackers", "static", "--sequences", "v", "--metrics", "otb")
+    assert "otb cannot score runs on v: no frame after the init" in unwrapped(done.stdout)
+    assert "0.952" not in done.stdout
 
 
 def test_codes_of_vots_are_read(trackmark, workspace):
