@@ -6,6 +6,7 @@ formatted, documented and moved. Files are parsed, not imported.
 
 import ast
 import hashlib
+import importlib
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -79,11 +80,30 @@ def library_versions(imports: set[str]) -> dict[str, str]:
     return versions
 
 
+def library_version(name: str) -> str:
+    """Return the version of an installed library by its import name, such as `cv2`.
+
+    The library itself names its version, because distributions have many names or none: OpenCV is
+    installed as `opencv-python`, `opencv-contrib-python-headless` or by Conda without a name. The
+    result is empty if the library is not installed.
+    """
+    try:
+        module = importlib.import_module(name)
+    except ImportError:
+        return ""
+    version = getattr(module, "__version__", "")
+    return str(version or next(iter(library_versions({name}).values()), "unknown"))
+
+
 @cache
 def _versions(name: str) -> dict[str, str]:
     """Return the versions of an import name's distributions, cached: a lookup takes some ms."""
-    distributions = sorted({owner.name for owner in _distributions().get(name, ())})
-    return {distribution: metadata.version(distribution) for distribution in distributions}
+    # An interrupted installation leaves distributions without a name.
+    owners = [owner for owner in _distributions().get(name, ()) if owner.metadata["Name"]]
+    versions: dict[str, str] = {}
+    for owner in sorted(owners, key=lambda owner: owner.name):
+        versions.setdefault(owner.name, owner.version)
+    return versions
 
 
 def _follow_imports(file: Path, package: Path, found: Iterable[Path] = ()) -> tuple[str, set[str]]:

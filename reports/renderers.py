@@ -10,6 +10,8 @@ from dataclasses import replace
 from itertools import chain, groupby
 from math import inf
 
+import pandas as pd
+
 from trackmark.reports.printable import one_line, width, wrap
 from trackmark.reports.tables import MISSING, Cell, Table, text_columns
 
@@ -50,13 +52,23 @@ def to_csv(table: Table) -> str:
     leading apostrophe. A text with apostrophes before such a character gets one more, so that
     removing one restores the text. Numbers are unchanged.
     """
-    data = table.data.rename(columns=_to_csv_value).map(_to_csv_value)
+    data = _data(table).rename(columns=_to_csv_value).map(_to_csv_value)
     return data.to_csv(index=False, lineterminator="\n")
+
+
+def _data(table: Table) -> pd.DataFrame:
+    """Return the data of a table; a table without data has the texts of its cells."""
+    if len(table.data) or not table.rows:
+        return table.data
+    heads = table.heads
+    if len({*heads} - {""}) < len(heads):  # headings can be empty or equal
+        heads = [f"{number} {head}".strip() for number, head in enumerate(heads, 1)]
+    return pd.DataFrame([[cell.text for cell in row] for row in table.rows], columns=heads)
 
 
 def to_json(table: Table) -> str:
     """Render the data of a table on one line of JSON: unrounded values, missing values null."""
-    data = table.data.astype(object)
+    data = _data(table).astype(object)
     rows = data.where(data.notna() & ~data.isin([inf, -inf]), None).to_dict("records")
     content = {"table": table.name, "caption": table.caption, "notes": table.notes, "rows": rows}
     return json.dumps(content)

@@ -3,7 +3,7 @@
 from collections import UserDict
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
 from html import escape
@@ -16,6 +16,7 @@ import pandas as pd
 from trackmark.bench.comparing.comparable_runs import compared_measure, same_boxes, scored_runs
 from trackmark.bench.comparing.comparison import Comparison
 from trackmark.bench.comparing.comparison import compare as compare_runs
+from trackmark.bench.comparing.families import Families, read_families
 from trackmark.bench.comparing.tables import pair_table, screen_lines
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
@@ -24,7 +25,13 @@ from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, t
 from trackmark.bench.reporting.by_preset import measures_of, presets_for, runs_by
 from trackmark.bench.reporting.corner_boxes import corner_boxes
 from trackmark.bench.reporting.failed_runs import with_worst_scores
-from trackmark.bench.reporting.tables import PRESET, mean_table, not_repeatable
+from trackmark.bench.reporting.tables import (
+    PRESET,
+    mean_table,
+    not_repeatable,
+    undefined_notes,
+    without_undefined,
+)
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, experiment_folders, run_key
@@ -126,7 +133,8 @@ class Results:
         DataFrame
             One column per score. By tracker, `<score>_low` and `<score>_high` are the ends of the
             95 % interval, which are NaN for fewer than 6 sequences. Failed runs have the worst
-            scores. A mean is NaN if a run is missing, or if all runs of a tracker failed.
+            scores. Sequences on which no run has a score, such as those of one frame, are left out.
+            A mean is NaN if a run is missing, or if all runs of a tracker failed.
         """
         if by not in ("tracker", "sequence"):
             raise ValueError(f"by is {by!r}. Expected: 'tracker' or 'sequence'.")
@@ -221,7 +229,11 @@ class Results:
     def _mean_table(self, preset: str, runs: pd.DataFrame) -> Table:
         undefined = preset != PRESET  # scores that are undefined in some runs, as in `report`
         measures = measures_of(preset)
-        return mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
+        left_out: list[str] = []
+        if not undefined:
+            runs, left_out = without_undefined(runs, measures[0].name)
+        table = mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
+        return replace(table, notes=[*table.notes, *undefined_notes(left_out, measures[0])])
 
     def __str__(self) -> str:
         """Return the means as a table in the width of the terminal."""
@@ -336,6 +348,7 @@ def compare(
     *,
     metrics: str | None = None,
     margin: float | None = None,
+    families: Mapping[str, str] | str | Path | None = None,
 ) -> Comparison:
     """Compare trackers pairwise on the same sequences, as `trackmark compare` does.
 
@@ -351,6 +364,9 @@ def compare(
         One of `trackmark.metrics.names()`; the metrics of `results` by default.
     margin : float, optional
         Largest irrelevant difference, in the unit of the score.
+    families : mapping of str to str, or path, optional
+        Family of each sequence, such as the video of a clip, or a CSV file with the columns
+        `sequence` and `family`. A family counts as one unit.
 
     Returns
     -------
@@ -368,11 +384,17 @@ def compare(
     preset = results.metrics if metrics is None else preset_for(metrics, stored)
     runs = load_runs(folder)
     measure = compared_measure(preset, metric, margin)
+    declared = None
+    if isinstance(families, str | Path):
+        declared = read_families(families)
+    elif families is not None:
+        declared = Families(families, "families")
     table, measure = scored_runs(folder, runs, stored, preset, measure)
     comparison = compare_runs(
         table,
         measure,
         against=baseline,
+        families=declared,
         attributes=find_attributes(folder, runs[runs["status"] == "finished"]),
         same_boxes=same_boxes(folder, runs, stored),
         not_repeatable=not_repeatable(runs),

@@ -18,6 +18,7 @@ from trackmark.bench.statistics.verdict_rules import (
     number,
     order,
     share,
+    success,
     time,
 )
 
@@ -141,10 +142,10 @@ def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:
     return time(longer, shorter, claim.limit or 1.0)
 
 
-def _succeeded(table: pd.DataFrame) -> NDArray[np.bool_]:
-    """Return for each scene whether all sequences and trackers succeed in most runs."""
-    succeeded = table.assign(value=table["value"] > 0.5).groupby("rank")["value"].all()
-    return np.asarray(succeeded, np.bool_)
+def _succeeded(table: pd.DataFrame) -> Values:
+    """Return the success of each scene: that of its worst sequence and tracker."""
+    by_scene = table.assign(value=success(table["value"])).groupby("rank")["value"].min()
+    return by_scene.to_numpy(np.float64)
 
 
 def _by_scene(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> "pd.Series[float]":

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
+import pandas as pd
+
 from trackmark.bench.claims.claim_tests import Evidence, judge, notes
 from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.statistics.verdict_rules import Verdict
@@ -82,7 +84,9 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
     numbers = verdict.effect.partition(f", {verdict.cells} ")[0].removesuffix(" share")
     counted = f"{verdict.cells} {verdict.counted}{'s' * (verdict.cells != 1)}"
     if claim.test == "share":
-        return f"{verdict.statistic * verdict.cells:.0f} of {counted}, {numbers}"
+        # An undecided scene counts as half a success.
+        successes = round(2 * verdict.statistic * verdict.cells) / 2
+        return f"{successes:g} of {counted}, {numbers}"
     ratio, as_long, _ = numbers.partition(" times as long")
     if claim.test == "time":
         return f"{'ratio ' if as_long else ''}{ratio}, {verdict.cells} rounds"
@@ -123,7 +127,32 @@ def verdict_table(rows: Sequence[VerdictRow]) -> Table:
         heads=heads,
         n_labels=2,
         rows=[[Cell(text) for text in _texts(row)] for row in rows],
+        data=pd.DataFrame([record for row in rows for record in _records(row)]),
     )
+
+
+def _records(row: VerdictRow) -> list[dict[str, Any]]:
+    """Return the unrounded numbers of a claim, one record per setting."""
+    claim = row.claim
+    return [
+        {
+            "claim": claim.name,
+            "short": claim.short,
+            "paper": claim.paper,
+            "setting": setting,
+            "verdict": verdict.verdict,
+            "estimate_name": verdict.estimate_name,
+            "estimate": verdict.statistic,
+            "low": verdict.interval.low,
+            "high": verdict.interval.high,
+            "unit": verdict.unit,
+            "n": verdict.cells,
+            "counted": verdict.counted,
+            "reason": verdict.reason,
+            "remarks": "; ".join(row.remarks(setting)),
+        }
+        for setting, verdict in row.verdicts.items()
+    ]
 
 
 def _texts(row: VerdictRow) -> list[str]:

@@ -8,13 +8,18 @@ import types
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from trackmark.bench.commands._progress import patience, silence_progress
-from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import (
+    ExperimentError,
+    SequenceSource,
+    check_folder_name,
+)
 from trackmark.datasets.decoding import quote
 
 if TYPE_CHECKING:
@@ -35,6 +40,19 @@ class GroupedOption(click.Option):
     def __init__(self, *arguments: Any, group: str, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
         self.group = group
+
+
+class FiniteRange(click.FloatRange):
+    """Range of finite numbers: NaN passes the comparisons of `click.FloatRange`."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Convert the text of an option."""
+        number = float(super().convert(value, param, ctx))
+        if not isfinite(number):
+            self.fail(f"{number} is not a finite number.", param, ctx)
+        return number
 
 
 class Command(click.Command):
@@ -123,7 +141,7 @@ def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
     args = typing.get_args(field.type)
     annotation = args[0] if args else field.type
     if minimum is not None:
-        kind = click.IntRange(minimum) if annotation is int else click.FloatRange(minimum)
+        kind = click.IntRange(minimum) if annotation is int else FiniteRange(minimum)
     elif kind is None:
         kind = click.Path(path_type=Path) if annotation is Path else annotation
     if "help" not in settings:
@@ -179,6 +197,20 @@ def trace_option() -> Any:
         default="online",
         choices=["online", "revised"],
     )
+
+
+def _folder_name(
+    context: click.Context, parameter: click.Parameter, name: str | None
+) -> str | None:
+    if name is not None:
+        check_folder_name(name)
+    return name
+
+
+def name_option(help: str = "Name of the results folder.", default: Any = None) -> Any:  # noqa: A002  # named as in click
+    """Return the dataclass field of the option --name: a valid name of a results folder."""
+    settings = {} if default is None else {"default": default}
+    return output_option(help, metavar="NAME", callback=_folder_name, **settings)
 
 
 def truth_option() -> Any:

@@ -15,6 +15,7 @@ from trackmark.bench.commands._options import (
     output_option,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import patience
 from trackmark.bench.experiments.experiment import ExperimentError
 
@@ -96,6 +97,7 @@ def command(options: AnnotateOptions) -> None:
     if not options.pick:
         truth = _truth(drawing, len(sequence), (width, height))
     _check_target(target, replace=options.force or options.pick)
+    check_outputs({"--output": target}, [path for path in (options.keys,) if path is not None])
     notes = [options.note] if options.note else []
 
     def save(drawing: Drawing) -> None:

@@ -1,6 +1,7 @@
 """Store scores of trackers as a baseline for `trackmark check`."""
 
 from dataclasses import dataclass
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 import click
@@ -10,6 +11,7 @@ from trackmark.bench.commands._baseline_runs import BaselineRunner, check_entrie
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
+    FiniteRange,
     argument,
     matching_sequences,
     option,
@@ -17,10 +19,16 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs, input_files
 from trackmark.bench.experiments.experiment import Experiment
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
     from trackmark.bench.comparing.baseline import Baseline
 
 
@@ -43,7 +51,7 @@ class BaselineOptions(EngineOptions):
         "Drop of the mean overlap on one sequence that a check must detect.",
         metavar="FLOAT",
         default=0.05,
-        type=click.FloatRange(0, 1, min_open=True),
+        type=FiniteRange(0, 1, min_open=True),
     )
     force: bool = output_option("Replace an existing baseline.")
 
@@ -81,7 +89,9 @@ def command(options: BaselineOptions) -> int:
         )
     experiment = f"baseline-{path.stem}"
     trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
+    check_outputs({"NAME": path}, input_files(trackers, sequences))
     requested = Experiment(experiment, tuple(trackers), sequences)
+    made_with = surroundings()  # before the runs: a library that is missing costs no runs
     plan = make_plan(requested, Results(options.output / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
@@ -91,7 +101,7 @@ def command(options: BaselineOptions) -> int:
     repeated = runner.repeat({label: list(sources)[:1] for label in texts})
     if not check_entries(entries, repeated, f"{path} is not written: runs failed."):
         return EXIT_NEGATIVE
-    baseline = Baseline(entries, texts, options.seeds, options.detect, surroundings())
+    baseline = Baseline(entries, texts, options.seeds, options.detect, made_with)
     write_baseline(baseline, path)
     runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
     click.echo(
@@ -105,28 +115,68 @@ def command(options: BaselineOptions) -> int:
 
 
 def _sensitivity(baseline: "Baseline") -> list[str]:
-    """Return a line for each tracker with random scores: the drops that its seeds detect."""
-    from trackmark.bench.statistics.accuracy_drop import (
-        advised_seeds,
-        detectable_drops,
-        pooled_spread,
-    )
+    """Return a line for each tracker with random scores: the drops that its seeds detect.
 
+    The simulated checks are those after a change of all these trackers, with new random numbers on
+    every sequence. A check of fewer changes has fewer comparisons and finds more.
+    """
+    from trackmark.bench.statistics.accuracy_drop import found_drop, missed_drops
+
+    scores_of = {
+        tracker: [entry.overlap for entry in row.values()]
+        for tracker, row in baseline.entries.items()
+    }
+    scores_of = {
+        tracker: scores
+        for tracker, scores in scores_of.items()
+        if any(len(set(values)) > 1 for values in scores)
+    }
+    comparisons = sum(map(len, scores_of.values()))
     lines = {}
-    for tracker, row in baseline.entries.items():
-        scores = [entry.overlap for entry in row.values()]
-        spread = pooled_spread(scores) if len(scores[0]) > 1 else 0.0
-        if spread == 0.0:
-            continue
-        on_sequence, in_mean = detectable_drops(spread, len(scores), baseline.seeds)
-        line = (
-            f"{baseline.seeds} seeds detect a drop of {on_sequence:.2g} on one sequence, "
-            f"or of {in_mean:.2g} in the mean, in 80 % of cases"
+    for tracker, scores in scores_of.items():
+        missed = missed_drops(scores, baseline.seeds, comparisons)
+        missed_in_mean = missed_drops(scores, baseline.seeds, len(scores_of), in_mean=True)
+        largest = fmean(map(fmean, scores))  # a larger drop is not possible
+        on_sequence, in_mean = (
+            f"{drop:.2g}" if (drop := found_drop(drops)) <= largest else ""
+            for drops in (missed, missed_in_mean)
         )
-        advised = advised_seeds(spread, len(scores), baseline.detect)
-        if advised > baseline.seeds:
-            line += f"; for {baseline.detect:g} on one sequence use --seeds {advised}"
-        lines[tracker] = line
+        lines[tracker] = (
+            f"{baseline.seeds} seeds detect {_drops_text(on_sequence, in_mean)}"
+            f"{_advice(scores, missed, comparisons, baseline)}"
+        )
     if len(lines) == 1:
         return list(lines.values())
     return [f"{tracker}: {line}" for tracker, line in lines.items()]
+
+
+def _drops_text(on_sequence: str, in_mean: str) -> str:
+    """Return the drops that are detected in 80 % of cases; an empty text stands for none."""
+    drops = f"a drop of {on_sequence} on one sequence, or of {in_mean} in the mean,"
+    if not in_mean:
+        drops = f"a drop of {on_sequence} on one sequence, but none in the mean,"
+    if not on_sequence:
+        drops = f"a drop of {in_mean} in the mean, but none on one sequence,"
+    return f"{drops if on_sequence or in_mean else 'no drop'} in 80 % of cases"
+
+
+def _advice(
+    scores: "Sequence[Sequence[float]]",
+    missed: "NDArray[np.float64]",
+    comparisons: int,
+    baseline: "Baseline",
+) -> str:
+    """Return how often the drop of --detect is found, and how many seeds would find it."""
+    from trackmark.bench.statistics.accuracy_drop import MAX_SEEDS, advised_seeds, share_found
+    from trackmark.bench.statistics.rules import MARGIN, POWER
+
+    detect, share = baseline.detect, share_found(missed, baseline.detect)
+    if share >= POWER:
+        return ""
+    current = f"{baseline.seeds} detect it in {100 * share:.0f} %"
+    if detect < MARGIN:
+        return f"; {detect:g} on one sequence is inside ±{MARGIN:g} and counts as no change"
+    advised = advised_seeds(scores, baseline.seeds, comparisons, detect)
+    if advised is None:
+        return f"; for {detect:g} on one sequence {MAX_SEEDS} seeds are too few ({current})"
+    return f"; for {detect:g} on one sequence use --seeds {advised} ({current})"

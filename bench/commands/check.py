@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from trackmark.bench.commands._baseline_runs import (
     with_failures,
 )
 from trackmark.bench.commands._options import (
+    EXISTING_FILE,
     Command,
     EngineOptions,
     ScreenOptions,
@@ -31,7 +33,9 @@ from trackmark.bench.commands._options import (
     utf8_text,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs, input_files
 from trackmark.bench.commands._progress import print_hint, print_message
+from trackmark.datasets.decoding import quote
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
@@ -48,11 +52,12 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
 
 def _seconds(text: str) -> float:
     match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(s|min|h)", text.strip())
-    if match is None:
+    seconds = float(match[1]) * {"s": 1, "min": 60, "h": 3600}[match[2]] if match else inf
+    if not isfinite(seconds):
         raise click.BadParameter(
-            f"{text!r} is not a valid duration. Use, for example, 90s, 10min or 2h."
+            f"{quote(text)} is not a valid duration. Use, for example, 90s, 10min or 2h."
         )
-    return float(match[1]) * {"s": 1, "min": 60, "h": 3600}[match[2]]
+    return seconds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +79,11 @@ class CheckOptions(ScreenOptions, EngineOptions):
         "Use only the first seeds of the baseline.  [default: all]", minimum=6
     )
     strict: bool = option("Exit with code 3 if a result is inconclusive.", group="Decision")
+    families: Path | None = option(
+        "CSV with sequence,family: sequences that count as one in means.",
+        group="Decision",
+        type=EXISTING_FILE,
+    )
     timed: bool = option("Check the speed as well. Requires --against.", "--time", group="Decision")
     against: str | None = option(
         "With --time: git revision to compare with.", group="Decision", metavar="REVISION"
@@ -116,20 +126,34 @@ def command(options: CheckOptions) -> int:
     Exit codes: 0 no regression; 1 a tracker got worse or slower, or a run failed; 2 invalid usage
     or input; 3 inconclusive (only with --strict); 130 interrupted.
     """
-    from trackmark.bench.comparing.baseline import baseline_path, read_baseline, surroundings
+    from trackmark.bench.comparing.baseline import (
+        baseline_path,
+        check_equal_scores,
+        read_baseline,
+        surroundings,
+    )
+    from trackmark.bench.comparing.families import read_families
     from trackmark.bench.comparing.regression_check import changed_facts, check, headline
     from trackmark.bench.comparing.speed_check import check_speeds
 
     path = baseline_path(options.name)
     stored = read_baseline(path)
     _check_usage(stored, options)
+    sources = {entry.source for row in stored.entries.values() for entry in row.values()}
+    inputs = [path, *input_files(stored.texts.values(), sources)]
+    inputs += [] if options.families is None else [options.families]
+    check_outputs({"--markdown": options.markdown, "--junit": options.junit}, inputs)
+    made_with = surroundings()  # before the runs: a library that is missing costs no runs
     before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
+    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
+    families = (
+        None if options.families is None else read_families(options.families).by_name(entries)
+    )
     speeds: dict[str, Pace] = {}
     if options.against is not None:
         # All sequences are timed: a check of some sequences then gives the same times.
         trackers = list(before.entries)
         speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
-    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
     runner = BaselineRunner(
         f"check-{path.stem}",
         before.texts,
@@ -138,9 +162,11 @@ def command(options: CheckOptions) -> int:
         {name: entry.sequence for name, entry in entries.items()},
     )
     now = runner.run({tracker: list(row) for tracker, row in before.entries.items()}, before.seeds)
+    check_equal_scores(path, before.entries, now)
     repeated = runner.repeat(changed_facts(before.entries, now))
     not_repeatable = differing(now, repeated)
-    result = check(before, with_failures(now, repeated), surroundings(), not_repeatable)
+    now = with_failures(now, repeated)
+    result = check(before, now, made_with, not_repeatable, families)
     slower = sum(pace.state == "slower" for pace in speeds.values())
     if not options.as_json:
         click.echo(wrap(headline(result, str(path), slower, strict=options.strict)))

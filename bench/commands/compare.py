@@ -1,7 +1,6 @@
 """Compare trackers pairwise on the same sequences."""
 
 import json
-import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +23,7 @@ from trackmark.bench.commands._options import (
     argument,
     matching_sequences,
     metrics_option,
+    name_option,
     only_experiment,
     option,
     output_option,
@@ -31,6 +31,7 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import (
     patience,
     print_corner_hints,
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.comparing.comparison import Comparison
+    from trackmark.bench.comparing.families import Families
     from trackmark.bench.store.layout import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
@@ -76,11 +78,16 @@ class CompareOptions(ScreenOptions, EngineOptions):
         "Compare only this tracker with every other tracker.", group="Statistics", metavar="NAME"
     )
     unit: str | None = option(
-        "Use scenes as units; results then hold for new scenes of these families only.",
+        "Use scenes as units; results then hold for new scenes of these sequences only.",
         group="Statistics",
         choices=["scene"],
     )
-    name: str | None = output_option("Name of the results folder; as in `run`.", metavar="NAME")
+    families: Path | None = option(
+        "CSV with sequence,family: sequences that count as one, such as clips of one video.",
+        group="Statistics",
+        type=EXISTING_FILE,
+    )
+    name: str | None = name_option("Name of the results folder; as in `run`.")
     folder: Path | None = output_option(
         "Write tables, a figure and a paragraph for a paper to this folder."
     )
@@ -105,12 +112,18 @@ def command(options: CompareOptions) -> int:
     input, or a missing run in --results; 130 interrupted.
     """
     from trackmark.bench.comparing.comparable_runs import AllFailedError
+    from trackmark.bench.comparing.families import read_families
     from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
-    if options.margin is not None and not math.isfinite(options.margin):
-        raise click.UsageError(f"--margin: {options.margin} is not a finite number.")
+    if options.published is not None and options.published.stem.startswith("comparison"):
+        # The tables in --folder are called comparison.csv and so on.
+        written = options.folder and options.folder / options.published.name
+        check_outputs({"--folder": written}, [options.published])
+    if options.families is not None and options.unit is not None:
+        raise click.UsageError("Give either --families or --unit.")
+    families = None if options.families is None else read_families(options.families)
     filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
     measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
     imported_trackers = parse_imported(options.results_of)
@@ -134,7 +147,7 @@ def command(options: CompareOptions) -> int:
             _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
         try:
             compared = {  # before any output: a preset can refuse the runs
-                preset: _compare(runs, against, options, preset, measure)
+                preset: _compare(runs, against, options, families, preset, measure)
                 for preset, measure in measures.items()
             }
         except AllFailedError as error:
@@ -247,7 +260,12 @@ def _load(
 
 
 def _compare(
-    runs: _Runs, against: str | None, options: CompareOptions, preset: str, measure: "ScoreMeasure"
+    runs: _Runs,
+    against: str | None,
+    options: CompareOptions,
+    families: "Families | None",
+    preset: str,
+    measure: "ScoreMeasure",
 ) -> "Comparison":
     """Compare the runs by a score of a metrics preset."""
     from trackmark.bench.comparing.comparable_runs import same_boxes, scored_runs
@@ -269,6 +287,7 @@ def _compare(
         labels,
         against,
         by_scene=options.unit == "scene",
+        families=families,
         attributes=find_attributes(runs.experiment, finished),
         same_boxes=same_boxes(runs.experiment, runs.table, runs.filed),
         not_repeatable=not_repeatable(runs.table),

@@ -5,7 +5,6 @@ import json
 import os
 import platform
 import sys
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +12,12 @@ import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._options import Command, JsonOptions, with_options
+from trackmark.datasets.source_digest import library_version, library_versions
+from trackmark.reports.package_version import package_version
 from trackmark.reports.printable import wrap
 
-LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "scikit-video")
-OPENCV = "opencv"
+LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "skvideo")
+OPENCV = "cv2"
 MISSING = "not installed"
 
 
@@ -33,7 +34,7 @@ def command(options: JsonOptions) -> int:
     versions = _versions()
     data: dict[str, Any] = {
         "environment": {
-            "trackmark": metadata.version("trackmark"),
+            "trackmark": package_version(),
             "python": f"{platform.python_version()} ({sys.executable})",
             "platform": platform.platform(),
             "cores": str(os.cpu_count()),
@@ -60,10 +61,14 @@ def command(options: JsonOptions) -> int:
 
 
 def _versions() -> dict[str, str]:
-    """Return versions of libraries, and of all distributions of OpenCV."""
-    installed = {str(entry.metadata["Name"]): entry.version for entry in metadata.distributions()}
-    opencv = sorted(name for name in installed if name.startswith(OPENCV))
-    return {name: installed.get(name, MISSING) for name in (*LIBRARIES, *opencv)}
+    """Return versions of libraries by distribution; of OpenCV, those of all distributions.
+
+    A library without a distribution, as Conda can install it, has its import name.
+    """
+    versions: dict[str, str] = {}
+    for name in (*LIBRARIES, OPENCV):
+        versions |= library_versions({name}) or {name: library_version(name) or MISSING}
+    return versions
 
 
 def _caches() -> dict[str, str]:
@@ -118,8 +123,8 @@ def _trackers() -> dict[str, str]:
 def _library_problems(versions: dict[str, str]) -> list[str]:
     """Return messages on libraries that are missing or installed twice."""
     problems = [f"{name} is {MISSING}." for name, version in versions.items() if version == MISSING]
-    opencv = [name for name in versions if name.startswith(OPENCV)]
-    if len(opencv) != 1:
+    opencv = [*library_versions({OPENCV})]
+    if len(opencv) > 1:
         problems.append(
             f"{len(opencv)} distributions provide cv2 ({', '.join(opencv)}): install exactly one."
         )

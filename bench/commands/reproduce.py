@@ -20,6 +20,7 @@ from trackmark.bench.commands._options import (
     output_option,
     with_options,
 )
+from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import RunProgress, print_hint, print_message, progress_bar
 
 if TYPE_CHECKING:
@@ -74,6 +75,10 @@ def command(options: ReproduceOptions) -> int:
         )
     if quick and options.everything:
         raise click.UsageError("Give either --quick or --all.")
+    if page is not None:
+        folder = options.output / str(options.paper)
+        reports = {str(folder / name): folder / name for name in ("report.html", "report.json")}
+        check_outputs({"--page": page, **reports})
     effort = Effort(
         quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
     )

@@ -17,6 +17,7 @@ from trackmark.bench.commands._options import (
     JsonOptions,
     argument,
     execution_option,
+    name_option,
     only_experiment,
     option,
     output_option,
@@ -301,7 +302,7 @@ class ImportOptions:
     sequences: str = option(
         "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
     )
-    name: str = output_option("Name of the results folder.", default="published")
+    name: str = name_option(default="published")
     output: Path = output_option(
         "Folder that contains the results folder.", default=Path("results")
     )

@@ -20,8 +20,8 @@ from trackmark.bench.commands._options import (
     execution_option,
     matching_sequences,
     metrics_option,
+    name_option,
     option,
-    output_option,
     protocol_option,
     split_list,
     truth_option,
@@ -73,9 +73,8 @@ class RunOptions(ScreenOptions, EngineOptions):
     arrays: bool = option(
         "Store masks, contours, particles and maps of new runs for the report's player."
     )
-    name: str | None = output_option(
-        "Name of the results folder.  [default: derived from --trackers and --sequences]",
-        metavar="NAME",
+    name: str | None = name_option(
+        "Name of the results folder.  [default: derived from --trackers and --sequences]"
     )
     retry_failed: bool = execution_option("Repeat runs that failed.")
     dry_run: bool = execution_option(

@@ -15,6 +15,7 @@ from trackmark.bench.commands._options import (
     ScreenOptions,
     argument,
     matching_sequences,
+    name_option,
     option,
     output_option,
     split_list,
@@ -52,7 +53,7 @@ class StressOptions(ScreenOptions, EngineOptions):
     against: str = option(
         "Baseline tracker, by whose breaking points the others are divided.", default="camshift"
     )
-    name: str = output_option("Name of the results folder.", default="stress")
+    name: str = name_option(default="stress")
     folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
 
 

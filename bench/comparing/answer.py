@@ -45,9 +45,17 @@ def answer_of(comparison: Comparison) -> Answer:
     details = [*_runner_up(comparison, first, others, digits), *_wins(comparison)]
     if len(units) < MIN_UNITS:
         details.append(_limit(units))
+    if comparison.undefined:
+        details.append(undefined_note(comparison))
     if comparison.left_out:
         details.append(f"{_names(comparison.left_out)} left out: all runs failed.")
     return Answer(heading, tuple(details))
+
+
+def undefined_note(comparison: Comparison) -> str:
+    """Return a sentence on the sequences that are left out because no run has a score."""
+    names = comparison.undefined
+    return f"{_names(names)} left out: {comparison.measure.title} is undefined for all trackers."
 
 
 def _in_printed_unit(entry: Standing, scale: float) -> Standing:
@@ -66,10 +74,11 @@ def _heading(
     if not others:
         return f"{first.tracker} has a {title} of {value} on {where}."
     best = "highest" if comparison.sign > 0 else "lowest"
-    if comparison.sign * (others[0].mean - first.mean) > _tie(
-        digits
-    ):  # a main tracker that the user named
+    winners = []
+    if comparison.sign * (others[0].mean - first.mean) > _tie(digits):
+        # The user named a main tracker that is not the best one.
         text = f"{first.tracker} has a {title} of {value} on {where}"
+        winners = [entry for entry in others if abs(entry.mean - others[0].mean) <= _tie(digits)]
     elif few:
         ties = [entry.tracker for entry in others if abs(entry.mean - first.mean) <= _tie(digits)]
         verb = "have" if ties else "has"
@@ -89,6 +98,10 @@ def _heading(
         for label, words in _RELATIONS.items()
         if label in groups and not few
     ]
+    if winners:
+        verb, highest = "has" if len(winners) == 1 else "have", f"{others[0].mean:.{digits}f}"
+        names = _names([entry.tracker for entry in winners])
+        parts.append(f"{names} {verb} the {best}, {highest}{comparison.unit_suffix}")
     return f"{'; '.join([text, *parts])}."
 
 

@@ -10,32 +10,38 @@ import platform
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
+from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from trackmark.bench.experiments.experiment import SequenceSource, read_toml
+from trackmark.bench.experiments.experiment import SequenceSource, check_folder_name, read_toml
+from trackmark.bench.statistics.accuracy_drop import MAX_SEEDS
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_scored_runs
+from trackmark.datasets.source_digest import library_version
 from trackmark.reports.files import write_file
 
 FORMAT = 2
 
-MAX_SEEDS = 10_000
-
 DECIMALS = 5
 """Decimals of a stored mean overlap."""
 
-LIBRARIES = ("numpy", "numba", "opencv-python-headless", "scipy")
+LIBRARIES = {"numpy": "numpy", "numba": "numba", "opencv": "cv2", "scipy": "scipy"}
+"""Import names of libraries that can change boxes, by their names in baselines."""
 
 FOLDER = Path("baselines")
+
+MAX_OVERLAP_ERROR = 1e-4
+"""Largest difference of the overlaps of equal boxes: scores are rounded to five decimals, and boxes
+to a thousandth of a pixel.
+"""
 
 _DIGITS = 8  # hexadecimal digits of a stored digest
 _NO_BOX = -(2**31)
@@ -97,8 +103,15 @@ class Baseline:
 
 
 def baseline_path(name: str) -> Path:
-    """Return the file of a baseline: a path that ends in `.toml`, or a name in `baselines`."""
-    return Path(name) if name.endswith(".toml") else FOLDER / f"{name}.toml"
+    """Return the file of a baseline: a path that ends in `.toml`, or a name in `baselines`.
+
+    Raises `ExperimentError` for a name that is empty or has, for example, a slash. The file name of
+    a path without its suffix has the same rule, because it names the results folder.
+    """
+    is_path = name.endswith(".toml")
+    path = Path(name) if is_path else FOLDER / f"{name}.toml"
+    check_folder_name(path.stem if is_path else name, "baseline", ", or a path that ends in .toml")
+    return path
 
 
 def surroundings() -> dict[str, str]:
@@ -106,7 +119,7 @@ def surroundings() -> dict[str, str]:
     return {
         "platform": f"{platform.system()} {platform.machine()}",
         "python": ".".join(map(str, sys.version_info[:2])),
-        **{name: version(name) for name in LIBRARIES},
+        **{name: library_version(module) for name, module in LIBRARIES.items()},
     }
 
 
@@ -228,7 +241,8 @@ def _toml(value: object) -> str:
 
 _Score = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 _Digest = Annotated[str, Field(pattern=rf"^[0-9a-f]{{{_DIGITS}}}$")]
-_Texts = dict[str, Annotated[str, Field(min_length=1)]]
+_Text = Annotated[str, Field(min_length=1)]
+_Texts = dict[_Text, _Text]
 
 
 class _Strict(BaseModel):
@@ -239,8 +253,8 @@ class _FileEntry(_Strict):
     sequence: _Digest
     overlap: Annotated[list[_Score], Field(min_length=1)]
     boxes: list[_Digest]
-    path: Annotated[str, Field(min_length=1)] | None = None
-    truth: Annotated[str, Field(min_length=1)] | None = None
+    path: _Text | None = None
+    truth: _Text | None = None
 
     def stored(self, name: str) -> BaselineEntry:
         """Return the entry as `BaselineEntry`; `name` is the sequence if the entry has no path."""
@@ -248,10 +262,16 @@ class _FileEntry(_Strict):
         return BaselineEntry(source, self.sequence, tuple(self.overlap), tuple(self.boxes))
 
 
+def _check_date(text: str) -> str:
+    """Return a date; `ValueError` for a day that does not exist becomes a `ValidationError`."""
+    date.fromisoformat(text)
+    return text
+
+
 class _FileAccepted(_Strict):
-    tracker: str
-    date: Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\d$")]
-    because: str
+    tracker: _Text
+    date: Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\d$"), AfterValidator(_check_date)]
+    because: _Text
     overlap: Annotated[list[_Score], Field(min_length=2, max_length=2)]
 
 
@@ -262,7 +282,7 @@ class _File(_Strict):
     made_with: _Texts
     specifications: _Texts = {}
     trackers: Annotated[
-        dict[str, Annotated[dict[str, _FileEntry], Field(min_length=1)]], Field(min_length=1)
+        dict[_Text, Annotated[dict[_Text, _FileEntry], Field(min_length=1)]], Field(min_length=1)
     ]
     accepted: list[_FileAccepted] = []
 
@@ -288,6 +308,8 @@ def read_baseline(path: Path) -> Baseline:
         _refuse(path, _place(first["loc"]), value, f"{first['msg']}.")
     for tracker, row in content.trackers.items():
         _check_lengths(path, content.seeds, tracker, row)
+        _check_equal_boxes(path, tracker, row)
+    _check_sources(path, content)
     entries = {
         tracker: {name: entry.stored(name) for name, entry in row.items()}
         for tracker, row in content.trackers.items()
@@ -309,6 +331,51 @@ def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _
                 )
                 place = _place(("trackers", tracker, name, key))
                 _refuse(path, place, values, f"{len(values)} values; expected {runs}.")
+
+
+def _check_equal_boxes(path: Path, tracker: str, entries: Mapping[str, _FileEntry]) -> None:
+    """Raise `BaselineError` if two runs of a tracker have equal boxes and different overlaps."""
+    for name, entry in entries.items():
+        overlap_of: dict[str, float] = {}
+        for seed, (boxes, overlap) in enumerate(zip(entry.boxes, entry.overlap, strict=True)):
+            expected = overlap_of.setdefault(boxes, overlap)
+            if abs(overlap - expected) > MAX_OVERLAP_ERROR:
+                place = _place(("trackers", tracker, name, f"overlap.{seed}"))
+                _refuse(path, place, overlap, f"Another run with equal boxes has {expected}.")
+
+
+def _check_sources(path: Path, content: _File) -> None:
+    """Raise `BaselineError` if trackers disagree on a sequence, or a specification has no use."""
+    first_of: dict[str, tuple[str, _FileEntry]] = {}
+    for tracker, row in content.trackers.items():
+        for name, entry in row.items():
+            first, expected = first_of.setdefault(name, (tracker, entry))
+            for key in ("sequence", "path", "truth"):
+                value, other = getattr(entry, key), getattr(expected, key)
+                if value != other:
+                    place = _place(("trackers", tracker, name, key))
+                    _refuse(path, place, value, f"Tracker {first!r} has {other!r}.")
+    for label in content.specifications:
+        if label not in content.trackers:
+            _refuse(path, "specifications", label, "The file has no scores of this tracker.")
+
+
+def check_equal_scores(path: Path, before: BaselineEntries, now: BaselineEntries) -> None:
+    """Raise `BaselineError` if runs with equal boxes have another overlap than in the baseline.
+
+    `now`: entries of the same trackers and sequences. The sequences have not changed. `path`: file
+    of the baseline, for the message.
+    """
+    for tracker, row in before.items():
+        for name, old in row.items():
+            new = now[tracker][name]
+            # The only run of a deterministic tracker counts for all seeds.
+            runs = np.broadcast_arrays(old.boxes, new.boxes, old.overlap, new.overlap)
+            for seed, (old_boxes, new_boxes, stored, current) in enumerate(zip(*runs, strict=True)):
+                if old_boxes == new_boxes and abs(stored - current) > MAX_OVERLAP_ERROR:
+                    place = _place(("trackers", tracker, name, f"overlap.{seed}"))
+                    expected = f"Runs with these boxes have a mean overlap of {current} now."
+                    _refuse(path, place, float(stored), expected)
 
 
 def _place(location: Sequence[int | str]) -> str:

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import combinations, product
-from math import nan
+from math import inf, nan
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from trackmark.bench.metrics.preset import mean_of_sequences
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, title
 from trackmark.bench.reporting.by_preset import measures_of, runs_by
 from trackmark.bench.reporting.failed_runs import with_worst_scores
-from trackmark.bench.reporting.tables import PRESET
+from trackmark.bench.reporting.tables import PRESET, without_undefined
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import ScoreMeasure
@@ -39,8 +40,11 @@ def compared_measure(
 ) -> ScoreMeasure:
     """Return a score of a metrics preset, by default the first one, with its equivalence margin.
 
-    Raises `ComparisonError` if the preset has no such score, or if the score has no default margin.
+    Raises `ComparisonError` for an invalid margin, if the preset has no such score, or if the score
+    has no default margin.
     """
+    if margin is not None and not (isinstance(margin, Real) and 0 <= margin < inf):
+        raise ComparisonError(f"margin: {margin!r}. Expected: a finite number of 0 or more.")
     definitions = metrics_preset(preset)
     measures = {measure.name: measure for measure in measures_of(preset) if measure.direction}
     name = metric or next(iter(measures))
@@ -161,6 +165,7 @@ def same_boxes(
 ) -> Counter[tuple[str, str]]:
     """Return the number of sequences on which two trackers gave equal boxes in all runs.
 
+    Sequences whose overlap is undefined are not counted: they have no estimates to compare.
     `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `stored`:
     stored name of the protocol. Raises `ResultsError` if a file is damaged.
     """
@@ -173,6 +178,7 @@ def same_boxes(
 
     columns = ["sequence", "tracker", "repetition", "mean_overlap", "centre_error"]
     finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
+    finished, _ = without_undefined(finished, "mean_overlap")
     rows = finished.reindex(columns=columns).astype({"sequence": str, "tracker": str}).round(9)
     scores: defaultdict[str, dict[str, dict[int, list[float]]]] = defaultdict(dict)
     for sequence, tracker, seed, *run_scores in rows.fillna(-1.0).itertuples(

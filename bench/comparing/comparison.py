@@ -14,12 +14,23 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.comparing.comparable_runs import AllFailedError, check_runs, selected_trackers
+from trackmark.bench.comparing.comparable_runs import (
+    AllFailedError,
+    check_runs,
+    selected_trackers,
+)
+from trackmark.bench.comparing.families import Families
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
 from trackmark.bench.reporting.failed_runs import failed_runs
-from trackmark.bench.reporting.tables import clocks, uncertainty_of, update_times
+from trackmark.bench.reporting.tables import clocks, update_times, without_undefined
 from trackmark.bench.statistics.intervals import Interval
-from trackmark.bench.statistics.rules import Decision, decide
+from trackmark.bench.statistics.rules import (
+    MIN_UNITS,
+    Decision,
+    decide,
+    interval_or_none,
+    loser_of,
+)
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.reports.tables import ScoreMeasure, timed_by
 
@@ -37,7 +48,7 @@ class Standing:
     tracker: str
     mean: float
     interval: tuple[float, float] | None  # interval of the mean at 95 %; None for too few units
-    contender: bool  # True: the tracker gets a star
+    contender: bool  # True: no answer calls another tracker better; the tracker gets a star
     kept: float  # share of runs that never lost the target; the name is a key of --json
     milliseconds: float  # per frame
     timed: bool  # True: measured in timing runs; False: in accuracy runs, which share the machine
@@ -84,10 +95,12 @@ class Comparison:
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
     main: str  # tracker `against`, or the one with the best mean
+    against: bool  # True: only pairs with the main tracker are compared
     failures: Mapping[str, str]  # sentence on failed runs by tracker
     left_out: Collection[str]  # trackers whose runs all failed
     not_repeatable: Collection[str]  # trackers that gave different boxes with equal seeds
     attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
+    undefined: Sequence[str] = ()  # sequences without a score of any tracker, which are left out
 
     @property
     def sign(self) -> float:
@@ -188,6 +201,7 @@ def compare(
     against: str | None = None,
     *,
     by_scene: bool = False,
+    families: Families | None = None,
     attributes: Mapping[str, Collection[str]] | None = None,
     same_boxes: Mapping[tuple[str, str], int] | None = None,
     not_repeatable: Collection[str] = (),
@@ -197,9 +211,12 @@ def compare(
     `runs`: as `load_runs` returns them, of one experiment; failed runs have the worst scores.
     `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
     stored trackers. `against`: tracker to compare with every other tracker. `by_scene`: units are
-    scenes, also for several families. `attributes`: by sequence. `same_boxes`: function that
+    scenes, also for several families. `families`: declared families, which are then the units.
+    `attributes`: by sequence. `same_boxes`: function that
     returns on how many sequences two trackers gave equal boxes. `not_repeatable`: trackers that
     gave different boxes with the same seed.
+
+    Sequences on which no run has a score, such as those of one frame, are left out.
 
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
@@ -211,14 +228,18 @@ def compare(
     labels = [name for name in labels if name not in failures.left_out]
     if not labels:
         raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
+    scored, undefined = without_undefined(scored, measure.name)
+    runs = runs[~runs["sequence"].astype(str).isin(undefined)]
     sequences = [str(name) for name in scored["sequence"].unique()]
     check_runs(scored, labels, sequences, measure)
     grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)[measure.name]
     cells = {key: values.to_numpy(np.float64) for key, values in grouped}
     scores = {name: [cells[name, sequence] for sequence in sequences] for name in labels}
     means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
-    units = units_of(sequences, "scene" if by_scene else None)
-    standings = _standings(runs, means, units, measure)
+    declared = None if families is None else families.by_name(sequences)
+    units = units_of(sequences, "scene" if by_scene else None, declared)
+    pairs = _pairs(means, units, measure, against, same_boxes or {})
+    standings = _standings(runs, means, units, measure, _unbeaten(means, pairs, units))
     best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
     return Comparison(
         measure=measure,
@@ -226,27 +247,41 @@ def compare(
         sequences=sequences,
         scores=scores,
         standings=standings,
-        pairs=_pairs(means, units, measure, against, same_boxes or {}),
+        pairs=pairs,
         main=against or best.tracker,
+        against=against is not None,
         failures=failures.notes,
         left_out=failures.left_out,
         not_repeatable=[name for name in labels if name in not_repeatable],
         attributes=[(attributes or {}).get(name, ()) for name in sequences],
+        undefined=undefined,
     )
 
 
+def _unbeaten(means: Means, pairs: Sequence[Pair], units: StatisticalUnits) -> Collection[str]:
+    """Return the trackers that no answer calls worse; none without answers."""
+    if not pairs or len(units) < MIN_UNITS:
+        return ()
+    beaten = {loser_of(pair.first, pair.second, pair.answer) for pair in pairs}
+    return [name for name in means if name not in beaten]
+
+
 def _standings(
-    runs: pd.DataFrame, means: Means, units: StatisticalUnits, measure: ScoreMeasure
+    runs: pd.DataFrame,
+    means: Means,
+    units: StatisticalUnits,
+    measure: ScoreMeasure,
+    unbeaten: Collection[str],
 ) -> list[Standing]:
     columns, clock_of = _clock(runs[runs["tracker"].isin(list(means))]), clocks(runs)
-    by_unit = units.means(list(means.values()))
-    intervals, marks = uncertainty_of(by_unit, measure)
     standings = []
-    for name, values, interval, mark in zip(means, by_unit, intervals, marks, strict=True):
+    for name, values in zip(means, units.means(list(means.values())), strict=True):
+        interval = interval_or_none(values, 1, measure.least, measure.most)
         own_runs = runs[runs["tracker"] == name]
         survival, times = _survival(own_runs), _times(own_runs, columns)
         mean = float(values.mean())
         clock = clock_of.get(name, "")
+        mark = name in unbeaten
         standings.append(Standing(name, mean, interval, mark, survival, *times, clock))
     return standings
 

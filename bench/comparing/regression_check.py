@@ -19,6 +19,7 @@ from trackmark.bench.statistics.accuracy_drop import (
     decide_deterministic,
 )
 from trackmark.bench.statistics.rules import MARGIN, Decision, p_value
+from trackmark.bench.statistics.units import units_of
 from trackmark.reports.printable import to_xml
 from trackmark.reports.tables import Cell, Table
 
@@ -40,6 +41,24 @@ class ScoreChange:
     failures: Mapping[int, str]  # reasons of failures by seed
     change: Decision = IDENTICAL
     p: float = nan  # smallest level at which the corrected interval of the change excludes 0
+    weights: Sequence[float] | None = None  # of the sequences in both means; None if they are equal
+
+    @property
+    def before(self) -> float:
+        """Mean overlap of the baseline."""
+        return self._mean(self.old)
+
+    @property
+    def now(self) -> float:
+        """Mean overlap of the current runs."""
+        return self._mean(self.new)
+
+    def _mean(self, scores: Sequence[float]) -> float:
+        """Return the mean of scores of runs; each sequence has equally many runs."""
+        if self.weights is None:
+            return float(np.mean(scores))
+        n_runs = len(scores) // len(self.weights)
+        return float(np.average(scores, weights=np.repeat(self.weights, n_runs)))
 
     @property
     def differences(self) -> NDArray[np.float64]:
@@ -99,12 +118,14 @@ def check(
     now: BaselineEntries,
     made_with: Mapping[str, str],
     not_repeatable: Collection[tuple[str, str]] = (),
+    families: Mapping[str, str] | None = None,
 ) -> Check:
     """Compare entries with a baseline.
 
     `now`: entries of the same trackers and sequences. `made_with`: their platform and libraries
     (`surroundings`). `not_repeatable`: deterministic trackers and sequences whose boxes differ
-    between runs.
+    between runs. `families`: family of every sequence, which counts once in means; by default each
+    sequence counts once.
     """
     rows = _paired(before.entries, now)
     changed = [row for row in rows if row.is_random and not all(row.same)]
@@ -123,7 +144,7 @@ def check(
         sequences.append(replace(row, change=change, p=p))
     trackers = list(dict.fromkeys(row.tracker for row in changed))
     means = [
-        _mean([row for row in rows if row.tracker == tracker], len(trackers), before.detect)
+        _mean([row for row in rows if row.tracker == tracker], len(trackers), before, families)
         for tracker in trackers
     ]
     return Check(before, now, made_with, _in_order(sequences), _in_order(means))
@@ -140,17 +161,26 @@ def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
     return rows
 
 
-def _mean(rows: Sequence[ScoreChange], comparisons: int, detect: float) -> ScoreChange:
-    """Return the change of a tracker's mean over all sequences."""
-    by_seed = np.mean([row.differences for row in rows], axis=0)
+def _mean(
+    rows: Sequence[ScoreChange],
+    comparisons: int,
+    before: Baseline,
+    families: Mapping[str, str] | None,
+) -> ScoreChange:
+    """Return the change of a tracker's mean over all sequences, or over families of them."""
+    names = [row.sequence for row in rows]
+    units = units_of(names, families=families or dict(zip(names, names, strict=True)))
+    weights = units.means(np.eye(len(rows))).mean(axis=-1)
+    by_seed = np.average([row.differences for row in rows], axis=0, weights=weights)
     old, new, same = (
         list(chain.from_iterable(parts))
         for parts in zip(*((row.old, row.new, row.same) for row in rows), strict=True)
     )
-    change = decide_by_seeds(by_seed, comparisons, detect)
-    words = f"mean of {_counted(len(rows))}"
+    change = decide_by_seeds(by_seed, comparisons, before.detect)
+    words = f"mean of {len(units)} {units.plural if len(units) > 1 else units.kind}"
     p = p_value(by_seed, comparisons) if change.interval else nan
-    return ScoreChange(rows[0].tracker, words, old, new, same, {}, change, p)
+    shares = weights.tolist()
+    return ScoreChange(rows[0].tracker, words, old, new, same, {}, change, p, shares)
 
 
 def _counted(number: int, noun: str = "sequence") -> str:
@@ -208,8 +238,8 @@ def _row(row: ScoreChange) -> list[Cell]:
         change.label,
         row.tracker,
         row.sequence,
-        f"{np.mean(row.old):.3f}",
-        f"{np.mean(row.new):.3f}",
+        f"{row.before:.3f}",
+        f"{row.now:.3f}",
         f"{change.mean:+.3f}",
         f"{sum(row.same)} of {len(row.same)} runs",
     ]
@@ -305,7 +335,7 @@ def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
 def _words(row: ScoreChange) -> str:
     """Return the message of a test case."""
     change = row.change
-    words = f"mean overlap {np.mean(row.old):.4f} -> {np.mean(row.new):.4f} ({change.label})"
+    words = f"mean overlap {row.before:.4f} -> {row.now:.4f} ({change.label})"
     words += f"; {change.reason}" if change.reason else ""
     failures = [f"; seed {seed} failed: {reason}" for seed, reason in row.failures.items()]
     return words + "".join(failures[:1])
@@ -319,8 +349,8 @@ def _data(row: ScoreChange) -> dict[str, Any]:
         "sequence": row.sequence,
         "state": change.label,
         "reason": change.reason,
-        "before": float(np.mean(row.old)),
-        "now": float(np.mean(row.new)),
+        "before": row.before,
+        "now": row.now,
         "difference": change.mean,
         "low": low,
         "high": high,
@@ -330,5 +360,5 @@ def _data(row: ScoreChange) -> dict[str, Any]:
         "same_boxes": sum(row.same),
         "failed": len(row.failures),
         "failure": next(iter(row.failures.values()), ""),
-        "seeds_needed": change.needed if isfinite(change.needed) else None,
+        "seeds_needed": change.needed,
     }

@@ -103,6 +103,8 @@ def answer_on(
     if ranked:
         comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
         return answer_of(comparison), comparison
+    if any(not entry["mean_overlap"]["lacking"] for entry in means.values()):
+        return Answer("There is no answer: no sequence has a target after its first frame."), None
     if len(left_out) < len(means):
         return Answer("There is no answer: no tracker has runs on all sequences."), None
     return Answer("There is no answer: all runs failed."), None

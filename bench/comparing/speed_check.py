@@ -39,7 +39,7 @@ FRAMES = 20
 
 
 _PACKAGE = Path(str(trackers.__file__)).resolve().parent
-_ORDER = ("slower", "inconclusive", "faster", "as fast")
+_ORDER = ("slower", "inconclusive", "faster", "not 5 % slower")
 
 
 def check_speeds(

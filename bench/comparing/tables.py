@@ -9,15 +9,15 @@ from typing import Any
 
 import pandas as pd
 
-from trackmark.bench.comparing.answer import answer_of
+from trackmark.bench.comparing.answer import answer_of, undefined_note
 from trackmark.bench.comparing.comparison import Comparison, Pair, Standing, means_in_part, parts_of
 from trackmark.bench.reporting.tables import clock_notes
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
-    MIN_UNITS_FOR_SMALL,
     corrected_level,
     interval_or_none,
     p_value,
+    units_for_small,
 )
 from trackmark.reports.printable import width, wrap
 from trackmark.reports.renderers import terminal_lines
@@ -62,7 +62,8 @@ def screen_lines(
     failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
     # If there are enough units, the table of pairs has the details.
     details = sentence.details if verbose or _too_few(comparison) else ()
-    lines = [*failures, *([""] if failures else []), sentence.heading, *details]
+    left_out = [undefined_note(comparison)] if comparison.undefined and not details else []
+    lines = [*failures, *([""] if failures else []), sentence.heading, *details, *left_out]
     lines = [line for text in lines for line in wrap(text).splitlines()]
     lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose))]
     if _too_few(comparison) and comparison.pairs:
@@ -94,11 +95,11 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
         del heads[2], ranks[1]
         for row in rows:
             del row[2]
-    star = "*: no other tracker is better"
-    notes = [*_star_notes(comparison, star), *_clock_notes(comparison)]
+    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
-    return Table("comparison", _caption(comparison), heads, 1, rows, notes, ranks=ranks)
+    caption = _standings_caption(comparison)
+    return Table("comparison", caption, heads, 1, rows, notes, ranks=ranks)
 
 
 def milliseconds_text(milliseconds: float) -> str:
@@ -133,6 +134,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
         "units": list(units.labels),
         "scope": units.scope,
         "sequences": list(comparison.sequences),
+        "undefined": list(comparison.undefined),
         "repetitions": list(comparison.repetitions),
         "comparisons": len(comparison.pairs),
         "trackers": [
@@ -183,8 +185,7 @@ def _standings(comparison: Comparison) -> Table:
         rows.append(_standing_cells(comparison, standing, time))
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
-    star = "*: no other tracker is better, over all pairs."
-    notes = [*_star_notes(comparison, star), *_clock_notes(comparison)]
+    notes = [*_star_notes(comparison), *_clock_notes(comparison)]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
         notes.append(
@@ -192,7 +193,7 @@ def _standings(comparison: Comparison) -> Table:
         )
     return Table(
         name="comparison",
-        caption=_caption(comparison),
+        caption=_standings_caption(comparison),
         heads=["tracker", comparison.measure.head, "95 %", "survival [%]", "ms a frame"],
         n_labels=1,
         rows=rows,
@@ -202,11 +203,14 @@ def _standings(comparison: Comparison) -> Table:
     )
 
 
-def _star_notes(comparison: Comparison, meaning: str) -> list[str]:
-    """Return the meaning of the star, or why there is none; no note for a single tracker."""
+def _star_notes(comparison: Comparison) -> list[str]:
+    """Return the meaning of the star, or that there are too few units for stars."""
     if few := _too_few(comparison):
         return [few]
-    return [meaning] if len(comparison.standings) > 1 else []
+    if not any(standing.contender for standing in comparison.standings):
+        return []
+    pairs = f", in the pairs with {comparison.main}" if comparison.against else ""
+    return [f"*: no other tracker is better{pairs}"]
 
 
 def _clock_notes(comparison: Comparison) -> list[str]:
@@ -214,12 +218,21 @@ def _clock_notes(comparison: Comparison) -> list[str]:
     return clock_notes(clock_of)
 
 
-def _caption(comparison: Comparison) -> str:
-    text, m = f"{comparison.measure.head}, {_counts(comparison)}", len(comparison.pairs)
-    if m and not _too_few(comparison):
-        intervals = "interval holds" if m == 1 else f"{m} intervals hold together"
-        text += f"; the {intervals} at 95 %"
-    return f"{text}, {comparison.units.scope}"
+def _standings_caption(comparison: Comparison) -> str:
+    """Return score and counts; each interval of a tracker's own mean holds alone."""
+    text = f"{comparison.measure.head}, {_counts(comparison)}"
+    if _too_few(comparison):
+        return text
+    return f"{text}; 95 % intervals {comparison.units.scope}"
+
+
+def _joint_level(comparison: Comparison) -> str:
+    """Return the level of the intervals of differences; empty with too few units."""
+    m = len(comparison.pairs)
+    if not m or _too_few(comparison):
+        return ""
+    intervals = "interval holds" if m == 1 else f"{m} intervals hold together"
+    return f"; the {intervals} at 95 %"
 
 
 def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Table:
@@ -238,11 +251,23 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
         if verbose or is_main or reasoned == "all":
             empty = [""] * len(texts)
             rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
+    notes += _advice_notes(pairs, comparison.units.plural)
     others = len(comparison.pairs) - len(pairs)
     notes += [f"{others} more pairs: --verbose"] if others else []
     table = _table_of_pairs(comparison, rows)
     table.heads[1] = table.heads[1].replace("difference", "diff.")
-    return replace(table, notes=notes)
+    caption = f"differences, first minus second{_joint_level(comparison)}"
+    return replace(table, caption=caption, notes=notes)
+
+
+def _advice_notes(pairs: Sequence[Pair], plural: str) -> list[str]:
+    """Return a note if an answer states how many units are needed.
+
+    If one looks at the answers after every 6 sequences up to 60 and stops at the first decision, 18
+    % of the answers between equal trackers are false.
+    """
+    advised = any(pair.answer.needed for pair in pairs)
+    return [f"Fix the number of {plural} before you look at new scores."] if advised else []
 
 
 def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:
@@ -267,11 +292,16 @@ def pair_table(comparison: Comparison) -> Table:
         ]
         for pair in comparison.pairs
     ]
+    level = _joint_level(comparison)
+    level = f"{level}, {comparison.units.scope}" if level else ""
     caption = (
-        f"Differences, first minus second: {_caption(comparison)}. Margin {_margin(comparison)}."
+        f"Differences, first minus second: {comparison.measure.head}, {_counts(comparison)}{level}."
+        f" Margin {_margin(comparison)}."
     )
     data = [_pair_data(comparison, pair) | _ends(pair.interval) for pair in comparison.pairs]
-    return replace(_table_of_pairs(comparison, rows), caption=caption, data=pd.DataFrame(data))
+    table = _table_of_pairs(comparison, rows)
+    notes = _advice_notes(comparison.pairs, comparison.units.plural)
+    return replace(table, caption=caption, data=pd.DataFrame(data), notes=notes)
 
 
 def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
@@ -295,7 +325,7 @@ def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
         "better_on": pair.wins,
         "units": len(pair.by_unit),
         "p": p_value(pair.by_unit, len(comparison.pairs)) if pair.interval else nan,
-        "needed": pair.answer.needed,
+        **dict(zip(("needed_from", "needed_to"), pair.answer.needed or (nan, nan), strict=True)),
         "same_boxes": pair.same_boxes,
     }
 
@@ -374,6 +404,7 @@ def paragraph(comparison: Comparison) -> str:
         f"{_counts(comparison)}; the unit is the {units.kind}.",
         *_methods(comparison),
         *(f"{name}: {note}." for name, note in comparison.failures.items()),
+        *([undefined_note(comparison)] if comparison.undefined else []),
     ]
     if comparison.not_repeatable:
         names = ", ".join(comparison.not_repeatable)
@@ -392,14 +423,20 @@ def _methods(comparison: Comparison) -> list[str]:
     m, units, margin = len(comparison.pairs), comparison.units, _margin(comparison)
     if not m:
         return []
+    measure = comparison.measure
+    enough = units_for_small(measure.margin, measure.most - measure.least)
     level = f"{100 * corrected_level(m):.4g} %"
     if m > 1:
         level += f" each (Bonferroni over {m} comparisons, together 95 %)"
+    equivalence = f"an interval inside {margin} and {enough} {units.plural}"
+    if not isfinite(enough):
+        equivalence = "a margin above 0"
     return [
-        f"Intervals of mean differences over {units.plural} are the union of Student's t interval "
-        f"and Hall's skewness-corrected one, at {level}, {units.scope}.",
+        f"Each end of an interval of a mean difference over {units.plural} is the wider one of "
+        "Student's t interval and of Hall's skewness-corrected interval, "
+        f"at {level}, {units.scope}.",
         f"A tracker is better if its interval excludes 0 and is not inside {margin}; equivalence "
-        f"needs an interval inside {margin} and {MIN_UNITS_FOR_SMALL} {units.plural}.",
+        f"needs {equivalence}.",
     ]
 
 

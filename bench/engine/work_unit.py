@@ -47,8 +47,8 @@ class Unit:
         return [replace(self, entries=self.entries[start:stop]) for start, stop in pairwise(bounds)]
 
 
-LEAST_MEMORY = 512 << 20
-"""Minimum memory limit of a process [bytes]."""
+LEAST_MEMORY = 512_000_000
+"""Minimum memory limit of a process [bytes]: 512 MB, as `--memory-limit 512MB` is parsed."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class Limits:
                 raise ExperimentError(f"the limit {name} is {value}. Expected: a value above 0.")
         if self.memory_bytes is not None and self.memory_bytes < LEAST_MEMORY:
             raise ExperimentError(
-                f"the limit memory_bytes is {self.memory_bytes}, below the minimum of "
-                f"{LEAST_MEMORY >> 20} MB for a process with its libraries. Use a higher limit."
+                f"the limit memory_bytes is {self.memory_bytes:,}, below the minimum of "
+                f"{LEAST_MEMORY:,} (512 MB) for a process with its libraries. Use a higher limit."
             )
 
 

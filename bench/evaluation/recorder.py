@@ -54,7 +54,7 @@ from trackmark.trackers.base.estimate_check import (
     value_text,
 )
 from trackmark.trackers.base.plain import seed_number
-from trackmark.trackers.base.plain_class import end_fork, ends_forks
+from trackmark.trackers.base.plain_class import ForkGuard, end_fork
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -278,7 +278,7 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            with ends_forks():
+            with ForkGuard():
                 return call()
         except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise

@@ -130,12 +130,7 @@ class Experiment:
         return parse_protocol(self.protocol)
 
     def __post_init__(self) -> None:
-        if not self.name or "/" in self.name or self.name.startswith((".", "_")):
-            raise ExperimentError(
-                f"{self.name!r} is not a valid name of a results folder. Use a name without '/' "
-                "that does not start with '.' or '_'."
-            )
-        check_name(Path(self.name))
+        check_folder_name(self.name)
         for number in (self.repetitions, *self.repeated.values()):
             if number < 1:
                 raise ExperimentError(f"{self.name}: repetitions: {number}. Give 1 or more.")
@@ -161,6 +156,20 @@ class Experiment:
             raise ExperimentError(
                 f"{self.name}: timing runs are one-pass. Omit the protocol {self.protocol}."
             )
+
+
+def check_folder_name(name: str, kind: str = "results folder", remedy: str = "") -> None:
+    """Raise `ExperimentError` if `name` cannot be that of a results folder or a baseline.
+
+    `kind`: what has the name, in messages. `remedy`: alternative to a valid name.
+    """
+    check_name(Path(name))
+    is_plain = name.isprintable() and name == name.strip() and "/" not in name
+    if not (name and is_plain) or name.startswith((".", "_")):
+        raise ExperimentError(
+            f"{quote(name)} is not a valid name of a {kind}. Use a name without '/', control "
+            f"characters and spaces at its ends, which starts with neither '.' nor '_'{remedy}."
+        )
 
 
 def default_name(

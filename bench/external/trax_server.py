@@ -24,7 +24,7 @@ from trackmark.bench.external.trax import (
 from trackmark.datasets.image_files import decode_image, read_image_file
 from trackmark.trackers import Image, Mask, Tracker, TrackerError
 from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_box, read_estimate
-from trackmark.trackers.base.plain_class import ends_forks
+from trackmark.trackers.base.plain_class import ForkGuard
 
 MAX_REASON = 500
 """Maximum length of the reason of a failure [characters]."""
@@ -88,14 +88,14 @@ def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[
             if isinstance(tracker, ExternalPlugin):
                 tracker.close()  # its process serves the next one
             box, mask = _parse_init(region, image.shape)
-            with ends_forks():
+            with ForkGuard():
                 tracker = make()
                 tracker.init(image, np.array(box), mask)
             region = ""
         elif tracker is None:
             raise ClientError("the client sent a frame before initialize.")
         else:
-            with ends_forks():
+            with ForkGuard():
                 estimate = tracker.update(image)
             try:
                 fields = read_estimate(estimate, image.shape)

@@ -67,7 +67,7 @@ def load(path: str) -> Any:
     sys.argv = [path]  # those of this process are not for the file
     stem = os.path.splitext(os.path.basename(path))[0]
     # Equal numbers in each process.
-    with global_generators.GlobalGenerators(0), plain_class.ends_forks():
+    with global_generators.GlobalGenerators(0), plain_class.ForkGuard():
         return import_file(path, "trackmark_plugin_" + stem)
 
 
@@ -93,7 +93,7 @@ def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) 
     def sequence() -> Any:
         return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
 
-    with plain_class.ends_forks():
+    with plain_class.ForkGuard():
         return plain_class.create(kind, parameters, seed, sequence)
 
 
@@ -105,7 +105,7 @@ def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None
     if operation == "init":
         method = plain_class.adapt_init(method)
         arguments += [np.array(box, np.float64), masks[0] if masks else None]
-    with plain_class.ends_forks():
+    with plain_class.ForkGuard():
         wall, cpu = time.perf_counter(), time.process_time()
         result = method(*arguments)
         answer = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}

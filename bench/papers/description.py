@@ -142,7 +142,7 @@ class Description(Entry):
     citation: Text
     method: Text
     finding: Text  # result of the reproduction in one sentence
-    # Runs of stochastic trackers; odd, because a scene succeeds if more than half of its runs do.
+    # Runs of stochastic trackers; odd, so that no scene is undecided by half of its runs.
     repetitions: Annotated[int, Field(ge=1)] = 1
     frames_from: int = 0  # number of the first frame in the paper
     # Definition of a tracked frame: `within` (error up to half the mean box side), `inside` (centre

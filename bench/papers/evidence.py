@@ -13,6 +13,7 @@ from trackmark.bench.papers.measures import Measure, find_measure
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.scene_values import scene_values
+from trackmark.bench.statistics.verdict_rules import success
 
 BOUNDED = ("share", "overlap")  # units of measures with values in [0, 1]
 
@@ -72,16 +73,20 @@ def _kept_share(claim: Claim, setting: str, context: Context) -> float:
     values = _values(claim, claim.worse, setting, context, measure)
     members = {k: len(sequence.members) for k, sequence in context.description.sequences.items()}
     share = values["value"] / values["sequence"].map(members)
-    return float((share > 0.5).groupby(values["tracker"]).mean().max())
+    successes = pd.Series(success(share), values.index)
+    return float(successes.groupby(values["tracker"]).mean().max())
 
 
 def _lost_before(claim: Claim, setting: str, context: Context, measure: Measure) -> float:
-    """Return the share of scenes in which most runs lose the target before the event."""
+    """Return the share of scenes in which most runs lose the target before the event.
+
+    A scene in which exactly half of the runs lose it counts as half.
+    """
     if measure.lost_before is None or not claim.of:
         return nan
     before = Measure(measure.lost_before, f"lost before {measure.text}", "share", True, None)
     values = _values(claim, claim.of, setting, context, before)
-    return float((values["value"] > 0.5).mean()) if len(values) else nan
+    return float(success(values["value"]).mean()) if len(values) else nan
 
 
 def _failed(claim: Claim, setting: str, context: Context) -> str:

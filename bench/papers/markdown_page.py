@@ -12,8 +12,9 @@ RULES = (
     "The unit is the scene, and intervals are 95 % confidence intervals. A claim on a share of "
     "scenes holds if its interval lies above 1/2, because the paper shows one run. Differences are "
     "positive if they support the claim. A claim on a difference holds if its interval lies above "
-    "0, and a claim that a tracker is not worse if its interval lies above -margin. Numbers that "
-    "were measured on the paper's videos are not testable."
+    "0. A claim that a tracker is not worse holds if its interval lies above -margin and the "
+    "scenes are enough to show that a difference is small. Numbers that were measured on the "
+    "paper's videos are not testable."
 )
 VIDEOS = (
     "The paper's videos are not available. Synthetic scenes, drawn from the paper's descriptions, "

@@ -195,9 +195,36 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
 
 def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
+    scored, undefined = without_undefined(scored, SUMMARY[0].name)
     runs, time = _with_times(scored, timed)
     table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), time), title, PRESET)
-    return replace(table, notes=[*table.notes, *clock_notes(clocks(scored))])
+    notes = [*undefined_notes(undefined, SUMMARY[0]), *clock_notes(clocks(scored))]
+    return replace(table, notes=[*table.notes, *notes])
+
+
+def without_undefined(runs: pd.DataFrame, score: str) -> tuple[pd.DataFrame, list[str]]:
+    """Return the runs without sequences on which the score is undefined, and these sequences.
+
+    It is undefined for all trackers if a sequence has, for example, no target after its first
+    frame. A sequence with a missing or stale run is kept. If there is no other sequence, the runs
+    are unchanged.
+    """
+    if score not in runs:
+        return runs, []
+    ended = runs["status"].isin(["finished", "failed"]) & runs[score].isna()
+    by_sequence = runs["sequence"].astype(str)
+    undefined = ended.groupby(by_sequence).transform("all")
+    undefined &= (runs["status"] == "finished").groupby(by_sequence).transform("any")
+    if not undefined.any() or undefined.all():
+        return runs, []
+    return runs[~undefined], list(by_sequence[undefined].unique())
+
+
+def undefined_notes(sequences: Sequence[str], measure: ScoreMeasure) -> list[str]:
+    """Return a note on the sequences that `without_undefined` leaves out."""
+    if not sequences:
+        return []
+    return [f"left out: {', '.join(sequences)}; {measure.title} is undefined for all trackers"]
 
 
 def _mask_columns(scored: pd.DataFrame) -> tuple[ScoreMeasure, ...]:

@@ -5,23 +5,35 @@ Old and new runs are paired by seed. A difference is new minus old score, and po
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import ceil, nan, sqrt
+from math import ceil, floor, inf, isfinite, log10, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.special import ndtri
+from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.intervals import Interval, interval_ends, mean_interval
 from trackmark.bench.statistics.rules import (
     CONFIDENCE,
+    EQUAL,
+    LIKELY,
     MARGIN,
     MIN_UNITS,
     POWER,
     POWER_FACTOR,
     Decision,
-    approximate,
+    are_equal,
+    corrected_level,
     decide,
+    in_words,
 )
+
+MAX_SEEDS = 10_000
+"""Maximum number of seeds of a baseline."""
+
+N_CHECKS = 2000
+"""Number of simulated checks: the standard error of a share of 80 % is 0.9 %."""
+
+_MAX_VALUES = 500_000  # of an array; with more than 250 seeds, fewer checks are simulated
+_MAX_TRIALS = 8
 
 IDENTICAL = Decision("identical", 0.0)
 
@@ -44,42 +56,121 @@ def decide_by_seeds(differences: ArrayLike, comparisons: int, detect: float) -> 
     if interval is None or decision.label in ("better", "worse"):
         return decision
     if interval.low > -detect:
-        return replace(decision, label="not worse", reason="", needed=nan)
-    if interval.low == interval.high:
-        return replace(decision, label="inconclusive", needed=nan)
-    needed = _seeds_needed(decision.mean, interval, np.size(differences), detect)
-    reason = f"{approximate(needed)} seeds needed"
+        return replace(decision, label="not worse", reason="", needed=None)
+    if are_equal(differences):
+        return replace(decision, label="inconclusive", needed=None)
+    likely = mean_interval(differences, LIKELY)
+    needed = _seeds_needed(decision.mean, interval, likely, np.size(differences), detect)
+    reason = in_words(needed, "seeds")
     return replace(decision, label="inconclusive", reason=reason, needed=needed)
 
 
-def _seeds_needed(mean: float, interval: Interval, seeds: int, detect: float) -> float:
-    """Estimate how many seeds would show a drop, or exclude one as large as `detect`."""
-    ratios = []
-    if mean < 0:
-        ratios.append((interval.high - mean) / -mean)
-    if mean > -detect:
-        ratios.append((mean - interval.low) / (mean + detect))
-    return max(seeds + 1, ceil(seeds * (POWER_FACTOR * min(ratios)) ** 2))
+def _seeds_needed(
+    mean: float, interval: Interval, likely: Interval, seeds: int, detect: float
+) -> Interval:
+    """Return the range of seeds that would show a drop, or exclude one as large as `detect`.
+
+    The range belongs to the true drops in `likely`; a drop of half of `detect` needs the most.
+    """
+    above, below = interval.high - mean, mean - interval.low
+
+    def number(drop: float) -> float:
+        ratios = [above / drop] if drop > 0 else []
+        ratios += [below / (detect - drop)] if drop < detect else []
+        return max(seeds + 1, ceil(seeds * (POWER_FACTOR * min(ratios)) ** 2))
+
+    drops = [-likely.high, -mean, -likely.low]
+    hardest = above / (above + below) * detect
+    drops += [hardest] if drops[0] < hardest < drops[2] else []
+    numbers = [number(drop) for drop in drops]
+    return Interval(min(numbers), max(numbers))
 
 
-def pooled_spread(scores: Sequence[ArrayLike]) -> float:
-    """Return the root mean square over sequences of the standard deviation over seeds."""
-    return sqrt(float(np.mean([np.var(np.asarray(values), ddof=1) for values in scores])))
+def missed_drops(
+    scores: Sequence[ArrayLike], seeds: int, comparisons: int, *, in_mean: bool = False
+) -> NDArray[np.float64]:
+    """Simulate checks; return for each the largest drop that the rule does not call worse.
+
+    Old and new scores are drawn from the deviations of the seeds from their mean on a sequence, all
+    with new random numbers. A check draws one of the sequences, or their mean with `in_mean`. The
+    result is infinite if the rule finds no drop of any size. Its shape is (checks,).
+
+    `scores`: scores of a tracker's seeds, one array of two or more per sequence. `seeds`: number of
+    seeds of the simulated checks. `comparisons`: see `decide_by_seeds`.
+    """
+    generator = np.random.default_rng(0)  # equal baselines print equal lines
+    checks = min(N_CHECKS, max(N_CHECKS // 10, _MAX_VALUES // seeds))
+    deviations = [_deviations(np.asarray(values, np.float64)) for values in scores]
+    sides = (checks, seeds, 2)
+    if in_mean:
+        total = np.zeros((checks, seeds))
+        for values in deviations:
+            drawn = generator.choice(values, sides)
+            total += drawn[..., 0] - drawn[..., 1]
+        differences = total / len(deviations)
+    else:
+        sequence = np.sort(generator.integers(len(deviations), size=checks))
+        counts = np.bincount(sequence, minlength=len(deviations)).tolist()
+        drawn = np.concatenate(
+            [
+                generator.choice(values, (count, *sides[1:]))
+                for values, count in zip(deviations, counts, strict=True)
+            ]
+        )
+        differences = drawn[..., 0] - drawn[..., 1]
+    # A drop moves the interval: it is found if the interval is then below 0 and not inside ±margin.
+    low, high = interval_ends(differences, corrected_level(comparisons))
+    missed: NDArray[np.float64] = np.maximum(high, low + MARGIN)
+    if comparisons * 2.0 ** (1 - seeds) > 1 - CONFIDENCE:
+        missed[np.ptp(differences, axis=-1) <= EQUAL] = inf  # equal differences on too few seeds
+    return missed
 
 
-def advised_seeds(spread: float, sequences: int, detect: float) -> int:
-    """Return the number of seeds that detects a drop on one sequence in 80 % of cases."""
-    seeds = 2 * (spread * _n_standard_errors(sequences) / detect) ** 2 + 2
-    return max(MIN_UNITS, ceil(seeds))
+def _deviations(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the deviations from the mean, with the variance of the population."""
+    deviations: NDArray[np.float64] = values - values.mean()
+    return deviations * sqrt(len(values) / (len(values) - 1))
 
 
-def detectable_drops(spread: float, sequences: int, seeds: int) -> tuple[float, float]:
-    """Return the drops on one sequence and of the mean that are detected in 80 % of cases."""
-    on_sequence = spread * _n_standard_errors(sequences) * sqrt(2 / seeds)
-    return on_sequence, spread * _n_standard_errors(1) * sqrt(2 / (seeds * sequences))
+def share_found(missed: NDArray[np.float64], drop: float) -> float:
+    """Return the share of simulated checks (`missed_drops`) that find a drop."""
+    return float(np.mean(missed < drop))
 
 
-def _n_standard_errors(sequences: int) -> float:
-    """Return the size of a drop that is detected in 80 % of cases, in standard errors."""
-    tail = (1 - CONFIDENCE) / 2 / sequences
-    return float(ndtri(1 - tail) + ndtri(POWER))
+def found_drop(missed: NDArray[np.float64]) -> float:
+    """Return the smallest drop, with two digits, that 80 % of simulated checks find.
+
+    It is at least the margin, and infinite if no drop is found so often.
+    """
+    drop = max(float(np.quantile(missed, POWER, method="higher")), MARGIN)
+    if not isfinite(drop):
+        return inf
+    unit = 10.0 ** (floor(log10(drop)) - 1)
+    rounded = ceil(drop / unit - 1e-9) * unit
+    return rounded if share_found(missed, rounded) >= POWER else rounded + unit
+
+
+def advised_seeds(
+    scores: Sequence[ArrayLike], seeds: int, comparisons: int, detect: float
+) -> int | None:
+    """Return the number of seeds that finds a drop on one sequence in 80 % of simulated checks.
+
+    The result is None if `MAX_SEEDS` seeds do not suffice, or if the drop is below the margin.
+    `seeds`: number from which the search starts. Other parameters: see `missed_drops`.
+    """
+    sufficient = None
+    for _ in range(_MAX_TRIALS if detect >= MARGIN else 0):
+        missed = missed_drops(scores, seeds, comparisons)
+        share = share_found(missed, detect)
+        if share >= POWER:
+            sufficient = min(seeds, sufficient or seeds)
+        if POWER <= share < POWER + 0.02 or (share >= POWER and seeds == MIN_UNITS):
+            break
+        drop = float(np.quantile(missed, POWER, method="higher"))
+        # Intervals are about as wide as the inverse root of the number of seeds.
+        factor = (drop / detect) ** 2 if isfinite(drop) else 2.0
+        following = min(max(MIN_UNITS, ceil(seeds * factor)), MAX_SEEDS)
+        if following == seeds:
+            break
+        seeds = following
+    return sufficient

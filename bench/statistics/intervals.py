@@ -29,12 +29,12 @@ class Interval(NamedTuple):
 
 
 def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
-    """Return the interval of a mean: the union of Student's and Hall's interval.
+    """Return the interval of a mean: on each side the wider end of Student's and Hall's interval.
 
     Hall's interval (J. R. Statist. Soc. B 54, 1992) corrects Student's for the skewness of the
-    sample. From 6 units on, the coverage of the union is 95 % or more for normal, U-shaped and tied
-    differences; for normal ones it is 3 to 10 % wider than Student's. The coverage is lower if rare
-    units dominate (one in ten: 57 % with 8 units) or the tail is long (lognormal: 90 % with 8
+    sample. From 6 units on, the coverage of the result is 95 % or more for normal, U-shaped and
+    tied differences; for normal ones it is 3 to 10 % wider than Student's. The coverage is lower if
+    rare units dominate (one in ten: 57 % with 8 units) or the tail is long (lognormal: 90 % with 8
     units).
 
     `values`: one per unit, shape (n,), finite, n of 2 or more; otherwise raises `ValueError`.
@@ -80,8 +80,11 @@ def interval_ends(
     return low, high
 
 
-def share_interval(successes: int, n: int, confidence: float = 0.95) -> Interval:
+def share_interval(successes: float, n: int, confidence: float = 0.95) -> Interval:
     """Return the exact binomial (Clopper-Pearson) interval of a share of n units.
+
+    `successes`: multiple of 0.5; the interval between two whole numbers is interpolated by the same
+    formula.
 
     >>> print("{:.3f} {:.3f}".format(*share_interval(19, 20)))
     0.751 0.999

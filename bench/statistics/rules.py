@@ -7,8 +7,8 @@ docs/ states.
 
 from dataclasses import dataclass
 from itertools import combinations
-from math import floor, inf, isnan, log10, nan
-from typing import Literal
+from math import ceil, floor, inf, isfinite, log, log10, nan
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,10 +36,14 @@ DETECT = 0.05
 MIN_UNITS = 6
 """Minimum number of units for an interval: six equal signs occur by chance in 3 % of cases."""
 
-MIN_UNITS_FOR_SMALL = 30
-"""Minimum number of units that can show that a difference is small. If one unit of ten has a large
-difference, 30 units contain none of these in 0.9³⁰ = 4 % of cases.
-"""
+RARE_DIFFERENCE = 0.3
+"""Difference of a score, from 0 to 1, on a sequence that only one of two trackers loses."""
+
+MIN_UNITS_FOR_SMALL = 44
+"""Minimum number of units that can show that a difference is small, of measures above 1."""
+
+RARE_SHARE = 0.05
+"""Share of the units in the warning on rare large differences."""
 
 MIN_SCENES = 12
 """Minimum number of scenes for a verdict on a claim."""
@@ -52,7 +56,16 @@ it shows must occur in most scenes.
 DEFAULT_SEEDS = 20
 """Number of seeds per sequence in a baseline."""
 
-MAX_UNITS_ADVISED = 500
+LIKELY = 0.5
+"""Confidence level of the differences from which a range of numbers of units is computed."""
+
+MIN_RELATIVE_DIFFERENCE = 0.25
+"""Lower end of these differences, relative to the mean, below which there is no estimate."""
+
+EQUAL = 1e-6
+"""Largest distance of differences that count as equal: the rounding of stored scores."""
+
+T = TypeVar("T")
 
 Label = Literal["better", "worse", "equivalent", "inconclusive", "identical", "not worse"]
 
@@ -65,7 +78,7 @@ class Decision:
     mean: float  # mean difference; NaN without units
     interval: Interval | None = None  # at level 1 - 0.05 / comparisons; None below `MIN_UNITS`
     reason: str = ""  # reason of an inconclusive decision
-    needed: float = nan  # rough number of units for a decision; NaN if more do not help
+    needed: Interval | None = None  # range of numbers of units for a decision; None if unknown
 
 
 def decide(
@@ -94,18 +107,20 @@ def decide(
     mean = float(values.mean()) if n else nan
     interval = interval_or_none(values, comparisons, -limit, limit)
     label: Label = "inconclusive"
-    reason, needed = "", nan
+    reason, needed = "", None
+    enough = units_for_small(margin, limit)
     if interval is None:
         reason = too_few(n, MIN_UNITS, unit)
-    elif interval.inside(margin) and n >= MIN_UNITS_FOR_SMALL:
+    elif interval.inside(margin) and n >= enough:
         label = "equivalent"
     elif interval.inside(margin):
-        needed = MIN_UNITS_FOR_SMALL
-        reason = f"inside ±{margin:g}, but {too_few(n, MIN_UNITS_FOR_SMALL, unit)}"
+        needed = Interval(enough, enough) if isfinite(enough) else None
+        reason = f"inside ±{margin:g}; {missed_if_rare(n, unit)}"
     elif interval.low <= 0 <= interval.high:
-        needed = units_needed(mean, interval, n, margin)
-        reason = f"interval contains 0; {approximate(needed)} {unit} needed"
-    elif interval.low == interval.high and p_value(values, comparisons) > 1 - CONFIDENCE:
+        likely = mean_interval(values, LIKELY)
+        needed = units_needed(mean, interval, likely, n, margin, enough)
+        reason = f"interval contains 0; {in_words(needed, unit)}"
+    elif are_equal(values) and p_value(values, comparisons) > 1 - CONFIDENCE:
         reason = f"the same difference on all {n} {unit}, too few for {comparisons} comparisons"
     else:
         label = "better" if mean > 0 else "worse"
@@ -131,18 +146,23 @@ def corrected_level(comparisons: int) -> float:
     return 1 - (1 - CONFIDENCE) / max(comparisons, 1)
 
 
+def are_equal(differences: ArrayLike) -> bool:
+    """Return whether all differences are equal within the rounding of stored scores."""
+    return bool(np.ptp(np.asarray(differences, np.float64)) <= EQUAL)
+
+
 def p_value(differences: ArrayLike, comparisons: int = 1) -> float:
     """Return the smallest level at which the corrected interval still excludes 0.
 
-    If all n differences are equal and not 0, it is 2^(1-n), the probability of n equal signs, times
-    the number of comparisons.
+    If all n differences are equal (`are_equal`), it is 2^(1-n), the probability of n equal signs,
+    times the number of comparisons; it is 1 if they are equal to 0.
     """
     values = np.asarray(differences, np.float64)
     mean = float(values.mean())
+    if are_equal(values):
+        return 1.0 if abs(mean) <= EQUAL else min(1.0, comparisons * 2.0 ** (1 - len(values)))
     if mean == 0:
         return 1.0
-    if mean_interval(values).low == mean_interval(values).high:
-        return min(1.0, comparisons * 2.0 ** (1 - len(values)))
     low, high = 0.0, 1.0  # if the interval excludes 0 at any level, it does so at `high`
     for _ in range(50):
         middle = (low + high) / 2
@@ -154,32 +174,80 @@ def p_value(differences: ArrayLike, comparisons: int = 1) -> float:
     return min(1.0, comparisons * high)
 
 
-def units_needed(mean: float, interval: Interval, n: int, margin: float) -> float:
-    """Estimate how many units suffice for a decision; infinite if no number is likely to.
+def units_for_small(margin: float, limit: float = 1.0) -> float:
+    """Return the number of units that can show that a difference is inside the margin.
 
-    In simulation this number of new units suffices in 86 to 99 % of cases. The estimate is rough:
-    from 8 units its quartiles differ by a factor of 8.
+    A mean difference of `margin` can come from the share `margin` / `RARE_DIFFERENCE` of the units,
+    while all others are equal. So many units contain none of these in 5 % of cases. The result is
+    infinite for a margin of 0. For a measure whose differences can be larger than 1 (`limit`), such
+    as pixels or a number of clips, it is `MIN_UNITS_FOR_SMALL`.
     """
-    low, high = interval
-    half = max(mean - low, high - mean)
-    if mean != 0:
-        half = mean - low if mean > 0 else high - mean
-    if abs(mean) > margin:
-        return n * (POWER_FACTOR * half / abs(mean)) ** 2
-    if abs(mean) == margin:
+    if limit > 1:
+        return MIN_UNITS_FOR_SMALL
+    if margin >= RARE_DIFFERENCE:
+        return MIN_UNITS
+    if margin == 0:
         return inf
-    return max(MIN_UNITS_FOR_SMALL, n + 1, n * (half / (margin - abs(mean))) ** 2)
+    return max(MIN_UNITS, ceil(log(1 - CONFIDENCE) / log(1 - margin / RARE_DIFFERENCE)))
 
 
-def approximate(needed: float) -> str:
-    """Return a number of units in words, rounded to two digits.
+def missed_if_rare(n: int, unit: str) -> str:
+    """Return how often n units contain none of the rare units with a large difference.
 
-    >>> approximate(183.2), approximate(19.2), approximate(900.0)
-    ('about 180', 'about 19', 'more than 500')
+    >>> missed_if_rare(30, "sequences")
+    'a difference on 1 sequence in 20 would be missed in 21 %'
     """
-    if isnan(needed) or needed > MAX_UNITS_ADVISED:
-        return f"more than {MAX_UNITS_ADVISED}"
-    return f"about {round(needed, 1 - floor(log10(needed))):.0f}"
+    singular = "family" if unit == "families" else unit.removesuffix("s")
+    share = 100 * (1 - RARE_SHARE) ** n
+    return f"a difference on 1 {singular} in {1 / RARE_SHARE:.0f} would be missed in {share:.0f} %"
+
+
+def units_needed(
+    mean: float,
+    interval: Interval,
+    likely: Interval,
+    n: int,
+    margin: float,
+    enough: float = MIN_UNITS,
+) -> Interval | None:
+    """Return the range of numbers of units that suffice for a decision; None without an estimate.
+
+    The ends of the range belong to the ends of `likely`, the interval of the mean at the level
+    `LIKELY`. There is no estimate if the interval of the absolute mean begins below a quarter of
+    the absolute mean. docs/comparing.md states how often the ends suffice on published scores.
+
+    `interval`: printed interval of n units. `enough`: number of units that can show that the
+    difference is inside the margin.
+    """
+    size, half = abs(mean), mean - interval.low if mean > 0 else interval.high - mean
+    sizes = (likely.low, likely.high) if mean > 0 else (-likely.high, -likely.low)
+    if sizes[0] <= MIN_RELATIVE_DIFFERENCE * size:
+        return None
+    numbers = [_units_needed(value, half, n, margin, enough) for value in (*sizes, size)]
+    return Interval(min(numbers), max(numbers)) if isfinite(max(numbers)) else None
+
+
+def _units_needed(size: float, half: float, n: int, margin: float, enough: float) -> float:
+    """Return a number of units that suffices for a mean of `size`; `half`: its half width now.
+
+    The interval is inside the margin before it excludes 0 if its half width, `size` /
+    `POWER_FACTOR`, is at most the distance of `size` from the margin.
+    """
+    if size / POWER_FACTOR > margin - size:
+        return n * (POWER_FACTOR * half / size) ** 2
+    return max(enough, n + 1, n * (half / (margin - size)) ** 2)
+
+
+def in_words(needed: Interval | None, unit: str) -> str:
+    """Return the range of numbers of units in words, rounded to two digits.
+
+    >>> in_words(Interval(28.8, 153.1), "sequences"), in_words(None, "scenes")
+    ('29 to 150 sequences needed', 'no estimate of the scenes needed')
+    """
+    if needed is None:
+        return f"no estimate of the {unit} needed"
+    low, high = (round(value, 1 - floor(log10(value))) for value in needed)
+    return f"{low:.0f} to {high:.0f} {unit} needed" if low < high else f"{low:.0f} {unit} needed"
 
 
 def too_few(n: int, minimum: int, unit: str) -> str:
@@ -190,18 +258,23 @@ def too_few(n: int, minimum: int, unit: str) -> str:
 def star_marks(
     values: ArrayLike, margin: float = MARGIN, *, higher: bool = True, limit: float = inf
 ) -> list[bool]:
-    """Return which trackers get a star: those that are not `worse` by `decide` in any pair.
+    """Return which trackers get a star: those that no other is `better` than, over all pairs.
 
     `values`: finite, shape (trackers, units). Fewer than two trackers or `MIN_UNITS` units give no
     marks. `margin` and `limit` are those of `decide`.
     """
     scores = np.atleast_2d(np.asarray(values, np.float64)) * (1 if higher else -1)
     trackers, n = scores.shape
-    marks = [trackers > 1 and n >= MIN_UNITS] * trackers
-    comparisons = trackers * (trackers - 1) // 2
-    for first, second in combinations(range(trackers), 2):
-        difference = scores[first] - scores[second]
-        decision = decide(difference, margin, comparisons, limit=limit)
-        if decision.label in ("better", "worse"):
-            marks[second if decision.label == "better" else first] = False
-    return marks
+    pairs = list(combinations(range(trackers), 2))
+    if not pairs or n < MIN_UNITS:
+        return [False] * trackers
+    beaten = {
+        loser_of(*pair, decide(scores[pair[0]] - scores[pair[1]], margin, len(pairs), limit=limit))
+        for pair in pairs
+    }
+    return [tracker not in beaten for tracker in range(trackers)]
+
+
+def loser_of(first: T, second: T, decision: Decision) -> T | None:
+    """Return which side is worse by the decision on `first` minus `second`; None if neither."""
+    return {"better": second, "worse": first}.get(decision.label)

@@ -20,18 +20,21 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.statistics.intervals import Interval, share_interval
+from trackmark.bench.statistics.intervals import Interval, mean_interval, share_interval
 from trackmark.bench.statistics.rules import (
     CLAIM_MARGIN,
+    CONFIDENCE,
+    LIKELY,
     MIN_SCENES,
     MIN_UNITS,
-    MIN_UNITS_FOR_SMALL,
     SHARE_LIMIT,
-    approximate,
     corrected_level,
     decide,
+    in_words,
     interval_or_none,
+    missed_if_rare,
     too_few,
+    units_for_small,
     units_needed,
 )
 
@@ -121,13 +124,13 @@ def no_worse(
 ) -> Verdict:
     """Judge "A is as good as B, or better".
 
-    The claim holds if the interval is above 0, or above -margin with at least 30 scenes. It does
-    not hold if the interval is below -margin. The level of the interval is 1 - 0.05 /
-    `comparisons`. Other parameters: see `order`.
+    The claim holds if the interval is above 0, or above -margin with enough scenes to show that a
+    difference is small (`units_for_small`). It does not hold if the interval is below -margin. The
+    level of the interval is 1 - 0.05 / `comparisons`. Other parameters: see `order`.
     """
     values = _finite(differences)
     n = len(values)
-    mean = _mean(values)
+    mean, enough = _mean(values), units_for_small(margin, limit)
     interval = interval_or_none(values, comparisons, -limit, limit) or NO_INTERVAL
     verdict: Outcome = "inconclusive"
     if n < MIN_SCENES:
@@ -135,15 +138,17 @@ def no_worse(
     elif interval.high < -margin:
         verdict, reason = "does not hold", f"worse by more than {margin:g}"
     elif interval.low <= -margin:
+        likely = mean_interval(values + margin, LIKELY)
         shifted = Interval(interval.low + margin, interval.high + margin)
-        needed = units_needed(mean + margin, shifted, n, 0.0)
-        needed = max(needed, MIN_UNITS_FOR_SMALL) if mean > -margin else needed
-        reason = f"interval contains the limit {-margin:g}; {approximate(needed)} scenes needed"
-    elif n >= MIN_UNITS_FOR_SMALL or interval.low > 0:
+        needed = units_needed(mean + margin, shifted, likely, n, 0.0)
+        if needed and mean > -margin:  # the claim can hold only with enough scenes
+            needed = Interval(*(max(number, enough) for number in needed))
+        reason = f"interval contains the limit {-margin:g}; {in_words(needed, 'scenes')}"
+    elif n >= enough or interval.low > 0:
         verdict, reason = "holds", f"not worse by more than {margin:g}"
     else:
         where = f"inside ±{margin:g}" if interval.inside(margin) else f"above {-margin:g}"
-        reason = f"{where}, but {too_few(n, MIN_UNITS_FOR_SMALL, 'scenes')}"
+        reason = f"{where}; {missed_if_rare(n, 'scenes')}"
     return Verdict(verdict, mean, interval, n, reason)
 
 
@@ -151,13 +156,30 @@ def share(succeeded: ArrayLike, limit: float = SHARE_LIMIT) -> Verdict:
     """Judge whether the share of successful scenes is above a limit in [0, 1].
 
     The claim holds if the interval of the share (`share_interval`) is above the limit, and does not
-    if it is below. `succeeded`: whether most runs on a scene succeed, shape (n,).
+    if it is below. `succeeded`: success of each scene (`success`), 0 to 1, shape (n,).
     """
-    successes = np.asarray(succeeded, np.bool_)
-    n, value, interval = len(successes), _mean(successes), NO_INTERVAL
+    successes = _finite(succeeded)
+    n, value, interval, likely = len(successes), _mean(successes), NO_INTERVAL, NO_INTERVAL
     if n >= MIN_UNITS:
-        interval = share_interval(int(successes.sum()), n)
-    return _beyond_limit(value, interval, n, limit, "scene", MIN_SCENES)
+        interval = share_interval(float(successes.sum()), n)
+        likely = share_interval(float(successes.sum()), n, LIKELY)
+    return _beyond_limit(value, interval, likely, n, limit, "scene", MIN_SCENES)
+
+
+def success(shares: ArrayLike) -> NDArray[np.float64]:
+    """Return the success of scenes by their shares of successful runs, of the same shape.
+
+    It is 1 if more than half of the runs succeed, 0.5 if exactly half do, and 0 otherwise. Success
+    and failure have the same rule: the success of 1 - share is 1 - success.
+
+    >>> success([0.2, 0.5, 2 / 3])
+    array([0. , 0.5, 1. ])
+    """
+    values = np.asarray(shares, np.float64)
+    # Means of runs have rounding errors: 0.1 + 0.4 runs of one are half a run.
+    return np.where(np.isclose(values, 0.5, rtol=0, atol=1e-9), 0.5, values > 0.5).astype(
+        np.float64
+    )
 
 
 def time(longer: ArrayLike, shorter: ArrayLike, factor: float = 1.0) -> Verdict:
@@ -171,9 +193,13 @@ def time(longer: ArrayLike, shorter: ArrayLike, factor: float = 1.0) -> Verdict:
     if over.shape != under.shape or (over <= 0).any() or (under <= 0).any():
         raise ValueError("Expected: pairs of times above 0.")
     ratios = np.log(over / under)
-    low, high = interval_or_none(ratios) or NO_INTERVAL
-    value, interval = exp(_mean(ratios)), Interval(exp(low), exp(high))
-    verdict = _beyond_limit(value, interval, len(ratios), factor, "pair", MIN_UNITS, log)
+    value, n, interval, likely = exp(_mean(ratios)), len(ratios), NO_INTERVAL, NO_INTERVAL
+    if n >= MIN_UNITS:
+        interval, likely = (
+            Interval(*(exp(end) for end in mean_interval(ratios, level)))
+            for level in (CONFIDENCE, LIKELY)
+        )
+    verdict = _beyond_limit(value, interval, likely, n, factor, "pair", MIN_UNITS, log)
     return replace(verdict, unit="times as long")
 
 
@@ -216,6 +242,7 @@ def conjunction(parts: Mapping[str, Judge]) -> Verdict:
 def _beyond_limit(
     value: float,
     interval: Interval,
+    likely: Interval,
     n: int,
     limit: float,
     counted: str,
@@ -224,6 +251,7 @@ def _beyond_limit(
 ) -> Verdict:
     """Judge whether the interval of at least `least` units is above a limit.
 
+    `likely`: interval at the level `LIKELY`, from which the number of needed units follows.
     `scale`: function that converts a value into the unit of the averaged numbers, such as a
     logarithm.
     """
@@ -236,9 +264,11 @@ def _beyond_limit(
         verdict, reason = "does not hold", f"interval below {limit:g}"
     else:
         middle = scale(limit)
-        shifted = Interval(scale(interval.low) - middle, scale(interval.high) - middle)
-        needed = approximate(units_needed(scale(value) - middle, shifted, n, 0.0))
-        reason = f"interval contains the limit {limit:g}; {needed} {counted}s needed"
+        shifted, shifted_likely = (
+            Interval(*(scale(end) - middle for end in ends)) for ends in (interval, likely)
+        )
+        needed = units_needed(scale(value) - middle, shifted, shifted_likely, n, 0.0)
+        reason = f"interval contains the limit {limit:g}; {in_words(needed, f'{counted}s')}"
     return Verdict(verdict, value, interval, n, reason, counted=counted)
 
 

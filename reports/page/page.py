@@ -6,7 +6,6 @@ import re
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
-from importlib.metadata import version
 from itertools import chain
 from math import isfinite
 from pathlib import Path
@@ -19,6 +18,7 @@ from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
 from trackmark.reports.files import write_file
+from trackmark.reports.package_version import package_version
 from trackmark.reports.page.cards import GLOSSARY, SYMBOLS
 from trackmark.reports.page.content import Film, Page, PlayerScene, Shapes
 from trackmark.reports.page.film import ABSENT, compress, pack_boxes, quantise
@@ -118,7 +118,7 @@ def _environment() -> Environment:
         "part": lambda name: Markup((_PARTS / name).read_text("utf-8")),  # noqa: S704  # our file
         "long": _MIN_WRAPPED,
         "markers": MARKER_PATHS,
-        "version": version("trackmark"),
+        "version": package_version(),
         "dashes": DASHES,
         "glossary": GLOSSARY,
         "symbols": SYMBOLS,

@@ -258,8 +258,20 @@ def test_print_shows_means_and_the_answer_of_a_comparison(face):
     assert lines[0].startswith("camshift has the highest mean overlap on these 2 sequences: 0.67.")
     assert any(line.startswith("samples/bow-tie ") for line in lines)
     assert "highest success AUC (otb)" in str(tm.compare(results, metrics="otb"))
+    video = {"samples/face": "video", "samples/bow-tie": "video"}
+    assert "on this family: 0.67." in str(tm.compare(results, families=video))
     means = str(tm.compare(tm.evaluate(["static", "camshift"], face[:20])))
     assert "1 sequence: too few for intervals" in means
+
+
+def test_means_leave_out_a_sequence_of_one_frame(make_sequence):
+    sequences = [make_sequence(n=n, name=f"s{n}") for n in (1, 5, 6)]
+    results = tm.evaluate([Plain, "static"], sequences)
+    expected = tm.evaluate([Plain, "static"], sequences[1:]).means()
+    assert results.means()["mean_overlap"].equals(expected["mean_overlap"])
+    note = "s1; mean overlap is undefined for all trackers"
+    assert note in " ".join(str(results).split())
+    assert note in " ".join(results._repr_html_().split())
 
 
 def test_failed_run_warns_and_can_raise(line):

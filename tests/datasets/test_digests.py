@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from trackmark.datasets import SequenceError
+from trackmark.datasets import source_digest as digests
 from trackmark.datasets.file_digest import cache_folder, file_digests
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.versioning import VersionEntry, find_version, read_versions, write_versions
@@ -91,6 +92,18 @@ def test_distributions_equal_those_of_importlib():
         for top in imports - sys.stdlib_module_names
         for name in distributions[top]
     }
+
+
+def test_distribution_without_metadata_is_left_out(tmp_path, monkeypatch):
+    """An interrupted installation leaves such folders."""
+    broken = tmp_path / "broken-1.0.dist-info"
+    broken.mkdir()
+    (broken / "top_level.txt").write_text("numpy")
+    (tmp_path / "mine.py").write_text("import numpy")
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in ("_distributions", "_versions"):  # without their caches
+        monkeypatch.setattr(digests, name, getattr(digests, name).__wrapped__)
+    assert library_versions({"numpy"}) == {"numpy": metadata.version("numpy")}
 
 
 def test_digest_of_outside_file_depends_on_its_imports(package, tmp_path):

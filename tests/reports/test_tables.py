@@ -1,6 +1,7 @@
 """The table model and its renderers against values computed by hand."""
 
 import io
+import json
 import shutil
 import subprocess
 
@@ -8,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackmark.reports.renderers import to_csv, to_latex, to_markdown, to_text
+from trackmark.reports.renderers import to_csv, to_json, to_latex, to_markdown, to_text
 from trackmark.reports.tables import (
     Cell,
     ScoreMeasure,
@@ -328,3 +329,13 @@ def test_cells_with_statements_are_texts():
     rows = [[Cell("a"), Cell("0 of 2")], [Cell("b"), Cell("1 of 4; post hoc 2 of 4; fragile")]]
     assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows)) == [True, True]
     assert text_columns(Table("t", "", ["claim", "holds in"], 1, rows[:1])) == [True, False]
+
+
+def test_table_without_data_writes_the_texts_of_its_cells():
+    cells = [[Cell("a"), Cell("1 ± 2", best=True)]]
+    plain = Table("t", "", ["tracker", "score"], 1, cells)
+    assert to_csv(plain) == "tracker,score\na,1 ± 2\n"
+    assert json.loads(to_json(plain))["rows"] == [{"tracker": "a", "score": "1 ± 2"}]
+    equal = Table("t", "", ["", "verdict", "verdict"], 1, [[*cells[0], Cell("x")]])
+    assert to_csv(equal) == "1,2 verdict,3 verdict\na,1 ± 2,x\n"
+    assert to_csv(Table("t", "", ["tracker"], 1, [])) == "\n"

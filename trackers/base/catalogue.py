@@ -29,7 +29,7 @@ from trackmark.trackers.base.parameters import (
     unknown_name_error,
 )
 from trackmark.trackers.base.plain import AdaptedTracker, to_plugin
-from trackmark.trackers.base.plain_class import ends_forks, tracker_class
+from trackmark.trackers.base.plain_class import ForkGuard, tracker_class
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -357,7 +357,7 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             return validate_plugin(getattr(module, exported), name), file
         if entries:
             allow_former_imports()
-            with ends_forks():
+            with ForkGuard():
                 plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             warn_of_former_imports(file)
@@ -409,7 +409,7 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
             contextlib.chdir(Path.cwd()),
             preserved_generators(),
             GlobalGenerators(0),
-            ends_forks(),
+            ForkGuard(),
         ):
             sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)

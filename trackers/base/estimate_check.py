@@ -56,6 +56,8 @@ def read_box(box: Any, no_target: bool = False) -> Optional[List[float]]:
 
     Raises `MalformedEstimateError` for any other value. Text, true and false are not numbers.
     """
+    if type(box) is np.ndarray and box.dtype == np.float64 and box.shape == (4,):
+        return _check_numbers(box.tolist(), no_target)
     values = _array_of(box)
     if isinstance(values, np.ndarray) and values.shape == (4,) and values.dtype.kind in "fiuO":
         values = values.tolist()
@@ -66,16 +68,21 @@ def read_box(box: Any, no_target: bool = False) -> Optional[List[float]]:
             f"the box is {value_text(box)}. Expected: four numbers [x, y, width, height] as an "
             "array, list or tuple"
         )
-    if no_target and numbers_or_none == NO_TARGET:
+    return _check_numbers([number or 0.0 for number in numbers_or_none], no_target)
+
+
+def _check_numbers(box: List[float], no_target: bool) -> Optional[List[float]]:
+    """Return a box of four floats, or None for `NO_TARGET`; see `read_box`."""
+    if no_target and box == NO_TARGET:
         return None
-    x, y, width, height = box_numbers = [float(number or 0) for number in numbers_or_none]
+    x, y, width, height = box
     # These comparisons also reject NaN.
     is_finite = -math.inf < x < math.inf and -math.inf < y < math.inf
     if not (is_finite and 0 < width < math.inf and 0 < height < math.inf):
         raise MalformedEstimateError(
-            f"the box {box_numbers} is invalid. Expected: finite numbers, positive width and height"
+            f"the box {box} is invalid. Expected: finite numbers, positive width and height"
         )
-    return box_numbers
+    return box
 
 
 def value_text(value: Any) -> str:
@@ -140,7 +147,7 @@ def _attributes(answer: Any) -> Dict[str, Any]:
 
 def _read_visible(visible: Any) -> bool:
     """Return a truth value; the numbers 0 and 1 are truth values, too."""
-    if _is_truth(visible):
+    if visible is True or _is_truth(visible):
         return bool(visible)
     if _number(visible) in (0.0, 1.0):
         return _number(visible) == 1.0

@@ -7,10 +7,9 @@ of Python 3.6, and needs NumPy only. The functions raise `ValueError` for unusab
 import inspect
 import math
 import os
-from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
-from typing import Any, Callable, Dict, Iterator, List
+from typing import Any, Callable, Dict, List
 
 import numpy as np
 
@@ -120,22 +119,22 @@ def _bound(kind: Any, name: str) -> Any:
     return partial(method, None) if takes_self else method
 
 
-@contextmanager
-def ends_forks() -> Iterator[None]:
-    """End processes that code of a tracker has forked within the context, if they leave it.
+class ForkGuard:
+    """Context that ends processes which code of a tracker has forked within it, if they leave it.
 
     Such a process would go on as a second harness. It ends without the exit handlers, which belong
     to the first one.
     """
-    pid = os.getpid()
-    try:
-        yield
-    finally:
-        end_fork(pid)
+
+    def __enter__(self) -> None:
+        self._pid = os.getpid()
+
+    def __exit__(self, *_: Any) -> None:
+        end_fork(self._pid)
 
 
 def end_fork(pid: int) -> None:
-    """End this process unless it has the id `pid`; see `ends_forks`."""
+    """End this process unless it has the id `pid`; see `ForkGuard`."""
     if os.getpid() != pid:
         os._exit(0)
 

@@ -6,7 +6,8 @@ overlaps divided by the number of frames with a target. Frames that are not anno
 Precision and recall are averaged over
 sequences. F is their harmonic mean at the threshold with the largest F. There are at most 100
 thresholds, taken from the confidences of the tracker. A missing confidence counts as 0. The first
-frame counts with confidence 0 and overlap 0: a perfect tracker scores a little less than 1.
+frame counts with confidence 0 and overlap 0: a perfect tracker scores a little less than 1. A run
+of one frame has no scores and is left out of the means.
 Overlaps are those of rasterised regions clipped to the image. Lukežič et al., "Now you see me:
 evaluating performance in long-term visual tracking", 2018; the measure of the long-term challenges
 of VOT.
@@ -47,12 +48,20 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         "overlaps": overlaps[reported],
         "confidence": confidence[reported],
         "present": np.array(run.present.sum()),
+        "frames": np.array(n),
     }
     return single_run_result(combine, evidence)
 
 
 def combine(runs: Runs) -> PresetResult:
-    """Return the scores of the runs on all sequences at a common threshold."""
+    """Return the scores of the runs on all sequences at a common threshold.
+
+    Scores are undefined if no run has a second frame: F is 0 / 0 at every threshold.
+    """
+    runs = [[run for run in group if run.evidence["frames"] > 1] for group in runs]
+    runs = [group for group in runs if group]
+    if not runs:
+        return PresetResult(dict.fromkeys(PRESET.columns, np.nan), {})
     thresholds = _thresholds([run.evidence["confidence"] for group in runs for run in group])
     curves = [
         np.mean([_precision_recall(run, thresholds) for run in group], axis=0) for group in runs

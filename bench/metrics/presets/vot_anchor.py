@@ -4,7 +4,8 @@ These are the measures of VOT 2020 to 2022. A tracker is started at every anchor
 of the sequence. It fails at the first of 10 frames with a target and an overlap of 0.1 or less.
 Robustness is the share of frames before failures, and accuracy is their mean overlap. The first
 frame counts with overlap 0, so that a perfect tracker has an accuracy of (n - 1) / n. Over
-sequences, accuracy is weighted by the tracked frames and robustness by the lengths. The expected
+sequences, accuracy is weighted by the tracked frames and robustness by the lengths. The accuracy
+on a sequence without tracked frames is 0; it is undefined if no sequence has any. The expected
 average overlap is the mean, over lengths k of 115 to 754 frames, of the mean overlap of the first
 k frames. The overlap is 0 after a failure. Runs whose sequence ends sooner are excluded.
 Overlaps are those of rasterised regions clipped to the image; a correctly reported absence has an
@@ -68,8 +69,10 @@ def combine(runs: Runs) -> PresetResult:
     curve, active = _expected([run for group in runs for run in group])
     part = slice(_MIN_LENGTH, _MAX_LENGTH + 1)
     counted = curve[part][active[part] > 0]
+    # The toolkit returns 0 for one sequence without tracked frames, and divides by 0 for several.
+    without_frames = 0.0 if len(runs) == 1 else np.nan
     scores = {
-        "accuracy": summed / float(tracked.sum()) if tracked.any() else 0.0,
+        "accuracy": summed / float(tracked.sum()) if tracked.any() else without_frames,
         "robustness": float(np.average(tracked / frames, weights=lengths)),
         "eao": float(counted.mean()) if len(counted) else np.nan,
         "eao_lengths": float(len(counted)),

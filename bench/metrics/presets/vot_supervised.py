@@ -2,13 +2,13 @@
 
 These are the measures of VOT 2013 to 2019. A tracker fails if its region does not overlap the
 ground truth, and is initialised again 5 frames later. Accuracy is the mean overlap without frames
-of failures, skipped frames and the 10 frames from each initialisation on. Robustness is exp(-30
-failures / frames). Scores of a sequence are averaged over repetitions, then over sequences weighted
-by length. The expected average overlap is the mean, over lengths k of 100 to 356 frames (as in
-VOT2018), of the mean overlap of the first k frames after an initialisation. The overlap is 0 after
-a failure. Initialisations after which the sequence ends sooner are excluded. Overlaps are those of
-rasterised regions clipped to the image. Kristan et al., "A novel performance evaluation methodology
-for single-target trackers", TPAMI 2016.
+of failures, skipped frames and the 10 frames from each initialisation on. Without other frames it
+is 0, as in the toolkit. Robustness is exp(-30 failures / frames). Scores of a sequence are averaged
+over repetitions, then over sequences weighted by length. The expected average overlap is the mean,
+over lengths k of 100 to 356 frames (as in VOT2018), of the mean overlap of the first k frames after
+an initialisation. The overlap is 0 after a failure. Initialisations after which the sequence ends
+sooner are excluded. Overlaps are those of rasterised regions clipped to the image. Kristan et al.,
+"A novel performance evaluation methodology for single-target trackers", TPAMI 2016.
 """
 
 from collections.abc import Iterable

@@ -17,6 +17,7 @@ from trackmark.bench.claims.row_verdicts import (
     verdict_table,
 )
 from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.statistics.intervals import share_interval
 from trackmark.bench.statistics.verdict_rules import no_worse, order, share
 
 SIDES = {"better": "A", "worse": "B"}
@@ -133,15 +134,32 @@ def test_share_counts_scenes_in_which_all_sequences_succeed():
     assert verdict.statistic == 20 / 24
 
 
-def test_scene_with_half_of_its_runs_is_not_a_success():
-    evidence = Evidence(table({"A": np.full(12, 0.5)}))
-    assert judge(claim(of="A", test="share"), evidence).statistic == 0.0
+def test_scene_with_half_of_its_runs_is_half_a_success():
+    won, even, lost = [0.75] * 8, [0.5] * 3, [0.25]
+    share_claim = claim(of="A", test="share")
+    verdict = judge(share_claim, Evidence(table({"A": won + even + lost})))
+    assert verdict.statistic == 9.5 / 12
+    assert verdict.interval == share_interval(9.5, 12)
+    assert effect_text(share_claim, verdict).startswith("9.5 of 12 scenes, 0.79 [")
+
+
+def test_share_of_failures_mirrors_the_share_of_successes():
+    """With an even number of runs, a claim and its opposite have shares that add up to 1."""
+    shares = GENERATOR.integers(0, 5, 30) / 4
+    share_claim = claim(of="A", test="share")
+    first, second = (judge(share_claim, Evidence(table({"A": x}))) for x in (shares, 1 - shares))
+    assert first.statistic + second.statistic == pytest.approx(1)
+    assert first.interval == pytest.approx((1 - second.interval.high, 1 - second.interval.low))
 
 
 def test_no_worse_holds_only_if_the_reference_is_kept():
     equal = claim(better="A", worse="B", test="no-worse", margin=0.1)
-    evidence = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.5 + NOISE}), reference_kept=0.9)
-    assert judge(equal, evidence).verdict == no_worse(np.zeros(36), 0.1).verdict == "holds"
+    tables = table({"A": 0.5 + NOISE}), table({"B": 0.5 + NOISE})
+    evidence = Evidence(*tables, largest=1.0, reference_kept=0.9)
+    assert judge(equal, evidence).verdict == no_worse(np.zeros(36), 0.1, limit=1.0).verdict
+    assert judge(equal, evidence).verdict == "holds"
+    clips = judge(equal, replace(evidence, largest=20.0))  # numbers of clips need 44 scenes
+    assert (clips.verdict, clips.reason[:12]) == ("inconclusive", "inside ±0.1;")
     assert ", margin 0.1, 36 scenes" in effect_text(equal, judge(equal, evidence))
     floor = replace(evidence, reference_kept=0.4)
     assert judge(equal, floor).verdict == "inconclusive"
@@ -153,7 +171,8 @@ def test_no_worse_both_ways_fails_if_either_is_worse():
     for a, b in ((0.5, 0.8), (0.8, 0.5)):
         evidence = Evidence(table({"A": a + NOISE}), table({"B": b + NOISE}), reference_kept=1.0)
         assert judge(equal, evidence).verdict == "does not hold"
-    same = Evidence(table({"A": NOISE}), table({"B": NOISE[::-1]}), reference_kept=1.0)
+    tables = table({"A": NOISE}), table({"B": NOISE[::-1]})
+    same = Evidence(*tables, largest=1.0, reference_kept=1.0)
     assert judge(equal, same).verdict == "holds"
 
 
@@ -210,3 +229,17 @@ def test_row_shows_both_settings_with_reason_and_notes():
     settings = row.for_json()["settings"]
     assert settings["as-written"]["interval"] == [None, None]
     assert settings["recommended"]["verdict"] == "holds"
+
+
+def test_verdict_table_has_unrounded_data_of_both_settings():
+    good = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.3 + NOISE}))
+    row = judge_row(ORDER, {"as-written": Evidence(), "recommended": good})
+    data = verdict_table([row]).data.set_index("setting")
+    assert list(data.index) == ["as-written", "recommended"]
+    assert (data["claim"] == "AB-1").all()
+    verdict = row.verdicts["recommended"]
+    assert data.loc["recommended", "verdict"] == "holds"
+    numbers = data.loc["recommended", ["estimate", "low", "high", "n"]].to_list()
+    assert numbers == [verdict.statistic, *verdict.interval, 36]
+    assert isnan(data.loc["as-written", "estimate"])
+    assert data.loc["as-written", "reason"] == "no runs"

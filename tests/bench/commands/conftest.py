@@ -1,5 +1,6 @@
 """Helpers for the tests of commands: parsers of printed output."""
 
+import csv
 import json
 import re
 from functools import cache
@@ -24,6 +25,21 @@ def masked(text):
     """Return a text with single spaces, and with letters in place of measured times."""
     text = re.sub(r"[\d.]+ (ms|s)\b", r"N \1", re.sub(r"\d\d:\d\d:\d\d", "HH:MM:SS", text))
     return re.sub(r" +$", "", re.sub("  +", "  ", text), flags=re.MULTILINE)
+
+
+def assert_tables_have_rows(folder):
+    """Assert that each table of a folder has as many or more rows in CSV as in Markdown."""
+    tables = {file: file.with_suffix(".md") for file in folder.glob("*.csv")}
+    assert tables
+    for file, markdown in tables.items():
+        # Two lines with a pipe are the headings.
+        rows_in_markdown = [
+            line for line in markdown.read_text().splitlines() if line.startswith("|")
+        ][2:]
+        with file.open(newline="") as text:
+            rows = list(csv.DictReader(text))
+        assert rows or not rows_in_markdown, file.name
+        assert all(any(row.values()) for row in rows), file.name
 
 
 def unwrapped(text):

@@ -1,6 +1,7 @@
 """Tests of the commands `trackmark baseline` and `trackmark check`."""
 
 import json
+import re
 import tomllib
 from dataclasses import replace
 
@@ -75,7 +76,7 @@ def test_baseline_has_one_score_and_digest_per_run(trackmark, workspace):
     printed = trackmark(*BASELINE, "--detect", 0.001)
     text = unwrapped(printed.stdout)
     assert "6 seeds detect a drop of 0.0" in text
-    assert "in 80 % of cases; for 0.001 on one sequence use --seeds " in text
+    assert "in 80 % of cases; 0.001 on one sequence is inside ±0.01 and counts as no change" in text
     file = workspace / "baselines" / "own.toml"
     content = file.read_bytes()
     table = tomllib.loads(content.decode())
@@ -90,6 +91,10 @@ def test_baseline_has_one_score_and_digest_per_run(trackmark, workspace):
     assert file.read_bytes() == content
     trackmark(*BASELINE, "--detect", 0.001, "--force")
     assert file.read_bytes() == content
+    text = unwrapped(trackmark(*BASELINE, "--detect", 0.011, "--force").stdout)
+    assert re.search(
+        r"80 % of cases; for 0.011 on one sequence use --seeds \d+ \(6 detect it", text
+    )
 
 
 def test_unchanged_tracker_is_identical(trackmark, baseline_file):
@@ -262,7 +267,22 @@ REFUSED = {
     ("own", "--seeds", "7"): "7 is more than the 6 seeds",
     ("own", "--seeds", "5"): "is not in the range",
     ("own", "--budget", "soon"): "not a valid duration",
+    ("own", "--budget", f"{'9' * 400}h"): "not a valid duration",
+    ("",): "'' is not a valid name of a baseline",
 }
+
+
+def test_families_of_check_name_every_sequence(trackmark, workspace, baseline_file, edit):
+    edit(SHRUNK)
+    families = workspace / "families.csv"
+    families.write_text("sequence,family\nSmall,video\n")
+    call = ("check", "own", "--families", "families.csv", "--trackers", "mine")
+    message = trackmark(*call, status=2).stderr
+    assert "families.csv: the sequence 'plain/target" in message
+    assert not (workspace / "results" / "check-own").exists()
+    names = [entry for row in read_baseline(baseline_file).entries.values() for entry in row]
+    families.write_text("sequence,family\n" + "".join(f"{name},video\n" for name in {*names}))
+    assert "mean of 1 family" in trackmark(*call, status=1).stdout
 
 
 def test_wrong_usage_or_format_of_check_exits_with_2(trackmark, baseline_file):
@@ -272,6 +292,16 @@ def test_wrong_usage_or_format_of_check_exits_with_2(trackmark, baseline_file):
     message = trackmark("check", "own", status=2).stderr
     assert "format: 1. This version reads format 2." in message
     assert "`trackmark baseline --force`" in message
+
+
+def test_edited_overlap_of_equal_boxes_is_refused(trackmark, baseline_file):
+    text = baseline_file.read_text()
+    overlap = tomllib.loads(text)["trackers"]["static"]["Small"]["overlap"][0]
+    baseline_file.write_text(text.replace(f"overlap = [{overlap}]", "overlap = [0.123]", 1))
+    for options in ((), ("--accept", "static", "--because", "x")):
+        message = unwrapped(trackmark("check", "own", *options, status=2).stderr)
+        assert "tracker 'static', sequence 'Small', overlap.0: 0.123. Runs with these" in message
+        assert f"boxes have a mean overlap of {overlap} now. Restore the file" in message
 
 
 def test_changed_sequence_is_refused_before_anything_is_run(

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.bench.commands.conftest import SMALL, TINY, unwrapped
+from tests.bench.commands.conftest import SMALL, TINY, assert_tables_have_rows, unwrapped
 from trackmark.bench.experiments import tracker_spec
 from trackmark.bench.store.results import Results
 
@@ -20,13 +20,15 @@ def test_compare_runs_missing_runs_and_writes_files(trackmark, workspace):
     printed = done.stdout
     (results,) = (workspace / "results").iterdir()
     assert f"Runs are in results/{results.name}." in done.stderr.splitlines()
-    assert "6 scenes, 1 run each; the 3 intervals hold together at 95 %" in unwrapped(printed)
+    assert "6 scenes, 1 run each; 95 % intervals for new scenes of this" in unwrapped(printed)
+    assert "differences, first minus second; the 3 intervals hold together at 95 %" in printed
     assert printed.startswith("camshift has the highest mean overlap, 0.25 [0.07, 1.00]; it is not")
     assert max(map(len, printed.splitlines())) <= 80
     assert len(printed.splitlines()) <= 20
     quiet = trackmark("compare", *names, "--sequences", SIX_SCENES, "--quiet")
     assert printed.startswith(unwrapped(quiet.stdout)[:75])
     assert quiet.stderr == ""
+    assert_tables_have_rows(workspace / "paper")
     assert (workspace / "paper" / "comparison.tex").is_file()
     assert (workspace / "paper" / "differences.png").is_file()
     assert "camshift" in (workspace / "paper" / "paragraph.txt").read_text()
@@ -174,3 +176,32 @@ def test_stored_runs_of_another_tracker_version_are_named(trackmark, monkeypatch
     message = "static: 2 of 2 stored runs are of another version of the tracker"
     (line,) = [line for line in trackmark(*stored).stderr.splitlines() if "version" in line]
     assert line.startswith(message)
+
+
+def test_families_of_clips_count_once(trackmark, workspace, otb):
+    names = [f"clip{n}" for n in range(4)]
+    for n, name in enumerate(names):
+        otb(workspace / "data" / name, 4 + n)
+    where = ("static", "camshift", "--sequences", ",".join(f"data/{name}" for name in names))
+    rows = "".join(f"{name},video{n // 2}\n" for n, name in enumerate(names))
+    (workspace / "families.csv").write_text(f"sequence,family\n{rows}")
+    data = json.loads(trackmark("compare", *where, "--families", "families.csv", "--json").stdout)
+    assert (data["unit"], data["units"]) == ("family", ["video0", "video1"])
+    (workspace / "families.csv").write_text(f"sequence,family\n{rows[:-13]}")
+    message = trackmark("compare", *where, "--families", "families.csv", status=2).stderr
+    assert "families.csv: the sequence 'clip3' has no family (1 of 4" in unwrapped(message)
+    both = ("--families", "families.csv", "--unit", "scene")
+    assert "either --families or --unit" in trackmark("compare", *where, *both, status=2).stderr
+
+
+def test_sequence_of_one_frame_does_not_hide_the_answer(trackmark, workspace, otb):
+    otb(workspace / "data" / "Single", 1)
+    where = ("--sequences", "data/Small,data/Single", "--name", "mixed")
+    printed = unwrapped(trackmark("run", "--trackers", "static,camshift", *where).stdout)
+    assert "highest mean overlap on this sequence" in printed
+    assert "Single left out: mean overlap is undefined for all trackers." in printed
+    compared = unwrapped(trackmark("compare", "static", "camshift", *where).stdout)
+    assert "Single left out: mean overlap is undefined" in compared
+    trackmark("run", "--trackers", "static", "--sequences", "data/Single", "--name", "alone")
+    alone = trackmark("report", "results/alone").stdout
+    assert "no sequence has a target after its first frame" in alone

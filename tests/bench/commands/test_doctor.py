@@ -5,9 +5,14 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 
+import cv2
 import pytest
+
+from trackmark.datasets import source_digest
 
 ROOT = Path(__file__).parents[3]
 COMPILE = (
@@ -62,6 +67,39 @@ def test_doctor_counts_kernels_in_the_cache_folder_of_numba(
     output = subprocess.check_output([sys.executable, "-c", code], env=environment, text=True)
     kernels = json.loads(output)["caches"]["compiled kernels"]
     assert kernels == f"1 in {folder}"
+
+
+def installed_as(monkeypatch, *names):
+    """Let the distributions `names` provide cv2, in place of the installed one."""
+    owners = [SimpleNamespace(name=name, version="4.1", metadata={"Name": name}) for name in names]
+    others = dict(source_digest._distributions())
+    monkeypatch.setattr(source_digest, "_distributions", lambda: {**others, "cv2": owners})
+    monkeypatch.setattr(source_digest, "_versions", source_digest._versions.__wrapped__)
+
+
+@pytest.mark.parametrize("name", ["opencv-contrib-python", "py-opencv", ""])
+def test_doctor_finds_opencv_under_any_name(trackmark, monkeypatch, name):
+    installed_as(monkeypatch, *([name] if name else []))
+    about = json.loads(trackmark("doctor", "--json").stdout)
+    expected = {name: "4.1"} if name else {"cv2": cv2.__version__}
+    assert expected.items() <= about["versions"].items()
+    assert not any("cv2" in problem for problem in about["problems"])
+
+
+def test_doctor_reports_two_distributions_of_opencv(trackmark, monkeypatch):
+    installed_as(monkeypatch, "opencv-python", "opencv-contrib-python")
+    problems = json.loads(trackmark("doctor", "--json", status=1).stdout)["problems"]
+    names = "opencv-contrib-python, opencv-python"
+    assert f"2 distributions provide cv2 ({names}): install exactly one." in problems
+
+
+def test_doctor_works_without_metadata_of_trackmark(trackmark, monkeypatch):
+    def version(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr("trackmark.reports.package_version.version", version)
+    about = json.loads(trackmark("doctor", "--json").stdout)
+    assert about["environment"]["trackmark"] == "unknown"
 
 
 def test_doctor_reports_a_library_that_reads_no_video(trackmark, monkeypatch):

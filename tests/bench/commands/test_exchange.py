@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bench.commands.conftest import json_lines
+from tests.bench.commands.conftest import assert_tables_have_rows, json_lines
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 
@@ -63,6 +63,7 @@ def test_report_adds_imported_results_and_stores_nothing(trackmark, workspace, i
     overlaps = scores(workspace, "otb", "mean_overlap")
     assert overlaps["static", "Small"] == 1
     assert overlaps["MINE", "Small"] == pytest.approx((1 + 4 * 9 / 11) / 5)
+    assert_tables_have_rows(workspace / "report")
     assert (workspace / "report" / "strip-Small.png").is_file()
     assert sorted(path.name for path in (workspace / "results" / "ours").rglob("*")) == before
     refused = trackmark("report", "results/ours", "--results-of", f"static={imported}", status=2)

@@ -11,7 +11,7 @@ import pytest
 from tests.bench.commands.conftest import SMALL, json_lines, masked, unwrapped
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
-from trackmark.bench.engine.work_unit import Limits
+from trackmark.bench.engine.work_unit import LEAST_MEMORY, Limits
 from trackmark.bench.experiments.experiment import default_name
 from trackmark.bench.store.results import Results
 
@@ -313,3 +313,4 @@ def test_limits_apply_and_their_defaults_are_documented(trackmark, break_tracker
     assert "the run took longer than its limit of 0.25 s" in done.stdout
     sizes = {"500MB": 500e6, "4GiB": 2**32, "1.5 g": 1.5e9, "1000": 1000}
     assert {text: memory_size(text) for text in sizes} == sizes
+    assert Limits(memory_bytes=memory_size("512MB")).memory_bytes == LEAST_MEMORY

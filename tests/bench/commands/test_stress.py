@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from tests.bench.commands.conftest import assert_tables_have_rows
 from trackmark.bench.comparing import breaking_points
 
 SMALL = "plain/target:length=20:width=64:height=64"
@@ -20,6 +21,7 @@ def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace, 
     assert text.startswith("noise [grey levels], 0 to 160: ")
     assert "ten consecutive visible" in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80
+    assert_tables_have_rows(workspace / "out")
     for name in ("breaking-points.tex", "runs.csv", "curve-noise.png"):
         assert (workspace / "out" / name).is_file()
     pool = "trackmark.bench.engine.pool.Pool.perform"

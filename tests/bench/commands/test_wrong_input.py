@@ -111,6 +111,15 @@ show data/Small --output a.png --first 9 | not among 0 to 4
 show data/Small --output a.png --trace revised | requires --results
 show data/Small --live static --first 1 | exclude each other
 check nowhere | baseline not found
+baseline a/b --trackers static {SMALL} | 'a/b' is not a valid name of a baseline
+baseline own --trackers static {SMALL} --detect nan | nan is not a finite number
+{STATIC} --memory-limit 511.9MB | is 511,900,000, below the minimum of 512,000,000 (512 MB)
+{STATIC} --name '' | '' is not a valid name of a results folder
+{STATIC} --name ' ' | ' ' is not a valid name of a results folder
+{STATIC} --frame-limit nan | a value above 0
+compare static camshift {SMALL} --name '' | '' is not a valid name of a results folder
+{STRESS} --name a/b | 'a/b' is not a valid name of a results folder
+results import A=theirs {SMALL} --name ../x | '../x' is not a valid name of a results folder
 """.strip().splitlines()
 
 TOML = 'version = 1\ntrackers = ["{}"]\nsequences = ["{}"]\n'

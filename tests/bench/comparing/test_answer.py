@@ -46,6 +46,7 @@ def answer(main, standings, n=8, decisions=None, wins=None, measure=OVERLAP):
         standings=standings,
         pairs=pairs,
         main=main,
+        against=False,
         failures={},
         left_out=[],
         not_repeatable=[],
@@ -100,9 +101,21 @@ def test_better_and_worse_follow_from_the_decisions(labels, heading):
 def test_chosen_tracker_can_be_worse():
     standings = [standing("mine", 0.5, (0.4, 0.6)), standing("other", 0.8)]
     text = (
-        "mine has a mean overlap of 0.50 [0.40, 0.60] on all 8 sequences; it is worse than other."
+        "mine has a mean overlap of 0.50 [0.40, 0.60] on all 8 sequences; it is worse than other; "
+        "other has the highest, 0.80."
     )
     assert answer("mine", standings, decisions={"other": ("worse", "")}) == (text, ())
+
+
+@pytest.mark.parametrize("n", [1, 5])
+def test_chosen_tracker_on_few_sequences_names_the_best(n):
+    standings = [standing("mine", 0.67), standing("b", 0.74), standing("c", 0.74)]
+    heading, _ = answer("mine", standings, n)
+    where = "this sequence" if n == 1 else "these 5 sequences"
+    assert heading == f"mine has a mean overlap of 0.67 on {where}; b and c have the highest, 0.74."
+    standings = [standing("mine", 9.0), standing("b", 3.1)]
+    heading, _ = answer("mine", standings, n, measure=replace(ERROR, decimals=2))
+    assert heading.endswith("; b has the lowest, 3.1 px.")
 
 
 def test_ties_share_the_answer():

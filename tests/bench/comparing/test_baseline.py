@@ -3,10 +3,14 @@
 import hashlib
 import struct
 import tomllib
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
+import cv2
+import numba
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,10 +21,12 @@ from trackmark.bench.comparing.baseline import (
     BaselineError,
     baseline_path,
     box_digest,
+    check_equal_scores,
     read_baseline,
+    surroundings,
     write_baseline,
 )
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
 
 SEEDS = 6
 MADE_WITH = {"platform": "Linux x86_64", "numpy": "2.1"}
@@ -94,6 +100,27 @@ REFUSED = [
     ('because = "x', 'because = "x\x7f', "Illegal character '\\x7f'"),
     ("format = 2", "format = 7", "format: 7. This version reads format 2"),
     ("[specifications]", "[speeds]", "speeds: {'mine': 'a.py:as=mine'}. Extra inputs"),
+    ("date = ", 'date = "2026-02-30" # ', "accepted.0.date: '2026-02-30'. Value error"),
+    ('because = "x"', 'because = ""', "accepted.0.because: ''. String should have at least 1"),
+    ('tracker = "mine"', 'tracker = ""', "accepted.0.tracker: ''. String should have at least 1"),
+    ('[trackers."static"]', '[trackers.""]', "String should have at least 1"),
+    ('"numpy" = ', '"" = ', "String should have at least 1"),
+    (
+        'overlap = [0.5, 0.5, 0.5, 0.5, 0.5, 0.5], boxes = ["00000000", "00000001"',
+        'overlap = [0.5, 0.7, 0.5, 0.5, 0.5, 0.5], boxes = ["00000000", "00000000"',
+        f"{MINE}overlap.1: 0.7. Another run with equal boxes has 0.5.",
+    ),
+    (
+        '[trackers."static"]\n"s0" = { sequence = "9f31c2aa"',
+        '[trackers."static"]\n"s0" = { sequence = "00000000"',
+        "tracker 'static', sequence 's0', sequence: '00000000'. Tracker 'mine' has '9f31c2aa'.",
+    ),
+    (
+        '[trackers."static"]\n"s0" = { ',
+        '[trackers."static"]\n"s0" = { path = "data/other", ',
+        "tracker 'static', sequence 's0', path: 'data/other'. Tracker 'mine' has None.",
+    ),
+    ('"mine" = "a', '"your" = "a', "specifications: 'your'. The file has no scores of this"),
     ("format", "\udc80", "own.toml: 'utf-8' codec"),
     ("]", "", "own.toml: "),
 ]
@@ -104,6 +131,7 @@ def test_damaged_baseline_is_refused_in_one_line(tmp_path, old, new, words):
     file = tmp_path / "own.toml"
     stored = baseline()
     write_baseline(stored.moved_on("mine", stored.entries, "x", "2026-11-22"), file)
+    assert old in file.read_text() or old == "]"
     text = file.read_text().replace(old, new, 1)
     file.write_text(text, errors="surrogateescape")
     with pytest.raises(BaselineError) as error:
@@ -119,8 +147,31 @@ def test_damaged_baseline_is_refused_in_one_line(tmp_path, old, new, words):
 def test_missing_baseline_is_named():
     assert baseline_path("own") == Path("baselines/own.toml")
     assert baseline_path("tests/own.toml") == Path("tests/own.toml")
+    assert baseline_path("v1.2") == Path("baselines/v1.2.toml")
     with pytest.raises(BaselineError, match="trackmark baseline"):
         read_baseline(Path("nowhere.toml"))
+
+
+@pytest.mark.parametrize(
+    "name", ["", " ", "a/b", "../own", ".", "own ", "a\nb", "_own", ".toml", "x/.toml", "x/ .toml"]
+)
+def test_invalid_name_of_a_baseline_is_refused(name):
+    with pytest.raises(ExperimentError, match=r"not a valid name of a baseline\..* in \.toml\."):
+        baseline_path(name)
+
+
+def test_changed_overlap_of_equal_boxes_is_refused():
+    before = baseline().entries
+    check_equal_scores(Path("own.toml"), before, {**before, "static": {"s0": entry((0.25004,))}})
+    # A tracker that draws random numbers now has the boxes of its old run with one seed.
+    now = {**before, "static": {"s0": entry((0.26,) * SEEDS)}}
+    for entries in ({**before, "static": {"s0": entry((0.26,))}}, now):
+        message = (
+            r"own.toml: tracker 'static', sequence 's0', overlap.0: 0.25. Runs with these boxes "
+            r"have a mean overlap of 0.26 now. Restore the file"
+        )
+        with pytest.raises(BaselineError, match=message):
+            check_equal_scores(Path("own.toml"), before, entries)
 
 
 @pytest.fixture(scope="module")
@@ -159,6 +210,18 @@ def test_mutated_bytes_are_read_exactly_or_refused(valid, data):
     piece = data.draw(st.binary(max_size=4) | st.sampled_from([b"9", b"-", b'"', b"inf", b"\x7f"]))
     file.write_bytes(content[:start] + piece + content[start + length :])
     assert_read_as_written_or_refused(file)
+
+
+def test_surroundings_need_no_name_of_a_distribution(monkeypatch):
+    """OpenCV is installed under many names, by Conda without any."""
+
+    def version(name):
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("importlib.metadata.version", version)
+    libraries = {"numpy": np, "numba": numba, "opencv": cv2, "scipy": scipy}
+    expected = {name: module.__version__ for name, module in libraries.items()}
+    assert expected.items() <= surroundings().items()
 
 
 def test_box_digest_equals_slow_definition():

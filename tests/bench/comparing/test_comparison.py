@@ -2,14 +2,20 @@
 
 import json
 from dataclasses import replace
+from math import inf, nan
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from trackmark.bench.comparing.answer import answer_of
-from trackmark.bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from trackmark.bench.comparing.comparable_runs import (
+    AllFailedError,
+    ComparisonError,
+    compared_measure,
+)
 from trackmark.bench.comparing.comparison import compare, parts_of
+from trackmark.bench.comparing.families import Families, read_families
 from trackmark.bench.comparing.figures import write_differences
 from trackmark.bench.comparing.tables import as_data, files, paragraph, screen_lines
 from trackmark.bench.reporting.tables import SUMMARY
@@ -89,21 +95,48 @@ def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
             assert pair.answer.label == expected.label
     rows = as_data(against)["pairs"]
     assert [row["p"] for row in rows] == [p_value(pair.by_unit, 3) for pair in against.pairs]
-    assert against.standings == compare(runs, OVERLAP).standings  # stars compare all pairs
 
 
-def test_equivalent_needs_30_sequences_and_reason_is_printed(make_runs):
+@pytest.mark.parametrize("against", [None, "b"])
+def test_stars_follow_from_the_printed_answers(make_runs, against):
+    """With the intervals of 3 pairs `b` is better than `a`, but not with those of 6 pairs."""
+    spread = np.array([-0.1, 0.1, -0.05, 0.05, 0, 0, 0.08, -0.08, 0.12, -0.12])
+    gains = {"a": 0 * spread, "b": 0.085 + spread, "c": 0.085 - spread, "d": -0.2 + spread}
+    scores = {name: (HARDNESS + gain)[:, None] for name, gain in gains.items()}
+    comparison = compare(make_runs(scores), OVERLAP, against=against)
+    losers = {
+        pair.second if pair.answer.label == "better" else pair.first
+        for pair in comparison.pairs
+        if pair.answer.label in ("better", "worse")
+    }
+    stars = {standing.tracker for standing in comparison.standings if standing.contender}
+    assert losers == ({"a", "d"} if against else {"d"})
+    assert stars == {"a", "b", "c", "d"} - losers
+    note = "*: no other tracker is better" + (", in the pairs with b" if against else "")
+    assert note in screen_lines(comparison)
+
+
+def test_equivalent_needs_89_sequences_and_reason_is_printed(make_runs):
     def pair_of(n):
         easy = np.linspace(0.3, 0.8, n)
         scores = {"a": around(easy, 0.001), "b": around(easy + 0.002, 0.001, seed=1)}
         return compare(make_runs(scores), OVERLAP)
 
-    few, many = pair_of(10), pair_of(30)
+    few, many = pair_of(10), pair_of(89)
+    reason = "inside ±0.01; a difference on 1 sequence in 20 would be missed in 60 %"
     assert many.pairs[0].answer.label == "equivalent"
     assert "a was equivalent to b" in paragraph(many)
-    assert few.pairs[0].answer.reason == "inside ±0.01, but only 10 of 30 sequences"
-    assert "    inside ±0.01, but only 10 of 30 sequences" in screen_lines(few)
-    assert "inconclusive: inside ±0.01, but only 10 of 30 sequences" in paragraph(few)
+    assert few.pairs[0].answer.reason == reason
+    assert f"    {reason}" in screen_lines(few)
+    advice = "Fix the number of sequences before you look at new scores."
+    assert advice in screen_lines(few)
+    assert files(few)[1].notes == [advice]
+    assert advice not in screen_lines(many)
+    assert f"inconclusive: {reason}" in paragraph(few)
+    assert "an interval inside ±0.01 and 89 sequences" in paragraph(few)
+    assert as_data(few)["pairs"][0]["needed_from"] == 89
+    exact = paragraph(compare(make_runs(ladder("ab")), replace(OVERLAP, margin=0.0)))
+    assert "equivalence needs a margin above 0" in exact
 
 
 def test_fewer_than_6_sequences_have_differences_only(make_runs):
@@ -124,24 +157,88 @@ def test_families_are_units_unless_scenes_are_forced(make_runs):
     by_family, by_scene = (compare(runs, OVERLAP, by_scene=forced) for forced in (0, 1))
     differences = by_scene.pairs[0].differences
     assert by_family.pairs[0].by_unit == pytest.approx(differences.reshape(2, 5).mean(axis=1))
-    remedy = "use --unit scene for conclusions about new scenes of these families"
+    remedy = "use --unit scene for conclusions about new scenes of these sequences"
     assert remedy in " ".join(screen_lines(by_family))
     reason = f"only 2 of 6 families; {remedy}"
     assert as_data(by_family)["pairs"][0]["reason"] == reason
     assert files(by_family)[1].data["reason"][0] == reason
     assert files(by_family)[1].rows[0][-1].text == f"inconclusive: {reason}"
     assert by_scene.pairs[0].interval == pytest.approx(mean_interval(differences))
-    assert "for new scenes of these 2 families only" in " ".join(screen_lines(by_scene))
-    assert "for new scenes of these 2 families only" in paragraph(by_scene)
+    assert "for new scenes of these sequences only" in " ".join(screen_lines(by_scene))
+    assert "for new scenes of these sequences only" in paragraph(by_scene)
+
+
+CLIPS = [f"clip{n}" for n in range(10)]
+VIDEOS = {name: f"video{n // 2}" for n, name in enumerate(CLIPS)}
+
+
+def test_declared_families_are_units(make_runs):
+    runs = make_runs(ladder("ab"), names=CLIPS)
+    comparison = compare(runs, OVERLAP, families=Families(VIDEOS, "families"))
+    (pair,) = comparison.pairs
+    assert pair.by_unit == pytest.approx(pair.differences.reshape(5, 2).mean(axis=1))
+    assert pair.answer.reason == "only 5 of 6 families"  # no advice on scenes
+    data = as_data(comparison)
+    assert (data["unit"], data["units"]) == ("family", [f"video{n}" for n in range(5)])
+    assert "10 sequences (5 families)" in paragraph(comparison)
+    alone = compare(runs, OVERLAP, families=Families({name: name for name in CLIPS}, "families"))
+    assert as_data(alone) == as_data(compare(runs, OVERLAP))
+
+
+def test_sequence_without_declared_family_is_refused(make_runs):
+    runs = make_runs(ladder("ab"), names=CLIPS)
+    families = Families(VIDEOS | {"clip9": "x"}, "f.csv")
+    del families.by_sequence["clip3"]
+    message = r"f.csv: the sequence 'clip3' has no family \(1 of 10 sequences have none\)"
+    with pytest.raises(ComparisonError, match=message):
+        compare(runs, OVERLAP, families=families)
+
+
+def test_families_are_read_from_a_file(tmp_path):
+    file = tmp_path / "families.csv"
+    file.write_text("\ufefffamily,note,sequence\nvideo 1,x,clip1\n\nvideo 1,,clip2\n", "utf-8")
+    assert read_families(file).by_sequence == {"clip1": "video 1", "clip2": "video 1"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("sequence,video\na,b\n", "missing columns family. Needed are sequence, family"),
+        ("sequence,family\na,\n", "line 2: 'a', ''. Give sequence and family"),
+        ("sequence,family\na,b\na,c\n", "line 3: 'a' is on an earlier line"),
+        (b"\xff\xfe", "not a CSV file"),
+        (None, "No such file"),
+    ],
+)
+def test_families_file_of_wrong_content_is_an_error(tmp_path, text, message):
+    file = tmp_path / "families.csv"
+    if text is not None:
+        file.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(ComparisonError, match=message):
+        read_families(file)
+
+
+def test_sequence_without_any_score_is_left_out_and_named(make_runs):
+    runs = make_runs(ladder())
+    runs = changed(runs, runs.index[runs["sequence"] == "s3"], mean_overlap=np.nan)
+    comparison = compare(runs, OVERLAP)
+    expected = compare(runs[runs["sequence"] != "s3"], OVERLAP)
+    assert [pair.interval for pair in comparison.pairs] == [
+        pair.interval for pair in expected.pairs
+    ]
+    assert comparison.standings == expected.standings
+    note = "s3 left out: mean overlap is undefined for all trackers."
+    assert note in " ".join(screen_lines(comparison))
+    assert note in paragraph(comparison)
+    assert as_data(comparison)["undefined"] == ["s3"]
 
 
 def test_paragraph_states_methods_and_answers(make_runs):
     text = paragraph(compare(make_runs(ladder()), OVERLAP))
     assert "on 10 sequences, 4 runs each; the unit is the sequence" in text
-    assert (
-        "union of Student's t interval and Hall's skewness-corrected one, at 98.33 % each" in text
-    )
-    assert "(Bonferroni over 3 comparisons, together 95 %), for new sequences" in text
+    assert "is the wider one of Student's t interval and of Hall's skewness-corrected" in text
+    assert "interval, at 98.33 % each (Bonferroni over 3 comparisons, together 95 %)" in text
+    assert "together 95 %), for new sequences of the same kind as these" in text
     assert "a was worse than c (difference -0.2" in text
 
 
@@ -306,3 +403,9 @@ def test_breaking_plot_names_many_trackers():
     figure = breaking_plot(curves, "noise", "T", logarithmic=True)
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(curves)
     figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("margin", [nan, inf, -0.01, "x"])
+def test_invalid_margin_is_refused(margin):
+    with pytest.raises(ComparisonError, match=r"margin: .*Expected: a finite number of 0 or more"):
+        compared_measure("native", margin=margin)

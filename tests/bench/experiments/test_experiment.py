@@ -99,7 +99,7 @@ def test_unknown_experiment_and_invalid_name_are_refused(tmp_path):
         read_experiment(tmp_path / "nothing.toml")
     with pytest.raises(ExperimentError, match=r"Did you mean 'demo'\?"):
         read_experiment("dmo")
-    for name in ("", "a/b", ".hidden", "_truth"):
+    for name in ("", " ", "a/b", ".hidden", "_truth", "own ", "a\nb"):
         with pytest.raises(ExperimentError, match="not a valid name of a results folder"):
             Experiment(name, ("static",), (SequenceSource("samples/face"),))
 

@@ -13,7 +13,7 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.python import WORKER
 from trackmark.trackers import Randomness
-from trackmark.trackers.base import global_generators, plain_class
+from trackmark.trackers.base import estimate_check, global_generators, plain_class
 
 NAME = "plain_tracker.py"
 pytestmark = pytest.mark.usefixtures("folder")
@@ -116,6 +116,8 @@ def test_description_lists_parameters(environment):
     assert description["randomness"] == "generator"
 
 
-@pytest.mark.parametrize("file", [WORKER, plain_class.__file__, global_generators.__file__])
+@pytest.mark.parametrize(
+    "file", [WORKER, *(rule.__file__ for rule in (plain_class, estimate_check, global_generators))]
+)
 def test_worker_has_syntax_of_python_3_6(file):
     ast.parse(Path(file).read_text("utf-8"), feature_version=(3, 6))

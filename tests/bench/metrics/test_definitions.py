@@ -269,6 +269,38 @@ def test_first_frame_counts_in_vot_anchor_and_long_term():
     assert everywhere["precision"] == pytest.approx(59 / 100)
 
 
+def test_scores_of_one_frame_are_undefined_or_the_toolkits():
+    """Toolkits that count the first frame give it their scores; others have no frame to score."""
+    truth = walk(1)
+    scored = {name: scores(name, truth, truth) for name in metrics.names()}
+    for name in ("got10k", "long-term"):
+        assert all(map(isnan, scored[name].values())), name
+    shares = ("mean_overlap", "success_share", "inside_share", "centre_error")
+    assert all(isnan(scored["native"][score]) for score in shares)
+    assert scored["otb"]["precision"] == scored["lasot"]["precision"] == 1
+    # Toolkit: 0 / 1 and, by a special case, 0.
+    assert scored["vot-anchor"]["accuracy"] == scored["vot-supervised"]["accuracy"] == 0
+
+
+def test_run_of_one_frame_does_not_lower_long_term_means():
+    preset, truth = metrics.preset("long-term"), walk(50)
+    runs = [[preset.score(truth_of(part), answer_of(part))] for part in (truth, truth[:1])]
+    assert preset.overall(runs).scores == preset.overall(runs[:1]).scores
+    assert all(map(isnan, preset.overall(runs[1:]).scores.values()))
+
+
+def test_accuracy_without_tracked_frames_is_that_of_the_toolkit():
+    truth = walk(30)
+    anchor = metrics.preset("vot-anchor")
+    lost = anchor.score(truth_of(truth), answer_of(truth + 900))
+    assert lost.scores["accuracy"] == 0  # of one sequence
+    assert isnan(anchor.overall([[lost], [lost]]).scores["accuracy"])  # the toolkit divides by 0
+    supervised = metrics.preset("vot-supervised")
+    states = states_of(30, [5, 15, 25])
+    burned = supervised.score(truth_of(truth), RunEstimates(truth, states=states))
+    assert burned.scores["accuracy"] == 0
+
+
 def test_first_confidence_does_not_count_in_long_term():
     truth = walk(100)
     boxes, confidence = noisy(truth), np.linspace(0.1, 0.9, 100)

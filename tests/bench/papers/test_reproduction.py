@@ -1,5 +1,6 @@
 """Reproduction of a tiny paper: verdicts, tables, figures, pages and terminal output."""
 
+import csv
 import json
 import re
 from dataclasses import replace
@@ -10,8 +11,10 @@ import numpy as np
 import pytest
 
 from tests import browser
+from tests.bench.commands.conftest import assert_tables_have_rows
 from tests.bench.pages.reading import address_of, check_accessibility, check_texts, data_of
 from trackmark import datasets
+from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.papers import evidence_frames, figures, markdown_page
 from trackmark.bench.papers.evidence import evidence
 from trackmark.bench.papers.figures import draw_figures, figure_label
@@ -21,6 +24,7 @@ from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.terminal_report import screen_lines
 from trackmark.bench.store.files import ResultsError
+from trackmark.reports.write import write_tables
 
 
 def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):
@@ -91,6 +95,15 @@ def test_terminal_shows_the_main_table_before_the_verdicts(report, tmp_path):
     assert text.index("20 of 20") < text.index("TI-1")
     assert "as-written: " in text
     assert f"{tmp_path / 'report.html'}" in text
+
+
+def test_written_tables_of_a_report_have_rows(report, tmp_path):
+    write_tables(tmp_path, report.tables)
+    assert_tables_have_rows(tmp_path)
+    with (tmp_path / "verdicts.csv").open(newline="") as file:
+        rows = [(row["claim"], row["setting"]) for row in csv.DictReader(file)]
+    claims = [row.claim.name for row in report.verdicts]
+    assert rows == [(name, setting) for name in claims for setting in SETTINGS]
 
 
 def test_quick_report_has_no_verdicts(tiny, tmp_path):

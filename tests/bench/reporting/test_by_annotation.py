@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 
+from tests.bench.commands.conftest import assert_tables_have_rows
 from trackmark.bench.reporting.by_annotation import annotation_reports
 from trackmark.bench.reporting.by_preset import preset_report
 
@@ -24,6 +25,7 @@ def tagged(workspace, otb):
 def test_report_has_table_and_radar_plot_of_annotations(trackmark, workspace, tagged):
     trackmark("run", "--trackers", "static,camshift", "--sequences", tagged, "--name", "tagged")
     trackmark("report", "results/tagged", "--by-attribute", "--folder", "paper")
+    assert_tables_have_rows(workspace / "paper")
     table = pd.read_csv(workspace / "paper" / "annotated-native.csv")
     rows = pd.read_csv(workspace / "paper" / "sequences.csv")
     rows = rows[rows["measure"] == "mean_overlap"].set_index(["tracker", "sequence"])

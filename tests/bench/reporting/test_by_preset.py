@@ -115,7 +115,7 @@ def test_scores_with_one_value_per_unit_have_intervals(run_trial, tmp_path):
     folder = run_trial(tmp_path, ["static"], names)
     otb, vot = preset_report(folder, ["otb", "vot-anchor"]).scored
     assert all("[" in cell for cell in texts(otb.table)[TOGETHER, "static"])
-    assert "95 % interval of the mean for new scenes of this family only" in otb.table.caption
+    assert "95 % interval of the mean for new scenes of this sequence only" in otb.table.caption
     columns = vot.table.heads[2:]
     whole = dict(zip(columns, texts(vot.table)[TOGETHER, "static"], strict=True))
     means = dict(zip(columns, texts(vot.table)[MEANS, "static"], strict=True))

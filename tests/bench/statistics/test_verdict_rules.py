@@ -20,8 +20,8 @@ from trackmark.bench.statistics.verdict_rules import (
     time,
 )
 
-SPREAD = np.tile([-0.03, 0.01, -0.01, 0.03], 10)
-"""Differences of 40 scenes with mean 0."""
+SPREAD = np.tile([-0.03, 0.01, -0.01, 0.03], 11)
+"""Differences of 44 scenes with mean 0."""
 
 
 def shifted(n, mean, spread=1.0):
@@ -33,9 +33,13 @@ def shifted(n, mean, spread=1.0):
     [
         (shifted(20, 0.10), "holds", "interval above 0"),
         (shifted(20, -0.10), "does not hold", "interval below 0"),
-        (shifted(40, 0.004), "does not hold", "interval inside ±0.02: too small to matter"),
-        (shifted(20, 0.002), "inconclusive", "inside ±0.02, but only 20 of 30 scenes"),
-        (shifted(20, 0.03, 5), "inconclusive", "interval contains 0; about 130 scenes needed"),
+        (shifted(44, 0.004), "does not hold", "interval inside ±0.02: too small to matter"),
+        (
+            shifted(43, 0.004),
+            "inconclusive",
+            "inside ±0.02; a difference on 1 scene in 20 would be missed in 11 %",
+        ),
+        (shifted(20, 0.03, 5), "inconclusive", "interval contains 0; 50 to 740 scenes needed"),
         (shifted(8, 0.10), "inconclusive", "only 8 of 12 scenes"),
         ([], "inconclusive", "only 0 of 12 scenes"),
     ],
@@ -49,15 +53,23 @@ def test_order_verdict_and_reason(values, verdict, reason):
 @pytest.mark.parametrize(
     ("values", "verdict", "reason"),
     [
-        (shifted(40, 0.0), "holds", "not worse by more than 0.02"),
+        (shifted(44, 0.0), "holds", "not worse by more than 0.02"),
         (shifted(20, 0.03), "holds", "not worse by more than 0.02"),
         (shifted(20, -0.05), "does not hold", "worse by more than 0.02"),
-        (shifted(20, 0.0), "inconclusive", "inside ±0.02, but only 20 of 30 scenes"),
-        (shifted(16, 0.012), "inconclusive", "above -0.02, but only 16 of 30 scenes"),
+        (
+            shifted(43, 0.0),
+            "inconclusive",
+            "inside ±0.02; a difference on 1 scene in 20 would be missed in 11 %",
+        ),
+        (
+            shifted(16, 0.012),
+            "inconclusive",
+            "above -0.02; a difference on 1 scene in 20 would be missed in 44 %",
+        ),
         (
             shifted(20, -0.03, 3),
             "inconclusive",
-            "interval contains the limit -0.02; about 410 scenes needed",
+            "interval contains the limit -0.02; no estimate of the scenes needed",
         ),
         (shifted(11, 0.1), "inconclusive", "only 11 of 12 scenes"),
     ],
@@ -72,13 +84,19 @@ def test_no_worse_verdict_and_reason(values, verdict, reason):
     [
         (24, 24, 0.5, "holds", "interval above 0.5"),
         (2, 20, 0.5, "does not hold", "interval below 0.5"),
-        (12, 20, 0.5, "inconclusive", "interval contains the limit 0.5; about 220 scenes needed"),
+        (
+            14,
+            20,
+            0.5,
+            "inconclusive",
+            "interval contains the limit 0.5; 29 to 230 scenes needed",
+        ),
         (
             10,
             20,
             0.5,
             "inconclusive",
-            "interval contains the limit 0.5; more than 500 scenes needed",
+            "interval contains the limit 0.5; no estimate of the scenes needed",
         ),
         (19, 20, 0.75, "holds", "interval above 0.75"),
         (11, 11, 0.5, "inconclusive", "only 11 of 12 scenes"),
@@ -112,7 +130,8 @@ def test_time_that_contains_the_factor_is_inconclusive():
     assert judged.verdict == "inconclusive"
     assert np.log(judged.interval) == pytest.approx(mean_interval(np.log(ratios)))
     # Logs minus log 1.02: mean 0.0691, lower end -0.0611; 6 (1.4 (0.0691 + 0.0611) / 0.0691)².
-    assert judged.reason == "interval contains the limit 1.02; about 42 pairs needed"
+    # for the mean; the ends of the 50 % interval of the mean give the range.
+    assert judged.reason == "interval contains the limit 1.02; 17 to 190 pairs needed"
 
 
 def test_number_is_never_judged():

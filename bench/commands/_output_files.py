@@ -1,0 +1,68 @@
+"""Check of the files that a command writes: they differ from its inputs and from one another."""
+
+import os
+from collections.abc import Iterable, Mapping
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from trackmark.bench.experiments.experiment import SequenceSource
+
+
+def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path] = ()) -> None:
+    """Raise `UsageError` if two outputs are one file, or if an output would replace an input.
+
+    `outputs`: files by option. `inputs`: files and folders that the command reads; a new file in a
+    folder is allowed. Devices such as `/dev/null` can be written twice.
+    """
+    files = {option: path for option, path in outputs.items() if path is not None}
+    for (first, path), (second, other) in combinations(files.items(), 2):
+        if _same_file(path, other):
+            raise click.UsageError(
+                f"{first} and {second} name the same file, {path}. Give two files."
+            )
+    for option, path in files.items():
+        for source in inputs:
+            inside = _exists(path) and _real(source) in _real(path).parents
+            if inside or (_exists(source) and _same_file(path, source)):
+                raise click.UsageError(
+                    f"{option}: {path} is an input of this command and would be overwritten. "
+                    "Give another file."
+                )
+
+
+def _same_file(first: Path, second: Path) -> bool:
+    """Return whether two paths lead to one file, also through links; False for devices."""
+    if _exists(first) and _exists(second):
+        return first.samefile(second) and (first.is_file() or first.is_dir())
+    return _real(first) == _real(second)
+
+
+def _exists(path: Path) -> bool:
+    """Return whether a path exists; False if its name is too long or leads to a loop of links."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
+def _real(path: Path) -> Path:
+    """Return the path without symbolic links; `Path.resolve` would raise for a loop of links."""
+    return Path(os.path.realpath(path))
+
+
+def input_files(trackers: Iterable[str], sequences: Iterable["SequenceSource"]) -> list[Path]:
+    """Return the files and folders that specifications of trackers and sequences name."""
+    sources = list(sequences)
+    # File, class and options of a tracker are separated by colons: a.py:Mine:net=model.onnx.
+    parts = [part for text in trackers for part in text.split(":")]
+    files = [Path(part.partition("=")[2] or part) for part in parts]
+    files += [source.truth for source in sources if source.truth is not None]
+    sequences_or_folders = [Path(source.text.partition(":")[0]) for source in sources]
+    return [
+        *(path for path in files if path.is_file()),
+        *(path for path in sequences_or_folders if path.exists()),
+    ]
