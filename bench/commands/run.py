@@ -171,10 +171,11 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         )
     execute_runs(execution, print_row, keep_errors=True)
     rows, now, state = stored_runs(execution)
-    failed = now.count(State.FAILED)
+    failed, is_incomplete = now.count(State.FAILED), False
     try:
         execution.raise_errors()
     except SequenceError as error:
+        is_incomplete = True
         for line in str(error).splitlines():
             complain(line)
     if as_json:
@@ -192,7 +193,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             _print_hints(execution)
         if options.verbose:
             _print_details(execution)
-    if execution.errors:
+    if is_incomplete:
         return EXIT_WRONG_INPUT
     return EXIT_NEGATIVE if failed else 0
 

@@ -26,6 +26,7 @@ from trackmark.bench.engine.work_unit import (
     Entry,
     Failure,
     Limits,
+    PlanMismatchError,
     Request,
     Unit,
 )
@@ -154,6 +155,8 @@ class Worker:
             raise MachineError(answer["machine"])
         if "error" in answer:
             raise SequenceError(answer["error"])
+        if "mismatch" in answer:
+            raise PlanMismatchError(answer["mismatch"])
         if "defect" in answer:
             raise RuntimeError(f"a defect of trackmark: {answer['defect']}")
         if "harm" in answer:

@@ -6,6 +6,14 @@ from typing import NamedTuple
 
 from trackmark.bench.engine.stack_trace import CodeLine
 from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.datasets import SequenceError
+
+
+class PlanMismatchError(SequenceError):
+    """Error of runs that differ from their plan; the sequence itself can be read.
+
+    For example, a worker process cannot import a tracker, or a file has changed meanwhile.
+    """
 
 
 class Entry(NamedTuple):

@@ -278,8 +278,7 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            with ForkGuard():
-                return call()
+            return call()
         except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
@@ -312,8 +311,8 @@ class Recorder:
         return self._made
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
-        """Return the result of a call in the context of the run."""
-        with self._context or nullcontext():
+        """Return the result of a call in the context of the run; times are not measured."""
+        with self._context or nullcontext(), ForkGuard():
             return call(*arguments)
 
     def _note_drawn(self) -> None:
@@ -332,7 +331,7 @@ class Recorder:
             self._in_context(tracker.init_shared, shared_frame, box, mask)
             return
         self._update = tracker.update
-        with self._context or nullcontext():
+        with self._context or nullcontext(), ForkGuard():
             cpu, wall = thread_time(), perf_counter()
             tracker.init(shared_frame.image, box, mask)
             times = perf_counter() - wall, thread_time() - cpu

@@ -12,7 +12,7 @@ import numpy as np
 
 from trackmark import datasets
 from trackmark.bench.engine import Engine, engine
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit
+from trackmark.bench.engine.work_unit import Entry, Limits, PlanMismatchError, Unit
 from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, missing_units
@@ -101,6 +101,7 @@ class Execution:
     # message on each sequence that could not be read, by its specification
     errors: dict[str, str] = field(default_factory=dict)
     on_error: Callable[[str], None] = lambda _: None  # called with such a message at once
+    mismatches: list[str] = field(default_factory=list)  # messages of `PlanMismatchError`
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
@@ -162,6 +163,10 @@ class Execution:
                     if isinstance(result, Exception):
                         raise result
                     rows = self._store(unit, result)
+                except PlanMismatchError as error:
+                    if str(error) not in self.mismatches:
+                        self.mismatches.append(str(error))
+                    continue
                 except SequenceError as error:
                     if unit.source.text not in self.errors:
                         self.on_error(str(error))
@@ -188,9 +193,12 @@ class Execution:
                 logging.getLogger("trackmark").warning(text)
 
     def raise_errors(self) -> None:
-        """Raise one `SequenceError` if sequences could not be read."""
+        """Raise one `SequenceError` if runs are missing because of an error."""
+        messages = list(self.mismatches)
         if self.errors:
-            raise UnusableSequencesError(self.errors, len(self.plan.sequences))
+            messages.append(str(UnusableSequencesError(self.errors, len(self.plan.sequences))))
+        if messages:
+            raise SequenceError("\n".join(messages))
 
     def _store(self, unit: Unit, runs: dict[Entry, Run]) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows."""
@@ -200,7 +208,7 @@ class Execution:
             row = pack_truth(sequence.fingerprint, stored_truth(sequence))
             self._truths[unit.source, sequence.fingerprint] = row
         if key not in self._truths:
-            raise SequenceError(
+            raise PlanMismatchError(
                 f"{unit.source.text}: the sequence changed during its runs, which were not stored. "
                 "Run the same command again."
             )

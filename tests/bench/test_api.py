@@ -320,7 +320,7 @@ HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})
         ),
         (Plain, {"protocol": None}, TypeError, "protocol is None. Expected: a text, for example"),
         (Plain, {"protocol": b"one-pass"}, TypeError, "protocol is b'one-pass'. Expected: a text"),
-        (np.zeros((9, 4)), {}, TypeError, r"array\(\[\[0., 0., 0., 0.\], .* is not a tracker"),
+        (np.zeros((9, 4)), {}, TypeError, r"an array of shape \(9, 4\) .* is not a tracker"),
         (Plain, {"metrics": ["otb"]}, TypeError, "metrics is .'otb'.. Expected: one name"),
         (Plain, {"metrics": "otb", "protocol": "supervised"}, ValueError, "otb cannot score"),
         (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
