@@ -17,6 +17,9 @@ from trackmark.bench.commands._terminal import complain, interruptible, outlets
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import log_compilation, prepare_numba
 
+_COMPLETION = "_TRACKMARK_COMPLETE"
+"""Environment variable by which a shell requests completions."""
+
 _COMMANDS = Path(__file__).parent / "commands"
 
 
@@ -82,7 +85,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _invoke(arguments: Sequence[str] | None) -> int:
     try:
+        _check_completion()
         answer: Any = trackmark.main(arguments, prog_name="trackmark", standalone_mode=False)
+    except SystemExit as ended:  # raised by click after shell completion
+        return ended.code if isinstance(ended.code, int) else EXIT_WRONG_INPUT
     except (click.exceptions.Abort, KeyboardInterrupt):
         return EXIT_INTERRUPTED
     except click.ClickException as error:
@@ -107,6 +113,22 @@ def _message_of_surroundings(error: Exception) -> str | None:
         value = os.environ.get("NUMBA_NUM_THREADS")
         return f"NUMBA_NUM_THREADS is {value!r}. Expected: 1 or more."
     return None
+
+
+def _check_completion() -> None:
+    """Raise an error for a request of shell completion that click does not answer."""
+    request = os.environ.get(_COMPLETION)
+    if not request:
+        return
+    from click.shell_completion import get_completion_class
+
+    shell, _, instruction = request.partition("_")
+    answered = get_completion_class(shell) is not None and instruction in ("source", "complete")
+    if not answered or (instruction == "complete" and "COMP_WORDS" not in os.environ):
+        raise click.UsageError(
+            f"{_COMPLETION}={request!r} is not a request of shell completion. Use bash_source, "
+            "zsh_source or fish_source, or unset the variable."
+        )
 
 
 def _message_of(error: Exception) -> str | None:

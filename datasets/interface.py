@@ -1,6 +1,7 @@
 """Image sequence with ground truth, the interface between datasets and other packages."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Protocol, TypeAlias, overload
@@ -8,6 +9,7 @@ from typing import Any, Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.datasets.box_unit import find_other_unit, share_outside
 from trackmark.datasets.shapes import Shapes
 
 Array: TypeAlias = NDArray[np.float64]
@@ -16,6 +18,9 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 # maximum absolute coordinate of a ground-truth box [pixels], larger than any image
 MAX_COORDINATE = 1e7
+
+
+_MAX_OUTSIDE = 0.5  # median share of the boxes outside the images above which a remark is made
 
 
 class SequenceError(ValueError):
@@ -86,6 +91,9 @@ class Origin:
         Target or scene in words, as stated in the data.
     unread_files : tuple of str
         Files with flags per frame, such as `absent.txt`, that the reader of the format ignores.
+    first_pixel : int
+        Coordinate of the first pixel in the files of the data set, and so in result files of its
+        toolkits: 0 or 1. `Sequence.boxes` always count from 0.
     """
 
     format: str = ""
@@ -93,6 +101,7 @@ class Origin:
     citation: str = ""
     description: str = ""
     unread_files: tuple[str, ...] = ()
+    first_pixel: int = 0
 
 
 class Frames(Protocol):
@@ -130,6 +139,9 @@ class Sequence:
         Flags of the frames for which the ground truth states box or absence; by default all. Other
         frames are shown to trackers, but not scored: their boxes and regions become NaN, and they
         have no mask.
+    malformed : bool array of shape (n,), optional
+        Flags of the frames whose ground truth is a box without size that is not flagged as absence;
+        by default none. Their boxes are NaN. Presets of toolkits that score them do so, too.
     regions : mapping of str to array of shape (n, 4), optional
         Further ground-truth boxes by name (`full`, `tight`, …).
     visibility : array of shape (n,), optional
@@ -180,6 +192,7 @@ class Sequence:
         *,
         fingerprint: str | Callable[[], str],
         annotated: ArrayLike | None = None,
+        malformed: ArrayLike | None = None,
         regions: Mapping[str, ArrayLike] | None = None,
         visibility: ArrayLike | None = None,
         attributes: Mapping[str, ArrayLike] | None = None,
@@ -216,6 +229,8 @@ class Sequence:
         flags = np.full(n, boxes is not None) if annotated is None else annotated
         self.annotated: NDArray[np.bool_] = _frozen(flags, (n,), f"{name}: annotated", np.bool_)
         self.boxes: Array = self._annotated_rows(rows, f"{name}: boxes")
+        flags = np.zeros(n, np.bool_) if malformed is None else malformed
+        self.malformed: NDArray[np.bool_] = _frozen(flags, (n,), f"{name}: malformed", np.bool_)
         self._check_coordinates()
         self.images_beyond_truth = n_images - n
         self.regions: dict[str, Array] = {
@@ -320,6 +335,22 @@ class Sequence:
             remarks.append(f"ignored {images} after the ground truth.")
         if 0 < unknown < len(self):
             remarks.append(f"{unknown} of {len(self)} frames are not annotated and not scored.")
+        if n := int(self.malformed.sum()):
+            first = self.frame_name(int(self.malformed.argmax()))
+            remarks.append(
+                f"{n} row{'s' * (n > 1)} of the ground truth without a positive size (first for "
+                f"{first}) stand{'s' * (n == 1)} for absence; the metrics lasot and got10k score "
+                "such rows as their toolkits do."
+            )
+        if self.known_size is not None and self.present.any():
+            outside = share_outside(self.boxes[self.present], self.known_size)
+            if problem := self._unit_problem(self.known_size):
+                remarks.append(problem)
+            elif np.median(outside) > _MAX_OUTSIDE:
+                remarks.append(
+                    "most boxes lie outside the images. Check that the ground truth is in pixels "
+                    "of images of this size."
+                )
         if self.origin.unread_files:
             files = ", ".join(self.origin.unread_files)
             remarks.append(
@@ -366,12 +397,14 @@ class Sequence:
         Raises
         ------
         SequenceError
-            If there is no ground truth, or if the init box has no size or lies completely
-            outside its image.
+            If there is no ground truth, if its rows cannot be boxes in pixels, or if the init box
+            has no size or lies completely outside its image.
         """
         frame = self.first_frame
         x, y, width, height = self.boxes[frame].tolist()
         image_width, image_height = self.image_size
+        if problem := self._unit_problem(self.image_size):
+            raise SequenceError(f"{self.truth_source}: {problem}")
         if width <= 0.0 or height <= 0.0:
             problem = "has no size"
         elif lies_outside(self.boxes[frame], (image_width, image_height)):
@@ -390,6 +423,19 @@ class Sequence:
     def frame_name(self, frame: int) -> str:
         """Return the name of a frame in messages: its file name, or `frame i`."""
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
+
+    def _unit_problem(self, size: tuple[int, int]) -> str:
+        """Return why the ground truth cannot be boxes in pixels of such images; empty if it can."""
+        unit = find_other_unit(self.boxes, size)
+        if unit is None:
+            return ""
+        x, y, width, height = self.boxes[self.first_frame].tolist()
+        return (
+            f"the ground truth looks like {unit.name}; the box of "
+            f"{self.frame_name(self.first_frame)} is {x:g}, {y:g}, {width:g}, {height:g} (from 0) "
+            f"in an image of {size[0]}x{size[1]}. Expected: x, y, width, height in pixels. Convert "
+            f"all rows: {unit.remedy}."
+        )
 
     def _annotated_rows(self, rows: ArrayLike, label: str) -> Array:
         """Return boxes as a read-only array, with NaN rows in frames that are not annotated."""
@@ -419,6 +465,7 @@ class Sequence:
             self.boxes[frames],
             fingerprint=lambda: f"{self.fingerprint}{label}",
             annotated=self.annotated[frames],
+            malformed=self.malformed[frames],
             regions={key: rows[frames] for key, rows in self.regions.items()},
             visibility=self.visibility[frames],
             attributes={key: flags[frames] for key, flags in self.attributes.items()},
@@ -432,6 +479,36 @@ class Sequence:
             origin=self.origin,
             shapes=None if self.shapes is None else self.shapes[index],
         )
+
+
+class WithRemarks(Protocol):
+    """Sequence, or data on it, that has remarks."""
+
+    @property
+    def name(self) -> str:
+        """Canonical name of the sequence."""
+        ...
+
+    @property
+    def remarks(self) -> Collection[str]:
+        """See `Sequence.remarks`."""
+        ...
+
+
+def group_remarks(sequences: Iterable[WithRemarks]) -> list[str]:
+    """Return the remarks on several sequences, each with the name of its sequence.
+
+    Of remarks that differ only in their numbers, the first one is returned, with their number.
+    """
+    by_kind: dict[str, list[str]] = {}
+    for sequence in sequences:
+        for remark in sequence.remarks:
+            kind = re.sub(r"\d+", "", remark)
+            by_kind.setdefault(kind, []).append(f"{sequence.name}: {remark}")
+    return [
+        first + (f" {len(others)} more sequences like this." if others else "")
+        for first, *others in by_kind.values()
+    ]
 
 
 def lies_outside(box: ArrayLike, size: tuple[int, int]) -> bool:

@@ -20,6 +20,7 @@ _PADDED = re.compile(r"0[0-9]+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
 
 _MAX_FPS = 100_000.0
+_MAX_NEGATIVE = 0.1  # maximum share of rows with a negative size in a file of boxes
 
 
 def words(line: str) -> list[str]:
@@ -128,38 +129,38 @@ def frames_with_values(rows: int, images: SequenceOf[Path]) -> int:
     return len(images) if rows == 1 else rows
 
 
-def as_boxes(
-    rows: Array, path: Path, origin: float = 0.0, *, minus_is_absent: bool = False
-) -> Array:
+def as_boxes(rows: Array, path: Path, origin: float = 0.0, *, zero_is_absent: bool = True) -> Array:
     """Convert rows of a file to boxes in coordinates from 0; a NaN row means an absent target.
 
-    A box of size 0 means that the target is absent. In the first row, such a box is invalid; it is
-    kept, so that `Sequence.check_runnable` raises an error.
+    A box of size 0 means that the target is absent, unless the format has flags for this. Other
+    boxes without a positive size are malformed. They are kept: `recorded` counts them, and
+    `Sequence.check_runnable` refuses one in the first row.
 
     `rows`, shape (n, 4), are x, y, width and height. `path` is the file, for messages. `origin` is
-    the coordinate of the first pixel in the file. If `minus_is_absent`, a negative size also means
-    that the target is absent.
+    the coordinate of the first pixel in the file.
 
-    Raises `SequenceError` naming the line of a box of negative size.
+    Raises `SequenceError` naming a line if more than a tenth of the sizes are negative: then the
+    columns have another meaning.
     """
     boxes = rows - [origin, origin, 0.0, 0.0]
-    negative = np.asarray((boxes[:, 2:] < 0.0).any(axis=1))
-    negative[0] = False
+    negative = np.flatnonzero((boxes[:, 2:] < 0.0).any(axis=1))
+    if len(negative) > max(1.0, _MAX_NEGATIVE * len(boxes)):
+        raise SequenceError(
+            f"{path}: line {negative[0] + 1}: the box has a negative size, as {len(negative)} of "
+            f"{len(boxes)} rows. Expected: x, y, width, height in pixels."
+        )
     absent = np.asarray(np.isnan(boxes).any(axis=1))
-    absent[1:] |= (boxes[1:, 2:] == 0.0).any(axis=1)
-    if minus_is_absent:
-        absent |= negative
-    invalid = np.flatnonzero(negative & ~absent)
-    if len(invalid):
-        raise SequenceError(f"{path}: line {invalid[0] + 1}: the box has a negative size.")
+    if zero_is_absent:
+        sizes = boxes[:, 2:]
+        absent[1:] |= ((sizes == 0.0).any(axis=1) & (sizes >= 0.0).all(axis=1))[1:]
     boxes[absent] = nan
     return boxes
 
 
-def read_boxes(path: Path, origin: float = 0.0, *, minus_is_absent: bool = False) -> Array:
+def read_boxes(path: Path, origin: float = 0.0, *, zero_is_absent: bool = True) -> Array:
     """Read boxes from rows x, y, width, height; see `read_rows` and `as_boxes`."""
     rows = read_rows(path, {4}, "four numbers, x y width height")
-    return as_boxes(rows, path, origin, minus_is_absent=minus_is_absent)
+    return as_boxes(rows, path, origin, zero_is_absent=zero_is_absent)
 
 
 def read_integers(

@@ -66,8 +66,9 @@ def recorded(
 ) -> Sequence:
     """Return the sequence of recorded images.
 
-    If the ground truth has only one row, as in test sets, the sequence has all images, and the
-    other frames are not annotated. Otherwise the last row ends the sequence.
+    Boxes without a positive size are malformed: see `Sequence`. If the ground truth has only one
+    row, as in test sets, the sequence has all images, and the other frames are not annotated.
+    Otherwise the last row ends the sequence.
 
     Parameters
     ----------
@@ -94,10 +95,13 @@ def recorded(
     # Image files after the last ground-truth row are never read.
     read = files[:n]
 
+    boxes, malformed = (None, None) if truth is None else _split_malformed(truth.boxes)
+
     sequence = Sequence(
         name,
         frames,
-        None if truth is None else truth.boxes,
+        boxes,
+        malformed=malformed,
         fingerprint=lambda: _fingerprint(sequence, digests(read)),
         annotated=None if truth is None else truth.annotated_frames,
         visibility=None if truth is None else truth.visibility,
@@ -125,6 +129,17 @@ def recorded_images(
     names = [file.name for file in images]
     frames = ImageFiles(images)
     return recorded(name, frames, images, truth, truth_source, frame_names=names, **options)
+
+
+def _split_malformed(boxes: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return boxes with NaN rows in place of malformed ones, and the flags of the latter.
+
+    Malformed rows are finite boxes without a positive size, except in the first row:
+    `Sequence.check_runnable` refuses that one.
+    """
+    finite, sizeless = np.isfinite(boxes).all(axis=1), (boxes[:, 2:] <= 0.0).any(axis=1)
+    malformed = finite & sizeless & (np.arange(len(boxes)) > 0)
+    return np.where(malformed[:, None], np.nan, boxes), malformed
 
 
 def _has_one_row(truth: GroundTruth) -> bool:
@@ -157,6 +172,8 @@ def _fingerprint(sequence: Sequence, digests: SequenceOf[str]) -> str:
     # Without truth nothing is annotated; that is no statement of the ground truth.
     if 0 < sequence.annotated.sum() < len(sequence):
         digest.update(b"annotated\0" + sequence.annotated.tobytes())
+    if sequence.malformed.any():
+        digest.update(b"malformed\0" + sequence.malformed.tobytes())
     for tag, flags in sorted(sequence.attributes.items()):
         digest.update(tag.encode() + b"\0" + flags.tobytes())
     for file_digest in digests:

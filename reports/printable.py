@@ -4,25 +4,44 @@ Control characters in a text could move the cursor of a terminal, hide lines or 
 window. They are replaced by their numbers in the notation of JSON, which keeps a JSON text valid.
 """
 
+import os
 import re
 import shutil
 import textwrap
+from contextlib import suppress
+from typing import TextIO
 
 MAX_WIDTH = 80
 """Maximum number of terminal columns that tables and texts use."""
+
+_MIN_WIDTH = 20
+"""Minimum number of columns to which texts are wrapped; tables have at least 60."""
 
 # Characters that move or hide text: controls, marks of the writing direction, and surrogates, which
 # cannot be encoded (file names that are not UTF-8 contain them).
 _CONTROLS = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
 _LABEL = re.compile(r" *\S.{,40}?  +")
+_JSON_OR_CELLS = re.compile(r"[{\[]|.*\S {2,}\S.*\S {2,}\S")
 _NONCHARACTER = re.compile("[\ufffe\uffff]")
 _CONTROL = re.compile(f"[{_CONTROLS}]")
 _CONTROL_OR_BREAK = re.compile(rf"[{_CONTROLS}\t\n\u2028\u2029]")
 
 
 def width() -> int:
-    """Return the columns of the terminal, from 60 to `MAX_WIDTH`; `MAX_WIDTH` without terminal."""
-    return max(60, min(MAX_WIDTH, shutil.get_terminal_size((MAX_WIDTH, 24)).columns))
+    """Return the columns for tables: those of the terminal, from 60 to `MAX_WIDTH`."""
+    return max(60, min(MAX_WIDTH, columns()))
+
+
+def columns(stream: TextIO | None = None) -> int:
+    """Return the columns of the terminal of a stream, by default standard output, or `MAX_WIDTH`.
+
+    The environment variable `COLUMNS` takes precedence.
+    """
+    number = shutil.get_terminal_size((0, 0)).columns
+    if not number and stream is not None:
+        with suppress(OSError, ValueError):  # no terminal, or closed
+            number = os.get_terminal_size(stream.fileno()).columns
+    return number or MAX_WIDTH
 
 
 def printable(text: str) -> str:
@@ -52,21 +71,43 @@ def to_xml(text: str) -> str:
     return _NONCHARACTER.sub(_number, printable(text))
 
 
-def wrap(text: str) -> str:
-    """Wrap a text to `width()` columns without breaking names and numbers.
+def wrap(text: str, stream: TextIO | None = None) -> str:
+    """Wrap a text to the terminal, at most `MAX_WIDTH`, without breaking names and numbers.
 
-    A text after a label and two spaces is indented to the right of the label.
+    The text is indented like its first line. A text after a label and two spaces is indented to the
+    right of the label. `stream`: as in `columns`.
     """
+    return _wrap_longer_lines(text, MAX_WIDTH, columns(stream))
+
+
+def wrap_cut_lines(text: str) -> str:
+    """Wrap lines that the terminal would cut in the middle of a word.
+
+    JSON and rows of tables are kept: wrapped cells would stand below other cells.
+    """
+    return _wrap_longer_lines(text, columns(), columns(), but=_JSON_OR_CELLS)
+
+
+def _wrap_longer_lines(
+    text: str, limit: int, available: int, but: re.Pattern[str] | None = None
+) -> str:
+    text_width = max(_MIN_WIDTH, min(MAX_WIDTH, available))
+    limit = min(limit, available)
     return "\n".join(
-        line if len(line) <= width() else _fill(line, _LABEL.match(line))
+        line if len(line) <= limit or (but and but.match(line)) else _fill(line, text_width)
         for line in text.split("\n")
     )
 
 
-def _fill(line: str, label: re.Match[str] | None) -> str:
-    indent = " " * len(label[0] if label else "")
+def _fill(line: str, text_width: int) -> str:
+    label = _LABEL.match(line)
+    start = label[0] if label else line[: len(line) - len(line.lstrip())]
     return textwrap.fill(
-        line, width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        line,
+        text_width,
+        subsequent_indent=" " * min(len(start), text_width // 2),
+        break_long_words=False,
+        break_on_hyphens=False,
     )
 
 

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import time
 from base64 import b64decode
+from contextlib import contextmanager
 
 import pytest
 
@@ -56,10 +57,36 @@ class Browser:
             target for target in self.call("Target.getTargets")["targetInfos"]
             if target["type"] == "page"
         ]  # fmt: skip
-        attached = self.call("Target.attachToTarget", targetId=page["targetId"], flatten=True)
+        self._attach(page["targetId"])
+        self._first = self._session
+
+    def _attach(self, target):
+        attached = self.call("Target.attachToTarget", targetId=target, flatten=True)
         self._session = attached["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
+
+    @contextmanager
+    def other_tab(self):
+        """Within the context, control another page; it stays open until the context ends."""
+        self._session = None
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self._attach(target)
+        try:
+            yield
+        finally:
+            self._session = None
+            self.call("Target.closeTarget", targetId=target)
+            self._session = self._first
+
+    @contextmanager
+    def first_tab(self):
+        """Within the context of `other_tab`, control the first page."""
+        other, self._session = self._session, self._first
+        try:
+            yield
+        finally:
+            self._session = other
 
     def close(self):
         self._session = None
@@ -108,9 +135,8 @@ class Browser:
                     "method": "Page.handleJavaScriptDialog",
                     "params": {"accept": True},
                 }
-                os.write(
-                    self._in, json.dumps(accept | {"sessionId": self._session}).encode() + b"\0"
-                )
+                session = {"sessionId": message["sessionId"]}
+                os.write(self._in, json.dumps(accept | session).encode() + b"\0")
             if method == "Network.requestWillBeSent":
                 url = message["params"]["request"]["url"]
                 if not url.startswith(("data:", "blob:", "file:", "about:")):

@@ -58,7 +58,7 @@ def execute_runs(
     `on_row`: called with the row of each run. `progress`: progress of several executions,
     which expects the runs of this execution. `temporary`: the caller removes the results folder, so
     Ctrl-C prints nothing. Raises `SequenceError` if a sequence cannot be read. With `keep_errors`,
-    the caller calls `execution.raise_errors`.
+    the message is only added to `execution.errors`.
     """
     try:
         with ExitStack() as stack:

@@ -50,7 +50,7 @@ def store_imported(
     """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
 
-    by_sequence = open_sequences(matching_sequences(sequences), folder)
+    by_sequence = open_sequences(matching_sequences(sequences), folder, print_message)
     number = import_results(imported, by_sequence, folder, print_message)
     score_stored_runs(folder)
     return number

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from trackmark.bench.commands._progress import patience, silence_progress
 from trackmark.bench.experiments.experiment import (
@@ -144,6 +145,8 @@ def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
         kind = click.IntRange(minimum) if annotation is int else FiniteRange(minimum)
     elif kind is None:
         kind = click.Path(path_type=Path) if annotation is Path else annotation
+    if kind is str:
+        settings["shell_complete"] = _complete_file
     if "help" not in settings:
         return click.argument(field.name, type=kind, **settings)
     if annotation is bool:
@@ -157,6 +160,13 @@ def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
         settings.setdefault("metavar", "INTEGER" if annotation is int else "FLOAT")
     arguments = (*(names or [name]), field.name)
     return click.option(*arguments, cls=GroupedOption, type=kind, **settings)
+
+
+def _complete_file(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Let the shell complete the name of a file: most texts can be paths."""
+    return [CompletionItem(incomplete, type="file")]
 
 
 def _presets(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
@@ -310,14 +320,15 @@ def split_list(text: str) -> list[str]:
 def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSource, ...]:
     """Return the distinct sequences of a comma-separated list of names, paths and patterns.
 
+    Items such as `!Board` or `!car*` exclude sequences, also incomplete ones in a folder.
+
     Raises `SequenceError` for a pattern without match, and `ExperimentError` if `truth` is given
     for more or fewer than one sequence.
     """
-    from trackmark import datasets
+    from trackmark.datasets.selection import select_sequences
 
     with patience("Looking for sequences"):
-        names = [name for item in split_list(text) for name in datasets.matching(item)]
-    names = list(dict.fromkeys(names))
+        names = select_sequences(split_list(text))
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSource(name, truth) for name in names)

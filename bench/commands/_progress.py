@@ -1,6 +1,7 @@
 """Progress of long work: a bar in a terminal, complete lines that start with the time elsewhere."""
 
 import logging
+import os
 import sys
 import threading
 import time
@@ -12,7 +13,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import click
 
-from trackmark.bench.commands._terminal import progress_outlet
+from trackmark.bench.commands._terminal import Outlet, below_messages, progress_outlet
+from trackmark.reports.printable import columns
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
@@ -26,6 +28,9 @@ INTERVAL = 60.0
 
 _MAX_FAILURES = 3
 """Maximum number of failed runs that progress names; later ones are only counted."""
+
+_BAR_COLUMNS = 60
+"""Minimum number of columns for a bar next to the counts of runs."""
 
 _MIN_SHARE = 0.02
 """Minimum share of the work for an estimate of the time left."""
@@ -83,7 +88,9 @@ def print_event(kind: str, text: str) -> None:
 
 
 def _in_terminal() -> bool:
-    return sys.stderr is not None and sys.stderr.isatty()
+    """Return whether standard error is a terminal that can draw a bar."""
+    can_draw = os.environ.get("TERM") != "dumb"
+    return can_draw and sys.stderr is not None and sys.stderr.isatty()
 
 
 def duration(seconds: float) -> str:
@@ -143,23 +150,29 @@ class Progress(Protocol):
 
 @contextmanager
 def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
-    """Show a bar with the time left in a terminal, and lines of `patience` elsewhere."""
+    """Show a bar with the time left in a terminal, and lines of `patience` elsewhere.
+
+    A terminal has one bar at a time: within another bar, there are lines.
+    """
     from tqdm import tqdm
 
-    hidden = True if _Screen.quiet else None  # None: unless standard error is a terminal
+    hidden = _Screen.quiet or not _in_terminal() or Outlet.bar is not None
     with (
         tqdm(
             total=total,
             desc=work,
             file=progress_outlet(),
-            unit=unit,
-            unit_scale=True,
+            bar_format="{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} "
+            f"{unit}s, {{remaining}} left",
             disable=hidden,
             delay=1.0,
+            dynamic_ncols=True,
         ) as bar,
         ExitStack() as lines,
     ):
-        count = lines.enter_context(patience(work)) if bar.disable else None
+        count = lines.enter_context(patience(work)) if hidden else None
+        if not hidden:
+            lines.enter_context(below_messages(bar))
 
         def update(done: int, total: int | None = None) -> None:
             bar.total = total or bar.total
@@ -219,9 +232,15 @@ class RunProgress:
         if _in_terminal():
             from tqdm import tqdm
 
-            form = "[{bar:20}] {desc}"
-            bar = tqdm(total=self._work, file=progress_outlet(), bar_format=form, ascii=".#")
+            bar = tqdm(
+                total=self._work,
+                file=progress_outlet(),
+                bar_format="[{bar:20}] {desc}" if columns(sys.stderr) >= _BAR_COLUMNS else "{desc}",
+                ascii=".#",
+                dynamic_ncols=True,
+            )
             self._bar = self._stack.enter_context(bar)
+            self._stack.enter_context(below_messages(bar))
             self._show()
         else:
             thread = threading.Thread(target=self._print_lines, daemon=True)
@@ -236,6 +255,7 @@ class RunProgress:
     def add(self, row: Mapping[str, Any]) -> None:
         """Count a run that has ended; print its failure, if any."""
         self._done += 1
+        self._show()
         if row["status"] != "failed":
             return
         self._failed += 1
@@ -243,8 +263,6 @@ class RunProgress:
         text = f"{row['tracker']} on {row['sequence']}, {reason}"
         if len(self._failures) < _MAX_FAILURES and text not in self._failures:
             self._failures.append(text)
-            if self._bar is not None:
-                self._bar.clear()
             if not _Screen.quiet:
                 print_event("FAILED", f"FAILED  {text}" if _in_terminal() else text)
 

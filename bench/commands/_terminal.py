@@ -3,27 +3,36 @@
 import os
 import signal
 import sys
+import threading
+from _thread import interrupt_main
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from functools import partial
 from io import TextIOBase, TextIOWrapper
-from typing import TextIO, cast
+from typing import Any, ClassVar, TextIO, cast
 
 import click
 
-from trackmark.reports.printable import printable, wrap
+from trackmark.reports.printable import printable, wrap, wrap_cut_lines
 
 MAX_LINE = 1000
 """Maximum length of a printed line of a message [characters]."""
+
+_INTERRUPT_DELAY = 0.01
+"""Time after which an ignored Ctrl-C is repeated [s]."""
 
 
 class Outlet(TextIOBase):
     """Replacement of standard output or error.
 
     After a write error the remaining output is dropped and the work continues. The error is printed
-    unless the reader has closed a pipe.
+    unless the reader has closed a pipe. In a terminal, texts are written above the progress bar.
 
     `through`: the replaced stream. `clean`: function that is applied to texts.
     """
+
+    bar: ClassVar[Any] = None  # bar of tqdm in the last line of the terminal, or None
+    line_ended: ClassVar[bool] = True  # whether the last text of a terminal ended with its line
 
     def __init__(self, through: TextIO, clean: Callable[[str], str] = printable) -> None:
         self.through = through
@@ -36,11 +45,32 @@ class Outlet(TextIOBase):
         """Return True."""
         return True
 
-    def write(self, text: str, /) -> int:
-        """Clean the text and pass it on."""
-        cleaned = self._clean(text)
-        self._attempt(lambda: self.through.write(cleaned))
+    def write(self, text: str | bytes, /) -> int:
+        """Clean the text and pass it on; click writes the texts of shell completion as bytes."""
+        cleaned = self._clean(text if isinstance(text, str) else text.decode())
+        with self._above_bar(cleaned):
+            self._attempt(lambda: self.through.write(cleaned))
         return len(text)
+
+    @contextmanager
+    def _above_bar(self, text: str) -> Iterator[None]:
+        """Remove the progress bar from its line, and draw it below the text."""
+        bar = Outlet.bar
+        if not text or not self.isatty():
+            yield
+            return
+        with ExitStack() as locked:
+            # tqdm draws a bar with a delay later, or never.
+            drawn = bar is not None and bar.last_print_t >= bar.start_t + bar.delay
+            if drawn:
+                locked.enter_context(bar.get_lock())
+                if Outlet.line_ended:
+                    bar.clear(nolock=True)
+            yield
+            Outlet.line_ended = text.endswith("\n")
+            if drawn and Outlet.line_ended:
+                self.flush()
+                bar.refresh(nolock=True)
 
     def flush(self) -> None:
         """Write the buffered text."""
@@ -93,24 +123,66 @@ def _shortened(text: str) -> str:
 
 def _in_columns(text: str) -> str:
     """Return a message in lines of the terminal's width."""
-    return wrap(_shortened(text))
+    return wrap(_shortened(text), sys.stderr)
+
+
+def _uncut(text: str) -> str:
+    """Return a text for standard output in lines that the terminal does not cut within words."""
+    return wrap_cut_lines(printable(text))
 
 
 @contextmanager
 def outlets() -> Iterator[Outlet | None]:
     """Replace standard output and error; yield the outlet of the output, if it is open."""
-    out = None if sys.stdout is None else Outlet(sys.stdout)
-    err = None
+    out = err = None
+    if sys.stdout is not None:
+        out = Outlet(sys.stdout, _uncut if sys.stdout.isatty() else printable)
     if sys.stderr is not None:
         err = Outlet(sys.stderr, _in_columns if sys.stderr.isatty() else _shortened)
-    with redirect_stdout(cast("TextIO", out)), redirect_stderr(cast("TextIO", err)):
+    with (
+        redirect_stdout(cast("TextIO", out)),
+        redirect_stderr(cast("TextIO", err)),
+        _without_colours(),
+    ):
         yield out
 
 
+@contextmanager
+def _without_colours() -> Iterator[None]:
+    """Let Python and other packages print no colours, which the outlets would escape."""
+    before = os.environ.get("NO_COLOR")
+    os.environ["NO_COLOR"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["NO_COLOR"]
+        else:
+            os.environ["NO_COLOR"] = before
+
+
+class _BarOutlet(Outlet):
+    """Standard error without escaping, for the control characters of a progress bar."""
+
+    @contextmanager
+    def _above_bar(self, text: str) -> Iterator[None]:
+        yield
+
+
 def progress_outlet() -> TextIO:
-    """Return standard error without escaping, for the control characters of a progress bar."""
+    """Return the stream of a progress bar."""
     real = sys.stderr.through if isinstance(sys.stderr, Outlet) else sys.stderr
-    return cast("TextIO", Outlet(real, str))
+    return cast("TextIO", _BarOutlet(real, str))
+
+
+@contextmanager
+def below_messages(bar: Any) -> Iterator[None]:
+    """Keep a progress bar below all messages of the command within the context."""
+    Outlet.bar = bar
+    try:
+        yield
+    finally:
+        Outlet.bar = None
 
 
 @contextmanager
@@ -119,11 +191,36 @@ def interruptible() -> Iterator[None]:
 
     Outside the context, Ctrl-C ends the process immediately and prints no traceback.
     """
-    before = signal.getsignal(signal.SIGINT)
+    before, hook = signal.getsignal(signal.SIGINT), sys.unraisablehook
     if before is signal.SIG_DFL:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.unraisablehook = partial(_repeat_interrupt, hook)
     try:
         yield
     finally:
+        sys.unraisablehook = hook
         if before is signal.SIG_DFL:
             signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _repeat_interrupt(
+    hook: Callable[["sys.UnraisableHookArgs"], object], unraisable: "sys.UnraisableHookArgs"
+) -> None:
+    """Repeat a Ctrl-C that was raised where Python ignores exceptions, as in callbacks of LLVM."""
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        timer = threading.Timer(_INTERRUPT_DELAY, interrupt_main)
+        timer.daemon = True
+        timer.start()
+    else:
+        hook(unraisable)
+
+
+def confirm(question: str) -> None:
+    """Ask a question; raise `click.Abort` unless the answer is yes."""
+    if sys.stdin is None or sys.stdout is None:
+        raise click.UsageError("the question cannot be answered without a terminal. Add --yes.")
+    try:
+        click.confirm(question, abort=True)
+    except click.Abort:
+        click.echo()  # ends the line of the question
+        raise

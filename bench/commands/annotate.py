@@ -16,14 +16,14 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._output_files import check_outputs
-from trackmark.bench.commands._progress import patience
+from trackmark.bench.commands._progress import patience, print_event
 from trackmark.bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from trackmark.bench.commands._box_picker import Drawing
+    from trackmark.bench.commands._drawing import Drawing
     from trackmark.datasets import Sequence
     from trackmark.datasets.truth_file import GroundTruth
 
@@ -68,7 +68,8 @@ def command(options: AnnotateOptions) -> None:
 
     With --pick, draw, move and resize boxes in a browser, which opens if there is a display.
     Otherwise open the printed address, from another machine through a tunnel (ssh -L). Unsaved
-    changes are kept next to the file, in FILE.draft; the next --pick loads them.
+    changes are kept next to the file, in FILE.draft; the next --pick loads them. Boxes that another
+    tab or another program has changed meanwhile are not overwritten without your choice.
 
     For example:
       trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80
@@ -77,7 +78,7 @@ def command(options: AnnotateOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark import datasets
-    from trackmark.bench.commands._box_picker import BoxPicker, Drawing, read_draft
+    from trackmark.bench.commands._drawing import Drawing
     from trackmark.datasets import truth_file
     from trackmark.datasets.annotation import check_marks
     from trackmark.reports.files import write_file
@@ -93,7 +94,11 @@ def command(options: AnnotateOptions) -> None:
     default = video / "truth.csv" if video.is_dir() else video.with_suffix(".csv")
     target = options.output or default
     height, width = sequence[0].shape[:2]
-    check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
+
+    def check(drawing: Drawing) -> None:
+        check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
+
+    check(drawing)
     if not options.pick:
         truth = _truth(drawing, len(sequence), (width, height))
     _check_target(target, replace=options.force or options.pick)
@@ -111,15 +116,20 @@ def command(options: AnnotateOptions) -> None:
         write_file(target, lambda file: truth_file.write(file, truth, comments))
 
     if options.pick:
-        saved, draft = Drawing(), target.with_name(f"{target.name}.draft")
+        from trackmark.bench.commands._box_picker import BoxPicker
+        from trackmark.bench.commands._drawing import DrawingFiles
+
+        identity = f"{video.name}, {len(sequence)} frames of {width}x{height} px"
+        files = DrawingFiles(
+            target, identity, check=check, read=lambda: _read_drawing(target), write=save
+        )
+        note = files.load(drawing, replace=options.force)
+        if note:
+            print_event("note", note)
         if target.exists() and not options.force:
-            saved = _read_drawing(target)
             comments = re.findall("(?m)^# ?(.*)", truth_file.read_text(target))
             notes = notes or [text for text in comments if not text.startswith(OPENINGS)]
-        start = saved if options.force else read_draft(draft) or saved
-        drawing = Drawing(boxes=start.boxes | boxes, absent=start.absent + drawing.absent)
-        check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
-        with BoxPicker(sequence, target, draft, saved, drawing, save) as picker:
+        with BoxPicker(sequence, files, note) as picker:
             drawing = picker.run()
         truth = _truth(drawing, len(sequence), (width, height))
     strip = target.with_name(f"{target.stem}-check.png")
@@ -127,6 +137,7 @@ def command(options: AnnotateOptions) -> None:
         strip = video.resolve().with_name(f"{video.resolve().name}-check.png")
     picture = _check_strip(sequence, truth, f"{strip.stem}: check that every box fits")
     if not options.pick:
+        _check_target(target, replace=options.force)  # another program can have written it
         save(drawing)
     write_film_strip(strip, picture)
     sources = list(truth.sources or ())
@@ -157,7 +168,7 @@ def _read_drawing(file: Path) -> "Drawing":
     """Return key frames and frames without target of a ground-truth file."""
     import numpy as np
 
-    from trackmark.bench.commands._box_picker import Drawing
+    from trackmark.bench.commands._drawing import Drawing
     from trackmark.datasets import truth_file
 
     truth = truth_file.read(file)

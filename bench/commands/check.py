@@ -71,7 +71,7 @@ class CheckOptions(ScreenOptions, EngineOptions):
         default="*",
     )
     sequences: str = selection_option(
-        "Check only sequences with these comma-separated names or patterns.",
+        "Check only sequences with these comma-separated names or patterns; !NAME leaves one out.",
         metavar="PATTERNS",
         default="*",
     )
@@ -239,7 +239,14 @@ def _first_names(names: Collection[str]) -> str:
 
 
 def _fits(patterns: Sequence[str], *names: str) -> bool:
-    return any(name == text or fnmatchcase(name, text) for text in patterns for name in names)
+    """Return whether a name matches a pattern, and none matches a pattern after `!`."""
+
+    def matches(pattern: str) -> bool:
+        return any(name == pattern or fnmatchcase(name, pattern) for name in names)
+
+    excluded = [text.removeprefix("!") for text in patterns if text.startswith("!")]
+    selecting = [text for text in patterns if not text.startswith("!")] or ["*"]
+    return any(map(matches, selecting)) and not any(map(matches, excluded))
 
 
 def _with_canonical_names(texts: Sequence[str]) -> list[str]:

@@ -32,6 +32,7 @@ from trackmark.bench.commands._progress import (
     progress_bar,
     score_stored_runs,
 )
+from trackmark.bench.commands._terminal import confirm
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trace
@@ -187,7 +188,7 @@ def remove(options: RemoveOptions) -> None:
         click.echo("No run matches; nothing was removed.")
         return
     if not options.yes:
-        click.confirm(f"Remove {number} runs from {options.folder}?", abort=True)
+        confirm(f"Remove {number} runs from {options.folder}?")
     for experiment, cells in selected.items():
         Results(experiment).remove(cells)
     click.echo(f"Removed {number} runs.")
@@ -338,7 +339,7 @@ class ExportOptions:
     tracker: str = selection_option("Only trackers that match this pattern.", default="*")
     sequence: str = selection_option("Only sequences that match this pattern.", default="*")
     origin: int | None = output_option(
-        "Coordinate of the first pixel, 0 or 1.  [default: set by the format]",
+        "Coordinate of the first pixel, 0 or 1.  [default: as in the files of the data set]",
         "--from",
         metavar="INTEGER",
         type=click.IntRange(0, 1),

@@ -1,7 +1,6 @@
 """Run trackers on sequences and store the results."""
 
 import json
-import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -62,7 +61,8 @@ class RunOptions(ScreenOptions, EngineOptions):
         metavar="TRACKERS",
     )
     sequences: str | None = option(
-        "Comma-separated names, paths, folders or patterns with * and ?.", metavar="SEQUENCES"
+        "Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
+        metavar="SEQUENCES",
     )
     truth: Path | None = truth_option()
     seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
@@ -154,6 +154,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.layout import run_key
     from trackmark.datasets import SequenceError
+    from trackmark.trackers import TrackerError
 
     as_json = options.as_json
     print_remarks(execution)
@@ -171,11 +172,10 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         )
     execute_runs(execution, print_row, keep_errors=True)
     rows, now, state = stored_runs(execution)
-    failed, is_incomplete = now.count(State.FAILED), False
+    failed = now.count(State.FAILED)
     try:
         execution.raise_errors()
-    except SequenceError as error:
-        is_incomplete = True
+    except (SequenceError, TrackerError) as error:
         for line in str(error).splitlines():
             complain(line)
     if as_json:
@@ -193,7 +193,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             _print_hints(execution)
         if options.verbose:
             _print_details(execution)
-    if is_incomplete:
+    if execution.errors or execution.tracker_errors:
         return EXIT_WRONG_INPUT
     return EXIT_NEGATIVE if failed else 0
 
@@ -214,18 +214,11 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
 
 
 def print_remarks(execution: "Execution") -> None:
-    """Print which images, frames and files of sequences are not read or not scored.
+    """Print which images, frames and files of sequences are not read or not scored."""
+    from trackmark.datasets.interface import group_remarks
 
-    Remarks that differ only in their numbers are printed for the first sequence.
-    """
-    by_kind: dict[str, list[str]] = {}
-    for sequence in execution.plan.sequences:
-        for remark in sequence.remarks:
-            kind = re.sub(r"\d+", "", remark)
-            by_kind.setdefault(kind, []).append(f"{sequence.name}: {remark}")
-    for first, *others in by_kind.values():
-        more = f" {len(others)} more sequences like this." if others else ""
-        print_event("warning", first + more)
+    for text in group_remarks(execution.plan.sequences):
+        print_event("warning", text)
 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
@@ -274,17 +267,21 @@ def _print_hints(execution: "Execution") -> None:
 
 
 def _print_details(execution: "Execution") -> None:
-    """Print the end of what each tracker printed in its first run."""
+    """Print the end of what each tracker printed in the first run in which it printed anything."""
     from trackmark.bench.store.results import Results
 
     results, cells = Results(execution.folder), execution.plan.manifest().versions
-    stored, trackers = set(results.list_keys()), set[str]()
+    stored = set(results.list_keys())
+    printed = dict.fromkeys((cell[0] for cell in cells if cell in stored), False)
     for cell in cells:
-        if cell in stored and cell[0] not in trackers:
-            trackers.add(cell[0])
-            if lines := results.read(cell).output.splitlines():
-                click.echo(f"Output of {cell[0]} on {cell[1]}:")
-                click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
+        if cell not in stored or printed[cell[0]]:
+            continue
+        if lines := results.read(cell).output.splitlines():
+            printed[cell[0]] = True
+            click.echo(f"Output of {cell[0]} on {cell[1]}:")
+            click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
+    if silent := [label for label, has_output in printed.items() if not has_output]:
+        click.echo(f"Trackers that printed nothing: {', '.join(silent)}.")
 
 
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:

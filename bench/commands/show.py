@@ -183,8 +183,8 @@ def _draw(
     with progress_bar("Drawing frames", len(frames), "frame") as progress:
 
         def images() -> Any:
-            for done, number in enumerate(frames):
-                progress(done)
+            for done, number in enumerate(frames, 1):
                 yield number, sequence[number]
+                progress(done)
 
         write_video(output, images(), boxes, sequence.fps, lines)

@@ -26,9 +26,9 @@ from trackmark.bench.engine.work_unit import (
     Entry,
     Failure,
     Limits,
-    PlanMismatchError,
     Request,
     Unit,
+    UnusableTrackerError,
 )
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
@@ -153,10 +153,10 @@ class Worker:
             return self._failure(_CHANNEL_CLOSED)
         if "machine" in answer:
             raise MachineError(answer["machine"])
+        if "unusable" in answer:
+            raise UnusableTrackerError(answer["unusable"])
         if "error" in answer:
             raise SequenceError(answer["error"])
-        if "mismatch" in answer:
-            raise PlanMismatchError(answer["mismatch"])
         if "defect" in answer:
             raise RuntimeError(f"a defect of trackmark: {answer['defect']}")
         if "harm" in answer:

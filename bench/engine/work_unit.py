@@ -9,13 +9,6 @@ from trackmark.bench.experiments.experiment import ExperimentError, SequenceSour
 from trackmark.datasets import SequenceError
 
 
-class PlanMismatchError(SequenceError):
-    """Error of runs that differ from their plan; the sequence itself can be read.
-
-    For example, a worker process cannot import a tracker, or a file has changed meanwhile.
-    """
-
-
 class Entry(NamedTuple):
     """Run of a unit."""
 
@@ -53,6 +46,10 @@ class Unit:
         parts = min(parts, len(self.entries))
         bounds = [len(self.entries) * i // parts for i in range(parts + 1)]
         return [replace(self, entries=self.entries[start:stop]) for start, stop in pairwise(bounds)]
+
+
+class UnusableTrackerError(SequenceError):
+    """Error of a tracker that a worker process cannot create as it was planned."""
 
 
 LEAST_MEMORY = 512_000_000

@@ -30,7 +30,7 @@ from trackmark.bench.engine.process_state import (
     limit_memory,
 )
 from trackmark.bench.engine.stack_trace import select_line
-from trackmark.bench.engine.work_unit import Entry, Failure, PlanMismatchError, Request, Unit
+from trackmark.bench.engine.work_unit import Entry, Failure, Request, Unit, UnusableTrackerError
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.recorder import (
@@ -103,9 +103,8 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
     """Return the result of a request, or an error.
 
     An error has one key: `machine` (message, for a full disk), `harm` (reason, if a tracker may be
-    the cause), `error` (message, for an error of the sequence), `mismatch` (message of a
-    `PlanMismatchError`) or `defect` (traceback of a defect of the harness). `used` is whether
-    trackers were called in this process before.
+    the cause), `error` (message, for an error of the sequence) or `defect` (traceback of a defect
+    of the harness). `used` is whether trackers were called in this process before.
     """
     try:
         if request.failure:
@@ -122,7 +121,7 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
             return {"harm": _NO_MEMORY}
         if called and not can_open_files():
             return {"harm": "it opened all files that its process may open"}
-        kind = "mismatch" if isinstance(error, PlanMismatchError) else "error"
+        kind = "unusable" if isinstance(error, UnusableTrackerError) else "error"
         return {kind: str(error)}
     except NotAttributableError as error:
         return {"harm": str(error)}
@@ -142,9 +141,9 @@ def _answer(request: Request, heartbeat: Heartbeat, used: bool) -> dict[str, Any
 def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) -> list[Run]:
     """Return the runs of a unit, in the order of its entries.
 
-    Raises `SequenceError` if the sequence cannot be read to its end, `PlanMismatchError` if the
-    sequence or a tracker differs from the plan, and `NotAttributableError` if one of several
-    trackers harms the process.
+    Raises `SequenceError` if the sequence cannot be read to its end, or if the sequence or a
+    tracker differs from the plan. Raises `NotAttributableError` if one of several trackers harms
+    the process.
     """
     sequence, trackers = _open(unit)
     before = ProcessState.current()
@@ -194,17 +193,17 @@ def record_failure(unit: Unit, failure: Failure) -> Run:
 def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec]]:
     """Return the sequence of a unit, and the trackers in the order of its entries.
 
-    Raises `SequenceError` if the sequence cannot be opened. Raises `PlanMismatchError` if a tracker
-    cannot be opened, or if one of them differs from the plan.
+    Raises `SequenceError` if the sequence cannot be opened or has changed since the plan, and
+    `UnusableTrackerError` if a tracker cannot be created as planned.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     texts = [entry.tracker for entry in unit.entries]
     try:
         chosen = parse_trackers(texts)
     except ExternalTrackerError as error:  # its process ran when the runs were planned
-        raise PlanMismatchError(str(error)) from None
+        raise UnusableTrackerError(str(error)) from None
     except (TrackerError, OSError) as error:
-        raise PlanMismatchError(
+        raise UnusableTrackerError(
             f"{str(error).removesuffix('.')}. This happens in a worker process, which imports the "
             "file again."
         ) from None
@@ -213,12 +212,12 @@ def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec]]:
         identity = run_identity(tracker, sequence, entry.repetition, unit.protocol)
         if identity.version != entry.version:
             problem = _difference(entry, identity)
-            raise PlanMismatchError(problem) if problem else _changed(entry.tracker, sequence)
+            raise UnusableTrackerError(problem) if problem else _changed(entry.tracker, sequence)
     return sequence, trackers
 
 
 def _check_unchanged(unit: Unit) -> None:
-    """Raise `PlanMismatchError` if the sequence or a tracker has changed since `_open`."""
+    """Raise `SequenceError` if the sequence or a tracker has changed since `_open`."""
     try:
         _open(unit)
     except SequenceError:
@@ -227,8 +226,8 @@ def _check_unchanged(unit: Unit) -> None:
         raise _changed(", ".join(texts), sequence) from None
 
 
-def _changed(tracker: str, sequence: Sequence) -> PlanMismatchError:
-    return PlanMismatchError(
+def _changed(tracker: str, sequence: Sequence) -> SequenceError:
+    return SequenceError(
         f"{tracker} on {sequence.name}: the tracker or the sequence changed during its runs, "
         "which were not stored. Run the same command again."
     )

@@ -27,6 +27,11 @@ class RegionGroundTruth:
         return self.origin.annotated
 
     @property
+    def malformed(self) -> NDArray[np.bool_]:
+        """Frames with malformed ground truth; see `GroundTruthLike`."""
+        return self.origin.malformed
+
+    @property
     def image_size(self) -> tuple[int, int] | None:
         """Width and height of the images; None if unknown."""
         size: tuple[int, int] | None = getattr(self.origin, "image_size", None)

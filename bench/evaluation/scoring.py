@@ -54,6 +54,8 @@ def score_run(
             "the tracker again."
         )
     init = select_ground_truth(scored, run.identity.init, run.identity.sequence)
+    if n := int(run.circumstances.get("unscored_frames", 0)):
+        init = _without_last(init, n)
     chosen = metrics_preset(preset)
     if not can_score(preset, run.identity.protocol):
         names = [
@@ -112,7 +114,18 @@ def _select_frames(truth: GroundTruthLike, frames: NDArray[Any]) -> GroundTruthA
         getattr(truth, "image_size", None),
         None if shapes is None else shapes[int(frames[0]) :: step],
         annotated=np.broadcast_to(truth.annotated, len(truth.boxes))[frames],
+        malformed=np.broadcast_to(truth.malformed, len(truth.boxes))[frames],
     )
+
+
+def _without_last(truth: GroundTruthLike, n: int) -> GroundTruthArrays:
+    """Return the ground truth with the last n frames not annotated, and thus not scored.
+
+    Toolkits score imported results of fewer rows in this way.
+    """
+    frames = np.arange(len(truth.boxes))
+    selected = _select_frames(truth, frames)
+    return replace(selected, annotated=selected.annotated & (frames < len(frames) - n))
 
 
 def score(

@@ -1,7 +1,7 @@
 """Export of stored runs for other toolkits: one folder per tracker, in one result format."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import partial
@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.exchange import format_names, load_format
-from trackmark.bench.exchange.result_format import ExchangeError, ResultRows, file_name
+from trackmark.bench.exchange.names import file_name
+from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.truth import read_truth
 from trackmark.reports.files import write_file
 
 
@@ -39,7 +41,7 @@ def export_results(
 
     `target`: folder for one subfolder per tracker. `on_message`: called with sentences on the
     content of the format and on omitted runs. `tracker`, `sequence`: patterns. `origin`: number of
-    the first pixel, by default that of the format. `force`: replace existing files; by default
+    the first pixel, by default that of each data set. `force`: replace existing files; by default
     nothing is written if a file exists.
 
     Raises `ExchangeError` or `ProtocolError` if no run matches, two runs would share a file, a file
@@ -47,7 +49,6 @@ def export_results(
     or `OSError` if a file cannot be read or written.
     """
     result_format, results = load_format(format_name), Results(experiment)
-    origin = result_format.origin if origin is None else origin
     rows = [
         row
         for row in ordered_rows(results)
@@ -61,8 +62,10 @@ def export_results(
     if not exported:
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
+    origins = _first_pixels(experiment, exported, origin)
     for row in exported:
         run = results.read(run_key(row))
+        origin = origins[row["sequence"], row["fingerprint"]]
         folder = target / file_name(row["tracker"])
         files = _run_texts(run, _run_rows(run, origin, trace), format_name, folder)
         if both := texts.keys() & files.keys():
@@ -71,7 +74,10 @@ def export_results(
             )
         texts |= files
     _write(texts, force=force)
-    on_message(f"{format_name} contains {result_format.exports}; pixels are counted from {origin}.")
+    numbers = " and ".join(map(str, sorted(set(origins.values()))))
+    on_message(
+        f"{format_name} contains {result_format.exports}; pixels are counted from {numbers}."
+    )
     for row in [row for row in rows if row["status"] == "stale"]:
         on_message(
             f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: not exported, "
@@ -82,6 +88,25 @@ def export_results(
     if omitted := len(finished) - len(exported):
         on_message(f"{omitted} runs are not exported: {format_name} stores one repetition only.")
     return list(texts)
+
+
+def _first_pixels(
+    experiment: Path, rows: Sequence[Mapping[str, Any]], origin: int | None
+) -> dict[tuple[str, str], int]:
+    """Return the first pixel's number by sequence and fingerprint: `origin`, or as in its data.
+
+    Raises `ExchangeError` if an older version stored the ground truth without this number.
+    """
+    origins = {}
+    for key in {(row["sequence"], row["fingerprint"]) for row in rows}:
+        number = read_truth(experiment, *key).first_pixel if origin is None else origin
+        if number is None:
+            raise ExchangeError(
+                f"{experiment}: an older version of trackmark stored the ground truth of {key[0]}, "
+                "without the number of the first pixel in its data set. Give it with --from."
+            )
+        origins[key] = number
+    return origins
 
 
 def _write(texts: Mapping[Path, str], *, force: bool) -> None:

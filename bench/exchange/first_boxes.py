@@ -2,29 +2,29 @@
 
 A first box often differs from the ground truth. It is rounded, counts pixels from 1, comes from
 another version of the ground truth, or is the tracker's own first estimate. Such a box is accepted.
-A box that fits better as two corners is refused, because all boxes of the file would be misread.
+A file in another unit, such as corners, is refused, because all its boxes would be misread.
 Any other misfit causes a message only: the file can still be right.
 """
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.exchange.result_format import ExchangeError, Rounding
 from trackmark.bench.metrics.overlap import overlap
+from trackmark.datasets.box_unit import find_other_unit
 
-_ORIGINS = (0, 1)
+ORIGINS = (0, 1)
+"""Possible numbers of the first pixel."""
+
 # Largest difference of a first box with a known origin [px]. Trackers that scale images miss the
 # ground truth by a fraction of a pixel; the two origins differ by 1 px.
 _MAX_DIFFERENCE = 0.3
 _MIN_OVERLAP = 0.5  # overlap below which a message is shown
-_CERTAIN_OVERLAP = 0.9  # overlap above which a box is never taken for corners
-_MIN_CORNER_OVERLAP = 0.8  # overlap as corners below which a box is not taken for corners
-_MIN_ORDERED = 0.9  # minimum share of rows whose second corner is right of and below the first
-_MIN_GAIN = 4  # minimum ratio of 1 - overlap as a box to 1 - overlap as corners
+_MIN_INIT_OVERLAP = 0.8  # overlap from which a box is that of the initialisation
 
 
 @dataclass(frozen=True)
@@ -37,51 +37,58 @@ class FirstBox:
 
 
 def find_origin(boxes: Iterable[FirstBox], rounding: Rounding) -> int | None:
-    """Return the number of the first pixel, 0 or 1; None if the first boxes do not determine it."""
-    matching = [
-        {
-            origin
-            for origin in _ORIGINS
-            if np.abs(rounding(_from_origin(origin, box.expected)) - box.stored)[:2].max()
-            < _MAX_DIFFERENCE
-        }
+    """Return the number of the first pixel, 0 or 1; None if the first boxes do not determine it.
+
+    Only boxes that show position and size of the ground truth count: a tracker that stores its own
+    first estimate can miss the position by exactly one pixel.
+    """
+    return majority(
+        origin
         for box in boxes
         if np.isfinite(box.stored).all()
-    ]
-    common = set.intersection(*matching) if matching else set()
-    return min(common) if common else None
+        for origin in ORIGINS
+        if np.abs(rounding(_from_origin(origin, box.expected)) - box.stored).max() < _MAX_DIFFERENCE
+    )
+
+
+def majority(origins: Iterable[int | None]) -> int | None:
+    """Return the more frequent of both numbers of the first pixel; None if there is none."""
+    counts = Counter(origin for origin in origins if origin is not None).most_common()
+    is_tie = len(counts) == len(ORIGINS) and counts[0][1] == counts[1][1]
+    return counts[0][0] if counts and not is_tie else None
+
+
+def shows_init_box(box: FirstBox, rounding: Rounding) -> bool:
+    """Return whether a stored box is nearly the box at initialisation."""
+    return _fit(box, rounding) >= _MIN_INIT_OVERLAP
 
 
 def check_first_boxes(
-    boxes: Sequence[FirstBox], rows: NDArray[np.float64], rounding: Rounding
+    boxes: Mapping[int, FirstBox],
+    rows: NDArray[np.float64],
+    rounding: Rounding,
+    size: tuple[int, int] | None,
 ) -> str:
     """Return a message on first boxes that do not fit the ground truth; empty if all fit.
 
-    `rows`: all boxes of the file, shape (n, 4). Raises `ExchangeError` if a first box fits much
-    better as corners `x1, y1, x2, y2`.
+    `boxes`: by row. `rows`: all boxes of the file, shape (n, 4). `size`: width and height of the
+    images, if known. Raises `ExchangeError` if the rows are in another unit; see `find_other_unit`.
     """
-    finite = rows[np.isfinite(rows).all(axis=1)]
-    in_order = (finite[:, 2:] >= finite[:, :2]).all(axis=1)  # also for boxes without size
-    can_be_corners = bool(in_order.sum() >= _MIN_ORDERED * len(finite))
+    first = next(iter(boxes.values()))
+    expected = np.full(rows.shape, np.nan)
+    for row, box in boxes.items():
+        expected[row] = box.expected
+    if unit := find_other_unit(rows, size, expected):
+        raise ExchangeError(
+            f"{first.place}: the boxes look like {unit.name}; the first box is "
+            f"{_text(first.stored)}, the ground truth {_text(first.expected)}. Expected: x, y, "
+            f"width, height in pixels. Convert all boxes: {unit.remedy}."
+        )
     misfits = []
-    for box in boxes:
+    for box in boxes.values():
         if not np.isfinite(box.stored).all():
             continue
-        fit = max(
-            _overlap(rounding(_from_origin(origin, box.expected)), box.stored)
-            for origin in _ORIGINS
-        )
-        as_corners = _corner_overlap(box)
-        fits_as_corners = (
-            as_corners >= _MIN_CORNER_OVERLAP and 1 - as_corners < (1 - fit) / _MIN_GAIN
-        )
-        if can_be_corners and fit < _CERTAIN_OVERLAP and fits_as_corners:
-            raise ExchangeError(
-                f"{box.place}: the first box {_text(box.stored)} fits the ground truth "
-                f"{_text(box.expected)} as corners x1, y1, x2, y2 (overlap {as_corners:.2f}; "
-                f"{fit:.2f} as a box). Expected: x, y, width, height. Convert all boxes: "
-                "subtract x1 from x2 and y1 from y2."
-            )
+        fit = _fit(box, rounding)
         if fit < _MIN_OVERLAP:
             misfits.append((box, fit))
     if not misfits:
@@ -100,15 +107,10 @@ def _from_origin(origin: int, box: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(box + [origin, origin, 0, 0])
 
 
-def _corner_overlap(box: FirstBox) -> float:
-    """Return the best overlap of a box read as corners, including or excluding the last pixel."""
-    x1, y1, x2, y2 = box.stored.tolist()
+def _fit(box: FirstBox, rounding: Rounding) -> float:
+    """Return the overlap of a stored box with the expected box, with the better first pixel."""
     return max(
-        _overlap(
-            _from_origin(origin, box.expected),
-            np.array([x1, y1, x2 - x1 + inclusive, y2 - y1 + inclusive]),
-        )
-        for origin, inclusive in product(_ORIGINS, (0, 1))
+        _overlap(rounding(_from_origin(origin, box.expected)), box.stored) for origin in ORIGINS
     )
 
 

@@ -1,12 +1,12 @@
 """Import of other toolkits' results as runs, into a new folder or a copy of an experiment.
 
-Boxes are scored with the ground truth of the named sequences. The first box shows whether a file
-counts pixels from 0 or from 1; it is then replaced by the ground truth. Times are not imported,
-because times of different machines are not comparable.
+Boxes are scored with the ground truth of the named sequences. The first boxes of all files of a
+tracker together show whether it counts pixels from 0 or from 1; they are then replaced by the
+ground truth. Times are not imported, because times of different machines are not comparable.
 """
 
 import hashlib
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,14 +18,20 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.exchange import detect_format, format_names, load_format, require_folder
-from trackmark.bench.exchange.first_boxes import FirstBox, check_first_boxes, find_origin
+from trackmark.bench.exchange.first_boxes import (
+    FirstBox,
+    check_first_boxes,
+    find_origin,
+    majority,
+    shows_init_box,
+)
+from trackmark.bench.exchange.names import file_name, files_of_sequences, is_same_name
 from trackmark.bench.exchange.result_format import (
     ExchangeError,
     ResultFormat,
     ResultRows,
     ResultSequence,
     abbreviated_list,
-    normalized_name,
 )
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
@@ -36,6 +42,7 @@ from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.datasets.interface import group_remarks
 from trackmark.reports.temporary_paths import temporary_folder
 
 
@@ -60,19 +67,34 @@ def parse_imported_tracker(text: str) -> ImportedTracker:
     return ImportedTracker(tracker, detect_format(Path(path)), Path(path))
 
 
-def open_sequences(sources: Sequence[SequenceSource], folder: Path) -> list[ResultSequence]:
+def open_sequences(
+    sources: Sequence[SequenceSource], folder: Path, on_message: Callable[[str], None]
+) -> list[ResultSequence]:
     """Open sequences and write their ground truth into the folder of an experiment.
 
-    Raises `SequenceError` for a sequence that cannot be opened or has no ground truth.
+    `on_message`: called with sentences on frames and rows that are not scored. Raises
+    `SequenceError` for a sequence that cannot be opened or has no ground truth.
     """
-    opened = []
+    opened, sequences = [], []
     for source in sources:
         sequence = datasets.load(source.text, truth=source.truth)
         sequence.check_runnable()
+        sequences.append(sequence)
         write_truth(folder, sequence)
         absolute = source.absolute()
-        fields = sequence.name, sequence.fingerprint, sequence.boxes
-        opened.append(ResultSequence(*fields, absolute.text, str(absolute.truth or "")))
+        opened.append(
+            ResultSequence(
+                sequence.name,
+                sequence.fingerprint,
+                sequence.boxes,
+                absolute.text,
+                str(absolute.truth or ""),
+                sequence.image_size,
+                sequence.origin.first_pixel,
+            )
+        )
+    for remark in group_remarks(sequences):
+        on_message(remark)
     return opened
 
 
@@ -137,8 +159,10 @@ def copy_with_imports(
         for row in rows:
             if sequences is None or row["sequence"] in sequences:
                 key = row["sequence"], row["fingerprint"]
-                boxes = read_truth(experiment, *key).boxes
-                selected.append(ResultSequence(*key, boxes, row["source"], row["truth"]))
+                truth = read_truth(experiment, *key)
+                source = row["source"], row["truth"]
+                further = truth.image_size, truth.first_pixel
+                selected.append(ResultSequence(*key, truth.boxes, *source, *further))
         import_results(trackers, selected, folder, on_message)
         yield folder
 
@@ -153,78 +177,176 @@ def _with_one_protocol(runs: list[Run]) -> list[Run]:
     ]
 
 
+@dataclass(frozen=True)
+class _ResultFile:
+    """Content of a result file, whose rows fit the frames of its sequence."""
+
+    sequence: ResultSequence
+    repetition: int
+    path: Path
+    version: Mapping[str, str]
+    rows: ResultRows
+    segments: list[NDArray[Any]]  # frames of each segment
+    first_boxes: dict[int, FirstBox]  # of each segment, by row
+
+
 def _read_runs(
     tracker: ImportedTracker, sequences: Sequence[ResultSequence], on_message: Callable[[str], None]
 ) -> Iterator[Run]:
-    """Yield the runs of a tracker on all of the sequences."""
+    """Yield the runs of a tracker on all of the sequences.
+
+    The first pixel is decided once for all files: one file alone can mislead, because trackers
+    round their first boxes or store their own first estimates.
+    """
+    notes = _Notes(tracker.folder)
+    files = list(_read_files(tracker, sequences, notes))
+    result_format = load_format(tracker.format)
+    by_data_set: dict[int | None, list[_ResultFile]] = {}
+    for file in files:
+        by_data_set.setdefault(file.sequence.first_pixel, []).append(file)
+    origins = {
+        first_pixel: _find_origin(result_format, group, first_pixel, notes)
+        for first_pixel, group in by_data_set.items()
+    }
+    for file in files:
+        boxes = _convert_boxes(result_format, file, origins[file.sequence.first_pixel], notes)
+        yield _run(tracker.tracker, file, boxes)
+    for message in notes.messages():
+        on_message(message)
+
+
+def _read_files(
+    tracker: ImportedTracker, sequences: Sequence[ResultSequence], notes: "_Notes"
+) -> Iterator[_ResultFile]:
+    """Yield the content of all files of a tracker on the sequences."""
     result_format = load_format(tracker.format)
     files = result_format.files(tracker.folder)
-    names: dict[str, list[str]] = {}
-    for name in files:
-        names.setdefault(normalized_name(name), []).append(name)
-    used = set()
+    names = files_of_sequences([sequence.name for sequence in sequences], files)
     for sequence in sequences:
-        matches = names.get(normalized_name(sequence.name), [])
-        if sequence.name not in files and len(matches) != 1:
+        if sequence.name not in names:
+            similar = sorted(name for name in files if is_same_name(sequence.name, name))
+            rivals = [
+                other.name
+                for other in sequences
+                if other is not sequence and any(is_same_name(other.name, name) for name in similar)
+            ]
+            text = ", ".join([*similar, *rivals])
             raise ExchangeError(
                 f"{tracker.folder}: no results on {sequence.name}. Expected: "
                 f"{result_format.expects}. Results exist on {abbreviated_list(sorted(files))}."
+                + (f" These names differ in spelling only: {text}. Rename the files." * bool(text))
             )
-        name = sequence.name if sequence.name in files else matches[0]
-        used.add(name)
-        yield from _read_runs_on(tracker, result_format, sequence, files[name], on_message)
-    if unused := sorted(set(files) - used):
-        on_message(
+        name = names[sequence.name]
+        if name not in (sequence.name, file_name(sequence.name)):
+            notes.add("spelling", f"{name} is read as the results on {sequence.name}.")
+        contents = [part.read_bytes() for file in files[name] for part in result_format.parts(file)]
+        digest = hashlib.sha256(b"\0".join(contents)).hexdigest()[:16]
+        version = {"source": IMPORTED, "layout": tracker.format, "files": digest}
+        for repetition, path in enumerate(files[name]):
+            rows = _fit_rows(result_format, result_format.read(path), sequence, path, notes)
+            if rows.simplification:
+                notes.add("simplification", f"{path}: {rows.simplification}.")
+            segments = _find_segments(result_format, rows, sequence)
+            first_boxes = _first_boxes(rows, sequence, segments, path)
+            yield _ResultFile(sequence, repetition, path, version, rows, segments, first_boxes)
+    if unused := sorted(set(files) - set(names.values())):
+        notes.add(
+            "unused",
             f"{tracker.folder}: results on sequences that were not requested are not imported: "
-            f"{abbreviated_list(unused)}."
+            f"{abbreviated_list(unused)}.",
         )
 
 
-def _read_runs_on(
-    tracker: ImportedTracker,
+class _Notes:
+    """Messages on the files of a tracker; of messages of one kind, only the first is shown."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._texts: dict[str, list[str]] = {}
+
+    def add(self, kind: str, text: str) -> None:
+        """Add a message."""
+        self._texts.setdefault(kind, []).append(text)
+
+    def messages(self) -> Iterator[str]:
+        """Yield the first message of each kind, with the number of the others."""
+        for texts in self._texts.values():
+            n = len(texts) - 1
+            files = "1 more file" if n == 1 else f"{n} more files"
+            yield texts[0] + (f" The same holds for {files} in {self._folder}." if n else "")
+
+
+def _run(tracker: str, file: _ResultFile, boxes: NDArray[np.float64]) -> Run:
+    """Return the run of a file with its boxes in pixels from 0."""
+    rows, sequence = file.rows, file.sequence
+    protocol = _stored_protocol(rows, file.segments, sequence)
+    key = (sequence.name, sequence.fingerprint)
+    run = Run(
+        Identity(tracker, tracker, "", {}, file.version, *key, file.repetition, protocol),
+        boxes,
+        np.asarray(np.isfinite(boxes).all(axis=1)),
+        np.full(len(boxes), np.nan) if rows.confidence is None else rows.confidence,
+        states=rows.states,
+        segments=tuple(file.segments) if rows.protocol else (),
+        circumstances={
+            "source": sequence.source,
+            "truth": sequence.truth,
+            "file": str(file.path.resolve()),
+            **({"unscored_frames": rows.n_unscored} if rows.n_unscored else {}),
+        },
+    )
+    return _with_whole_segments(run, sequence)
+
+
+def _fit_rows(
     result_format: ResultFormat,
+    rows: ResultRows,
     sequence: ResultSequence,
-    files: Sequence[Path],
-    on_message: Callable[[str], None],
-) -> Iterator[Run]:
-    """Yield the runs of a tracker on a sequence, one per file."""
-    contents = [part.read_bytes() for file in files for part in result_format.parts(file)]
-    digest = hashlib.sha256(b"\0".join(contents)).hexdigest()[:16]
-    version = {"source": IMPORTED, "layout": tracker.format, "files": digest}
-    for repetition, file in enumerate(files):
-        rows = result_format.read(file)
-        segments = _find_segments(result_format, rows, sequence, file)
-        boxes = _convert_boxes(result_format, rows, sequence, segments, file, on_message)
-        if rows.simplification:
-            on_message(f"{file}: {rows.simplification}.")
-        protocol = _stored_protocol(rows, segments, sequence)
-        name, key = tracker.tracker, (sequence.name, sequence.fingerprint)
-        identity = Identity(name, name, "", {}, version, *key, repetition, protocol)
-        run = Run(
-            identity,
-            boxes,
-            np.asarray(np.isfinite(boxes).all(axis=1)),
-            np.full(len(boxes), np.nan) if rows.confidence is None else rows.confidence,
-            states=rows.states,
-            segments=tuple(segments) if rows.protocol else (),
-            circumstances={
-                "source": sequence.source,
-                "truth": sequence.truth,
-                "file": str(file.resolve()),
-            },
+    file: Path,
+    notes: _Notes,
+) -> ResultRows:
+    """Return one row per frame of a one-pass run, as the toolkits that read the format do.
+
+    They cut additional rows. A row that is missing at the end is a miss or is not scored.
+    """
+    n, m = len(rows.boxes), len(sequence.boxes)
+    if rows.protocol or n == m:
+        return rows
+    problem = f"{file}: {n} rows for the {m} frames of {sequence.name}"
+    row = result_format.row
+    if not (result_format.missing_row and n >= m - 1):
+        reason = f"ends after {row} {n}" if n < m else f"{row} {m + 1} is too many"
+        raise ExchangeError(f"{problem}: {reason}.")
+    first = int(_present(sequence).argmax())
+    start = FirstBox(str(file), sequence.boxes[first], rows.boxes[min(first, n - 1)])
+    if not shows_init_box(start, result_format.rounding):
+        raise ExchangeError(
+            f"{problem}, and {row} {first + 1} is not the box at initialisation: the other rows "
+            "can belong to other frames. Expected: one row per frame. Supply all rows."
         )
-        yield _with_whole_segments(run, sequence)
+    if n < m:
+        notes.add(
+            "short",
+            f"{problem}: {row} {m} is missing; as in the toolkits, it is "
+            f"{result_format.missing_row}.",
+        )
+    else:
+        notes.add("long", f"{problem}: the rows after {row} {m} are not used.")
+    confidence = rows.confidence
+    return replace(
+        rows,
+        n_unscored=int(n < m and result_format.missing_row == "not scored"),
+        boxes=np.vstack([rows.boxes, np.full((1, 4), np.nan)])[:m],
+        confidence=None if confidence is None else np.append(confidence, np.nan)[:m],
+        headers=tuple(replace(header, n_rows=m, end=None) for header in rows.headers),
+    )
 
 
 def _find_segments(
-    result_format: ResultFormat, rows: ResultRows, sequence: ResultSequence, file: Path
+    result_format: ResultFormat, rows: ResultRows, sequence: ResultSequence
 ) -> list[NDArray[Any]]:
     """Return the frames of each segment of a file; a one-pass run has one segment."""
-    n, m = len(rows.boxes), len(sequence.boxes)
-    if not rows.protocol and n != m:
-        row = result_format.row
-        reason = f"ends after {row} {n}" if n < m else f"{row} {m + 1} is too many"
-        raise ExchangeError(f"{file}: {n} rows for the {m} frames of {sequence.name}: {reason}.")
+    m = len(sequence.boxes)
     segments = [np.arange(m)]
     if rows.headers and result_format.frames:
         segments = result_format.frames(rows.headers, sequence)
@@ -243,42 +365,87 @@ def _find_segments(
     return segments
 
 
-def _convert_boxes(
-    result_format: ResultFormat,
-    rows: ResultRows,
-    sequence: ResultSequence,
-    segments: Sequence[NDArray[Any]],
-    file: Path,
-    on_message: Callable[[str], None],
-) -> NDArray[np.float64]:
-    """Return boxes with pixels counted from 0; each segment starts with its init box."""
-    boxes, present = rows.boxes.copy(), _present(sequence)
+def _first_boxes(
+    rows: ResultRows, sequence: ResultSequence, segments: Sequence[NDArray[Any]], file: Path
+) -> dict[int, FirstBox]:
+    """Return the first box with a target in each segment, by row."""
+    present = _present(sequence)
     is_perturbed = rows.protocol == "sre"
     perturbed = parse_protocol("sre").segments(present, {}) if is_perturbed else []
-    init_rows, first_boxes, end = [], [], 0
+    first_boxes, start = {}, 0
     for index, frames in enumerate(segments):
         first = int(present[frames].argmax())
-        row, start, end = end + first, end, end + len(frames)
         expected = sequence.boxes[frames[first]]
         expected = perturbed[index].perturbed_box(expected) if is_perturbed else expected
         place = rows.headers[index].place if rows.headers else str(file)
-        first_boxes.append(FirstBox(place, expected, rows.boxes[row]))
-        boxes[start:row] = np.nan
-        init_rows.append(row)
-    message = check_first_boxes(first_boxes, rows.boxes, result_format.rounding)
-    origin = find_origin(first_boxes, result_format.rounding)
-    if origin is None and any(np.isfinite(box.stored).all() for box in first_boxes):
-        message += message and " "
-        message += (
-            f"{file}: the first box does not show whether pixels are counted from 0 or "
-            f"from 1. Assumed: they are counted from {result_format.origin}."
+        row = start + first
+        first_boxes[row] = FirstBox(place, expected, rows.boxes[row])
+        start += len(frames)
+    return first_boxes
+
+
+def _find_origin(
+    result_format: ResultFormat,
+    files: Sequence[_ResultFile],
+    first_pixel: int | None,
+    notes: _Notes,
+) -> int:
+    """Return the number of the first pixel in the files of a tracker on one data set.
+
+    This is the number that most files show. If there is no majority, it is that of the data set.
+    """
+    votes = [find_origin(file.first_boxes.values(), result_format.rounding) for file in files]
+    decided = majority(votes)
+    origin = first_pixel if decided is None else decided
+    folder, n = files[0].path.parent, len(files)
+    if origin is None:
+        raise ExchangeError(
+            f"{folder}: the first boxes do not show whether pixels are counted from 0 or from 1, "
+            "and an older version of trackmark stored the ground truth without this number. Import "
+            "the results into another folder (--name)."
         )
+    if decided not in (None, first_pixel):
+        notes.add(
+            "origin",
+            f"{folder}: pixels are counted from {origin}, as the first boxes of "
+            f"{votes.count(origin)} of {n} files show. The files of the data set count from "
+            f"{first_pixel}.",
+        )
+    others = [file for file, vote in zip(files, votes, strict=True) if vote == 1 - origin]
+    if others:
+        notes.add(
+            "other origin",
+            f"{others[0].path}: the first box shows pixels from {1 - origin} ({len(others)} of {n} "
+            f"files). All files of the tracker are read from {origin}.",
+        )
+    has_boxes = any(
+        np.isfinite(box.stored).all() for file in files for box in file.first_boxes.values()
+    )
+    if decided is None and not others and has_boxes:
+        notes.add(
+            "origin",
+            f"{folder}: the first boxes do not show whether pixels are counted from 0 or from 1. "
+            f"Assumed: from {origin}, as in the files of the data set.",
+        )
+    return origin
+
+
+def _convert_boxes(
+    result_format: ResultFormat, file: _ResultFile, origin: int, notes: _Notes
+) -> NDArray[np.float64]:
+    """Return boxes with pixels counted from 0; each segment starts with its init box."""
+    rows = file.rows
+    message = check_first_boxes(
+        file.first_boxes, rows.boxes, result_format.rounding, file.sequence.image_size
+    )
     if message:
-        on_message(message)
-    boxes[:, :2] -= result_format.origin if origin is None else origin
-    for row, box in zip(init_rows, first_boxes, strict=True):
+        notes.add("first box", message)
+    boxes = rows.boxes - [origin, origin, 0, 0]
+    starts = np.cumsum([0, *map(len, file.segments)])
+    for start, (row, box) in zip(starts, file.first_boxes.items(), strict=False):
+        boxes[start:row] = np.nan
         # Perturbed init boxes of a toolkit can be rounded: use the boxes that the tracker received.
-        if not is_perturbed or not np.isfinite(boxes[row]).all():
+        if rows.protocol != "sre" or not np.isfinite(boxes[row]).all():
             boxes[row] = box.expected
     return boxes
 

@@ -5,11 +5,11 @@ frame numbers of the files; `importing` and `exporting` convert them.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ class ResultSequence:
     boxes: NDArray[np.float64]
     source: str
     truth: str = ""
+    image_size: tuple[int, int] | None = None  # width and height [pixels]; None if unknown
+    first_pixel: int | None = 0  # see `datasets.Origin`; None if unknown
 
 
 @dataclass(frozen=True)
@@ -57,9 +59,15 @@ class ResultRows:
     # machines are not comparable.
     update_seconds: float = nan
     simplification: str = ""  # message on regions that were simplified when the file was read
+    n_unscored: int = 0  # number of last rows that are missing and not scored
     headers: tuple[Header, ...] = ()  # one per segment, in the order of the rows
     protocol: str = ""  # protocol of a file with segments, such as `sre`; empty for one-pass
 
+
+BOX, POLYGON = 4, 8
+"""Numbers in a row with a box, and with a polygon of four corners."""
+
+_MIXED = re.compile(r",.*[^\s,]\s+[^\s,]|[^\s,]\s+[^\s,].*,")
 
 Rounding: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Function that rounds boxes, shape (n, 4), to the precision of a file."""
@@ -82,7 +90,6 @@ class ResultFormat:
 
     expects: str  # content of a tracker's folder, for messages
     exports: str  # boxes, confidences and times that an export contains, for messages
-    origin: int  # coordinate of the first pixel, unless the first boxes show another one
     files: Callable[[Path], Mapping[str, Sequence[Path]]]  # by sequence; one file per repetition
     # Return whether a file has this format and no other one. None: the user must name the format.
     fits: Callable[[Path], bool] | None
@@ -91,6 +98,8 @@ class ResultFormat:
     write: Callable[[Path, str, int, ResultRows], Mapping[Path, str]]
     rounding: Rounding = lambda boxes: boxes
     has_repetitions: bool = False  # True if a folder can contain several repetitions
+    # What the toolkits do if the last row is missing. If this is stated, they cut additional rows.
+    missing_row: Literal["not scored", "a miss"] | None = None
     row: str = "line"  # name of a row in messages
     parts: Callable[[Path], Sequence[Path]] = lambda file: [file]  # all files of a run
     # Return the frames of the rows of each header, from 0. Raise `ExchangeError` for a header that
@@ -114,27 +123,52 @@ def first_line(file: Path) -> str:
     return read_text_file(file).partition("\n")[0].strip()
 
 
-def parse_numbers(line: str, place: str, count: int | None = None) -> list[float]:
-    """Parse numbers between commas, tabs or spaces; raise `ExchangeError` unless there are `count`.
+def parse_numbers(line: str, place: str, counts: Collection[int] = ()) -> list[float]:
+    """Parse numbers between commas, or between tabs and spaces; raise `ExchangeError` otherwise.
 
-    `place`: file and line, for the message.
+    `place`: file and line, for the message. `counts`: valid numbers of numbers, by default all.
     """
+    text = line.strip()
+    # A line with both separators can have commas in its numbers, as in `1,5 2,5`.
+    separator = r"\s*,\s*" if "," in text and not _MIXED.search(text) else r"\s+"
     try:
-        numbers = [float(text) for text in re.split(r"\s*,\s*|\s+", line.strip())]
+        numbers = [float(word) for word in re.split(separator, text)]
     except ValueError:
         numbers = []
     # `float` accepts "1_0" as ten.
-    if not numbers or "_" in line or count not in (None, len(numbers)):
-        expected = {1: "a number", 4: "four numbers, x y width height"}.get(count or 0, "numbers")
-        raise ExchangeError(f"{place}: {quote(line.strip())}. Expected: {expected}.")
+    if not numbers or "_" in line or (counts and len(numbers) not in counts):
+        expected = {1: "a number", BOX: "four numbers, x y width height"}
+        remedy = " with points as decimal separators" * bool(_MIXED.search(text))
+        raise ExchangeError(
+            f"{place}: {quote(text)}. Expected: {expected.get(min(counts, default=0), 'numbers')}"
+            f"{remedy}."
+        )
     return numbers
 
 
 def read_boxes(file: Path) -> ResultRows:
-    """Read a text file with four numbers per line."""
+    """Read a text file with four numbers per line, or with eight: the corners of a polygon.
+
+    A polygon is replaced by its bounding box.
+    """
     lines = read_text_file(file).rstrip().splitlines()
-    rows = [parse_numbers(line, f"{file}, line {n}", 4) for n, line in enumerate(lines, 1)]
-    return ResultRows(np.array(rows, np.float64).reshape(-1, 4))
+    counts: Collection[int] = (BOX, POLYGON)
+    rows: list[list[float]] = []
+    for n, line in enumerate(lines, 1):
+        rows.append(parse_numbers(line, f"{file}, line {n}", counts))
+        counts = (len(rows[0]),)
+    numbers = np.array(rows, np.float64)
+    if numbers.size == 0 or numbers.shape[1] == BOX:
+        return ResultRows(numbers.reshape(-1, BOX))
+    points = numbers.reshape(-1, POLYGON // 2, 2)
+    boxes = np.column_stack([points.min(axis=1), np.ptp(points, axis=1)])
+    note = "the rows have eight numbers and are read as the bounding boxes of polygons"
+    return ResultRows(boxes, simplification=note)
+
+
+def has_boxes(line: str) -> bool:
+    """Return whether a line has as many numbers as `read_boxes` reads."""
+    return len(line.replace(",", " ").split()) in (BOX, POLYGON)
 
 
 def read_column(file: Path, n_rows: int) -> NDArray[np.float64] | None:
@@ -147,7 +181,7 @@ def read_column(file: Path, n_rows: int) -> NDArray[np.float64] | None:
             f"{file}: {len(lines)} lines. Expected: {n_rows}, as in the file with the boxes."
         )
     values = [
-        parse_numbers(line, f"{file}, line {n}", 1)[0] if line.strip() else np.nan
+        parse_numbers(line, f"{file}, line {n}", (1,))[0] if line.strip() else np.nan
         for n, line in enumerate(lines, 1)
     ]
     return np.array(values, np.float64)
@@ -165,16 +199,6 @@ def files_by_sequence(folder: Path, suffix: str, *excluded: str) -> dict[str, li
         for path in sorted(folder.glob(f"*{suffix}"))
         if path.is_file() and not path.name.endswith(excluded)
     }
-
-
-def file_name(sequence: str) -> str:
-    """Convert the name of a sequence to a file name."""
-    return re.sub(r"[^\w.+=-]", "_", sequence)
-
-
-def normalized_name(name: str) -> str:
-    """Return the lower-case letters and digits of a name: `Jogging.1` equals `jogging-1`."""
-    return re.sub(r"[^a-z0-9]", "", name.lower())
 
 
 def abbreviated_list(names: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from trackmark import datasets
 from trackmark.bench.engine import Engine, engine
-from trackmark.bench.engine.work_unit import Entry, Limits, PlanMismatchError, Unit
+from trackmark.bench.engine.work_unit import Entry, Limits, Unit, UnusableTrackerError
 from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, missing_units
@@ -23,7 +23,7 @@ from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_ru
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
-from trackmark.trackers import Randomness
+from trackmark.trackers import Randomness, TrackerError
 
 
 def run_experiment(
@@ -100,8 +100,8 @@ class Execution:
     on_opened: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
     # message on each sequence that could not be read, by its specification
     errors: dict[str, str] = field(default_factory=dict)
+    tracker_errors: list[str] = field(default_factory=list)  # of workers, each once
     on_error: Callable[[str], None] = lambda _: None  # called with such a message at once
-    mismatches: list[str] = field(default_factory=list)  # messages of `PlanMismatchError`
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
@@ -163,9 +163,9 @@ class Execution:
                     if isinstance(result, Exception):
                         raise result
                     rows = self._store(unit, result)
-                except PlanMismatchError as error:
-                    if str(error) not in self.mismatches:
-                        self.mismatches.append(str(error))
+                except UnusableTrackerError as error:
+                    if str(error) not in self.tracker_errors:
+                        self.tracker_errors.append(str(error))
                     continue
                 except SequenceError as error:
                     if unit.source.text not in self.errors:
@@ -193,12 +193,13 @@ class Execution:
                 logging.getLogger("trackmark").warning(text)
 
     def raise_errors(self) -> None:
-        """Raise one `SequenceError` if runs are missing because of an error."""
-        messages = list(self.mismatches)
+        """Raise one error if trackers could not be created, or if sequences could not be read."""
+        unusable = UnusableSequencesError(self.errors, len(self.plan.sequences))
+        if self.tracker_errors:
+            lines = [*self.tracker_errors, *([str(unusable)] if self.errors else [])]
+            raise TrackerError("\n".join(lines))
         if self.errors:
-            messages.append(str(UnusableSequencesError(self.errors, len(self.plan.sequences))))
-        if messages:
-            raise SequenceError("\n".join(messages))
+            raise unusable
 
     def _store(self, unit: Unit, runs: dict[Entry, Run]) -> list[dict[str, Any]]:
         """Store and score the runs of a unit; return their rows."""
@@ -208,7 +209,7 @@ class Execution:
             row = pack_truth(sequence.fingerprint, stored_truth(sequence))
             self._truths[unit.source, sequence.fingerprint] = row
         if key not in self._truths:
-            raise PlanMismatchError(
+            raise SequenceError(
                 f"{unit.source.text}: the sequence changed during its runs, which were not stored. "
                 "Run the same command again."
             )

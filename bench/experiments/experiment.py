@@ -181,7 +181,9 @@ def default_name(
     """
     if not (trackers and sequences):
         raise ExperimentError("no tracker or no sequence is given. Give at least one of each.")
-    trackers, sequences = sorted(trackers), sorted(sequences)
+    trackers = sorted(trackers)
+    # Excluded sequences are last, because the first text gives the name.
+    sequences = sorted(sequences, key=lambda text: (text.startswith("!"), text))
     content = json.dumps([trackers, sequences, str(truth or "")])
     digest = hashlib.sha256(content.encode()).hexdigest()[:6]
     names = [_tracker_name(text) for text in trackers]

@@ -54,10 +54,10 @@ def import_file(path: str, name: str) -> Any:
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 RULES = os.path.join(FOLDER, "..", "..", "trackers", "base")
 plain_class = import_file(os.path.join(RULES, "plain_class.py"), "trackmark_plain_class")
-estimate_check = import_file(os.path.join(RULES, "estimate_check.py"), "trackmark_estimate_check")
 global_generators = import_file(
     os.path.join(RULES, "global_generators.py"), "trackmark_global_generators"
 )
+estimate_check = import_file(os.path.join(RULES, "estimate_check.py"), "trackmark_estimate_check")
 
 
 def load(path: str) -> Any:
@@ -66,7 +66,7 @@ def load(path: str) -> Any:
     sys.path[0] = os.path.dirname(path)  # instead of the folder of this file
     sys.argv = [path]  # those of this process are not for the file
     stem = os.path.splitext(os.path.basename(path))[0]
-    # Equal numbers in each process.
+    # Imports get equal numbers in each process.
     with global_generators.GlobalGenerators(0), plain_class.ForkGuard():
         return import_file(path, "trackmark_plugin_" + stem)
 

@@ -30,6 +30,14 @@ class GroundTruthLike(Protocol):
         ...
 
     @property
+    def malformed(self) -> NDArray[np.bool_]:
+        """Frames whose box has no size but is no statement of absence, shape (n,), or () if none.
+
+        Their boxes are NaN. They count as absence, except in toolkits that score them.
+        """
+        ...
+
+    @property
     def regions(self) -> Mapping[str, NDArray[np.float64]]:
         """Boxes of other regions by name, such as `full`, shape (n, 4)."""
         ...

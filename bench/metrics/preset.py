@@ -36,6 +36,8 @@ class GroundTruthArrays:
     boxes: NDArray[Any]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows without target
     # (n,): frames for which box or absence is known; shape () for all
     annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True), kw_only=True)
+    # (n,): frames whose box has no size (NaN in `boxes`) but is no absence; shape () for no frame
+    malformed: NDArray[np.bool_] = field(default_factory=lambda: np.array(False), kw_only=True)
     # boxes of other regions by name
     regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))  # (n,): in [0, 1]
@@ -136,6 +138,7 @@ class Preset:
     curves: Mapping[str, Axes] = field(default_factory=dict)
     protocol: Protocol = "one pass"
     agrees_with: str = ""  # toolkits that compute equal scores
+    undefined: str = ""  # reason for NaN scores of a run, without full stop, for notes
     aliases: tuple[str, ...] = ()
 
     def overall(self, runs: Runs) -> PresetResult:
@@ -159,6 +162,7 @@ class EvaluatedRun:
     truth: NDArray[np.float64]  # (m, 4)
     estimate: NDArray[np.float64]  # (m, 4); the first box is the ground truth
     present: NDArray[np.bool_]  # (m,): frames with a target
+    malformed: NDArray[np.bool_]  # (m,): see `GroundTruthArrays`
     size: tuple[int, int] | None  # width and height of the images; None if unknown
     all_shapes: Shapes  # regions of all frames
 
@@ -200,7 +204,9 @@ def select_evaluated(truth: GroundTruthLike, estimates: RunEstimates) -> Evaluat
     frames = first + np.flatnonzero(annotated[first:])
     estimate[first] = boxes[first]
     shapes, size = getattr(truth, "shapes", None), getattr(truth, "image_size", None)
-    return EvaluatedRun(frames, boxes[frames], estimate[frames], present[frames], size, shapes)
+    malformed = np.broadcast_to(truth.malformed, n)[frames]
+    rows = boxes[frames], estimate[frames], present[frames], malformed
+    return EvaluatedRun(frames, *rows, size, shapes)
 
 
 def annotates_init_only(truth: GroundTruthLike) -> bool:

@@ -65,6 +65,9 @@ NOT_SCORED = "not scored"
 _MAX_NOTES = 3
 """Maximum number of notes on runs that cannot be scored."""
 
+_MAX_NAMES = 3
+"""Maximum number of sequences without scores that a note names."""
+
 ScoredRun = PresetResult | str
 """Result of a run by a preset, or the reason why the preset cannot score the run."""
 
@@ -311,7 +314,7 @@ class ScoredRuns:
         if len(self.runs["sequence"].unique()) > 1:
             table = self._with_means(table)
         reasons = dict.fromkeys(f"{NOT_SCORED}: {why}" for why in self.refused.values())
-        notes = list(reasons)[:_MAX_NOTES]
+        notes = [*list(reasons)[:_MAX_NOTES], *self._undefined_notes()]
         name = f"{table_prefix(self.stored)}metrics-{self.name}"
         table = replace(table, name=name, notes=[*table.notes, *notes])
         if notes and not self.judged:  # the table would have no scores
@@ -326,6 +329,16 @@ class ScoredRuns:
             for curve in self.preset.curves
         }
         return PresetScores(self.name, self.title, table, curves)
+
+    def _undefined_notes(self) -> list[str]:
+        """Return why runs have no scores although the preset can score them."""
+        first = self.measures[0].name
+        rows = self.runs.loc[list(self.judged)]
+        sequences = list(dict.fromkeys(rows.loc[rows[first].isna(), "sequence"]))
+        if not sequences or not self.preset.undefined:
+            return []
+        more = f" and {len(sequences) - _MAX_NAMES} more" if len(sequences) > _MAX_NAMES else ""
+        return [f"{MISSING}: {self.preset.undefined}: {', '.join(sequences[:_MAX_NAMES])}{more}"]
 
     def _with_means(self, table: Table) -> Table:
         """Return the table with additional first rows over all sequences.

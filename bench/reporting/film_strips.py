@@ -2,13 +2,21 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.outlines import Outlines, outlines_of_run
-from trackmark.bench.reporting.stored_runs import StoredRun, one_pass_runs, open_sequence
+from trackmark.bench.reporting.stored_runs import (
+    StoredRun,
+    is_judged,
+    one_pass_runs,
+    open_sequence,
+    read_runs,
+)
 from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.bench.store.results import Results
@@ -30,15 +38,17 @@ def write_strips(
     `trackers`: all trackers in the order of their colours. `on_message`: called with a message on
     each sequence that cannot be drawn.
     """
-    stored = ordered_rows(Results(experiment))
-    rows = {str(row["sequence"]): row for row in stored if row["status"] != "stale"}
+    rows: dict[str, list[Mapping[str, Any]]] = {}
+    for row in filter(is_judged, ordered_rows(Results(experiment))):  # read once: they can be many
+        rows.setdefault(str(row["sequence"]), []).append(row)
     shades, files, paths = colours(trackers), file_names(rows), list[Path]()
     for name in sorted(rows):
-        sequence = open_sequence(rows[name])
+        sequence = open_sequence(rows[name][-1])
         if isinstance(sequence, str):
             on_message(f"no film strip: {sequence}")
             continue
-        runs = list(one_pass_runs(experiment, sequence=name))
+        one_pass = [row for row in rows[name] if row["protocol"] == STORED_ONE_PASS]
+        runs = list(read_runs(experiment, one_pass))
         boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}
         for tracker, run in _select_repetition(runs, 0).items():
             label = _label(tracker, run, "online")

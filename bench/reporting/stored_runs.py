@@ -1,6 +1,6 @@
 """Stored runs of an experiment with their ground truth and their sequences."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -24,12 +24,20 @@ def one_pass_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
 
 def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
     """Yield the runs of an experiment by all protocols except timing, without stale runs."""
-    results = Results(folder)
-    truth = cache(partial(read_truth, folder))
-    for row in ordered_rows(results, **only):
-        if row["protocol"] != TIMING and row["status"] != "stale":
-            run = results.read(run_key(row))
-            yield row, run, truth(row["sequence"], row["fingerprint"])
+    rows = ordered_rows(Results(folder), **only)
+    return read_runs(folder, (row for row in rows if is_judged(row)))
+
+
+def is_judged(row: Mapping[str, Any]) -> bool:
+    """Return whether a row of the index is of a run whose boxes are shown and scored."""
+    return row["protocol"] != TIMING and row["status"] != "stale"
+
+
+def read_runs(folder: Path, rows: Iterable[Mapping[str, Any]]) -> Iterator[StoredRun]:
+    """Yield the runs of rows of the index."""
+    results, truth = Results(folder), cache(partial(read_truth, folder))
+    for row in rows:
+        yield row, results.read(run_key(row)), truth(row["sequence"], row["fingerprint"])
 
 
 def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:

@@ -22,7 +22,8 @@ from trackmark.datasets.source_digest import tree_digest
 TEXT_FIELDS = (
     *("tracker", "tracker_name", "preset", "parameters", "version", "tracker_version"),
     *("sequence", "fingerprint", "protocol", "status", "failure", "source", "truth", "clock"),
-    *("date", "generators"),
+    "date",
+    "generators",
 )
 """Names of the text fields of a row."""
 
@@ -41,8 +42,8 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
     `seconds` is the time of all calls of the tracker, `frame_seconds` the mean time to decode or
     render a frame, and `update_seconds` the median CPU time of an update. `clock` names
     the clock of a tracker that is not timed by its CPU time; otherwise it is empty. `date` is the
-    date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the global
-    random generators from which the tracker has drawn.
+    date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the
+    global random generators from which the tracker has drawn.
 
     Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
     with a warning on standard error. Raises `ResultsError` if rows are missing.
@@ -168,8 +169,8 @@ def _fields(
         "source": circumstances.get("source", ""),
         "truth": circumstances.get("truth", ""),
         "clock": circumstances.get("clock", ""),
-        "date": circumstances.get("date", ""),
         "generators": ", ".join(circumstances.get("generators", ())),
+        "date": circumstances.get("date", ""),
         "repetition": repetition,
         "frames": frames,
         **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},

@@ -45,6 +45,10 @@ class StoredTruth:
     shapes: Shapes | None = None
     # (n,): see `Sequence`; shape () for all frames
     annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True))
+    # (n,): see `Sequence`; shape () for no frame
+    malformed: NDArray[np.bool_] = field(default_factory=lambda: np.array(False))
+    # Coordinate of the first pixel in the files of the data set; None if an older version stored it
+    first_pixel: int | None = None
 
 
 class TruthRow(NamedTuple):
@@ -67,6 +71,8 @@ def stored_truth(sequence: Sequence) -> StoredTruth:
         _image_size(sequence),
         sequence.shapes,
         sequence.annotated,
+        sequence.malformed,
+        sequence.origin.first_pixel,
     )
 
 
@@ -158,8 +164,12 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
     arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
     if not truth.annotated.all():
         arrays["annotated"] = truth.annotated
+    if truth.malformed.any():
+        arrays["malformed"] = truth.malformed
     if truth.fps is not None:
         arrays["fps"] = np.array(truth.fps, np.float64)
+    if truth.first_pixel is not None:
+        arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
     if truth.image_size is not None:
         arrays["image_size"] = np.array(truth.image_size, np.int64)
     for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
@@ -190,4 +200,6 @@ def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
         image_size=size,
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
         annotated=arrays.get("annotated", np.ones(n, np.bool_)),
+        malformed=arrays.get("malformed", np.zeros(n, np.bool_)),
+        first_pixel=int(arrays["first_pixel"]) if "first_pixel" in arrays else None,
     )

@@ -72,6 +72,8 @@ class Reader(Protocol):
     PATH_IS_ONE_TARGET : bool, optional
         True if the path of a sequence selects one target of many; a folder or a pattern selects
         all of them.
+    FIRST_PIXEL : int, optional
+        See `Origin.first_pixel`; 0 by default.
     """
 
     EXPECTS: str
@@ -356,6 +358,7 @@ def _read(path: Path, truth: Path | None, chosen: Mapping[str, str]) -> Sequence
             licence=_licence(path) or getattr(reader, "LICENCE", ""),
             citation=getattr(reader, "CITATION", ""),
             unread_files=_unread_flags(path, reader),
+            first_pixel=getattr(reader, "FIRST_PIXEL", 0),
         )
     return sequence
 

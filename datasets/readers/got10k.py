@@ -32,6 +32,7 @@ FLAGS = ("absence", "cut_by_image")
 EXPECTS = f"a folder of images with {TRUTH} and {FIELDS} or {COVER} (GOT-10k)"
 MARKS = (TRUTH, FIELDS, COVER, *(f"{flag}.label" for flag in FLAGS))
 FLAG_FILES = (COVER, *(f"{flag}.label" for flag in FLAGS))
+FIRST_PIXEL = 1
 CITATION = (
     "Huang, Zhao, Huang, GOT-10k: a large high-diversity benchmark for generic object tracking in "
     "the wild, IEEE TPAMI 43(5), 2021"
@@ -55,7 +56,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     name, images, source = path.resolve().name, numbered_images(path, 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    boxes = read_boxes(source, origin=1.0, minus_is_absent=True)
+    boxes = read_boxes(source, origin=FIRST_PIXEL, zero_is_absent=False)
     check_row_count(len(boxes), images, source)
     n = frames_with_values(len(boxes), images)
     flags = read_flags([path / f"{flag}.label" for flag in FLAGS], n)

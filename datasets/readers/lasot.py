@@ -24,6 +24,7 @@ from trackmark.datasets.truth_file import GroundTruth
 TRUTH, FLAGS = "groundtruth.txt", ("full_occlusion", "out_of_view")
 EXPECTS = f"a folder with img/ and {TRUTH} (LaSOT)"
 MARKS = ("img/", TRUTH, *(f"{flag}.txt" for flag in FLAGS))
+FIRST_PIXEL = 1
 CITATION = (
     "Fan et al., LaSOT: a high-quality benchmark for large-scale single object tracking, CVPR 2019"
 )
@@ -42,7 +43,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     name, images, source = path.resolve().name, numbered_images(path / "img", 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    boxes = read_boxes(source, origin=1.0)
+    boxes = read_boxes(source, origin=FIRST_PIXEL, zero_is_absent=False)
     check_row_count(len(boxes), images, source)
     n = frames_with_values(len(boxes), images)
     flags = read_flags([path / f"{flag}.txt" for flag in FLAGS], n)

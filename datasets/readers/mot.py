@@ -27,6 +27,7 @@ TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
 PATH_IS_ONE_TARGET = True
 EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"
 MARKS = (f"{IMAGES}/", str(TRUTH), FIELDS)
+FIRST_PIXEL = 1
 CITATION = "Milan et al., MOT16: a benchmark for multi-object tracking, arXiv:1603.00831"
 
 _ROW = "frame, target, x, y, width, height, counts, class, visibility"
@@ -79,7 +80,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
         )
     n = 1 if all(other[:, 0].max() == 1 for other in targets.values()) else len(images)
     boxes, visibility = np.full((n, 4), np.nan), np.full(n, np.nan)
-    boxes[frames] = rows[:, 2:6] - [1.0, 1.0, 0.0, 0.0]
+    boxes[frames] = rows[:, 2:6] - [FIRST_PIXEL, FIRST_PIXEL, 0, 0]
     if rows.shape[1] == _WITH_VISIBILITY:
         visibility[frames] = np.where(rows[:, 8] < 0, np.nan, rows[:, 8])
     return recorded_images(

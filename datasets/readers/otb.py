@@ -27,6 +27,7 @@ from trackmark.datasets.truth_file import GroundTruth
 TRUTH, N_TLP_COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"
 MARKS = ("img/", "groundtruth_rect*.txt")
+FIRST_PIXEL = 1
 CITATION = "Wu, Lim, Yang, Object tracking benchmark, IEEE TPAMI 37(9), 2015"
 
 SPANS: Mapping[str, tuple[int, int | None]] = {
@@ -82,7 +83,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
             )
         target = choose(path, "target", targets, options)
         source = targets[target]
-        rows = GroundTruth(read_boxes(source, origin=1.0))
+        rows = GroundTruth(read_boxes(source, origin=FIRST_PIXEL))
         n_rows = len(rows.boxes)
         if int(files[0].stem) == 0 and n_rows not in (1, len(files)):
             raise SequenceError(

@@ -17,6 +17,7 @@ from trackmark.datasets.truth_file import GroundTruth
 TRUTH, RANGE = "_gt.txt", "_frames.txt"
 EXPECTS = f"a folder with img/, NAME{TRUTH} and NAME{RANGE} (TColor-128)"
 MARKS = ("img/", f"NAME{TRUTH}", f"NAME{RANGE}")
+FIRST_PIXEL = 1
 CITATION = (
     "Liang, Blasch, Ling, Encoding color information for visual tracking: algorithms and "
     "benchmark, IEEE TIP 24(12), 2015"
@@ -46,7 +47,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     in_range = [file for number, file in images.items() if first <= number <= last]
     if truth is not None:
         return recorded_images(name, in_range, truth_file.read(truth), truth)
-    boxes = read_boxes(source, origin=1.0)
+    boxes = read_boxes(source, origin=FIRST_PIXEL)
     if len(boxes) not in (1, len(in_range)):
         raise SequenceError(
             f"{source}: {len(boxes)} rows for {len(in_range)} images in the range of {span.name}."

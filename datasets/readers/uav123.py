@@ -18,6 +18,7 @@ from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, TRUTHS = Path("data_seq/UAV123"), ("anno/UAV123", "anno/UAV20L")
 EXPECTS = f"a name of {TRUTHS[0]}/NAME.txt in a folder with {IMAGES} (UAV123)"
+FIRST_PIXEL = 1
 CITATION = "Müller, Smith, Ghanem, A benchmark and simulator for UAV tracking, ECCV 2016"
 
 # first and last image of each part of a folder: bird1_1, bird1_2, …
@@ -73,7 +74,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     images = _sequence_images(folder, source.stem)
     if truth is not None:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
-    boxes = read_boxes(source, origin=1.0)
+    boxes = read_boxes(source, origin=FIRST_PIXEL)
     check_row_count(len(boxes), images, source)
     return recorded_images(source.stem, images, GroundTruth(boxes), source)
 

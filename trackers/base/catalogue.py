@@ -404,13 +404,9 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     allow_former_imports()
     arguments = sys.argv
     try:
-        # The file may change the working directory, draw from the global generators, and fork.
-        with (
-            contextlib.chdir(Path.cwd()),
-            preserved_generators(),
-            GlobalGenerators(0),
-            ForkGuard(),
-        ):
+        # The file may change the working directory, and draw from the global generators.
+        directory, generators = contextlib.chdir(Path.cwd()), GlobalGenerators(0)
+        with directory, preserved_generators(), generators, ForkGuard():
             sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)
     except (Exception, SystemExit) as error:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from trackmark.bench.exchange.names import file_name
 from trackmark.bench.exchange.result_format import (
     ResultFormat,
     ResultRows,
-    file_name,
     first_line,
     read_boxes,
     round_to,
@@ -52,7 +52,6 @@ def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Map
 FORMAT = ResultFormat(
     expects="SEQ/SEQ_001.txt with x,y,width,height per line",
     exports="boxes to 3 decimals; times of the first repetition; no confidence",
-    origin=1,
     files=repetitions,
     fits=fits,
     read=read_boxes,

@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from trackmark.bench.exchange.names import file_name
 from trackmark.bench.exchange.result_format import (
     ResultFormat,
     ResultRows,
-    file_name,
     files_by_sequence,
     first_line,
+    has_boxes,
     read_boxes,
     round_to,
 )
@@ -20,9 +21,9 @@ def files(folder: Path) -> Mapping[str, list[Path]]:
 
 
 def fits(file: Path) -> bool:
-    """Return whether the first line has four numbers, not separated by tabs."""
+    """Return whether the first line has a box or polygon, not separated by tabs."""
     line = first_line(file)
-    return "\t" not in line and len(line.replace(",", " ").split()) == 4
+    return "\t" not in line and has_boxes(line)
 
 
 def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
@@ -34,10 +35,10 @@ def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Map
 FORMAT = ResultFormat(
     expects="SEQ.txt with x,y,width,height per line",
     exports="boxes to 4 decimals; no confidence, no times",
-    origin=1,
     files=files,
     fits=fits,
     read=read_boxes,
     write=write,
+    missing_row="not scored",
     rounding=round_to(4),
 )

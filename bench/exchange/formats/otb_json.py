@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.exchange.names import file_name, is_same_name
 from trackmark.bench.exchange.result_format import (
     ExchangeError,
     Header,
@@ -21,9 +22,7 @@ from trackmark.bench.exchange.result_format import (
     ResultRows,
     ResultSequence,
     SegmentWriter,
-    file_name,
     files_by_sequence,
-    normalized_name,
     read_text_file,
 )
 from trackmark.bench.protocols import parse_protocol
@@ -150,7 +149,7 @@ def frames(headers: Sequence[Header], sequence: ResultSequence) -> list[NDArray[
     n, first_numbers = len(sequence.boxes), {0, 1, SPANS.get(sequence.name.lower(), (1, None))[0]}
     segments, used_numbers = [], set()
     for header in headers:
-        if header.sequence and normalized_name(header.sequence) != normalized_name(sequence.name):
+        if header.sequence and not is_same_name(sequence.name, header.sequence):
             raise ExchangeError(
                 f"{header.place}: seqName is {quote(header.sequence)}. Expected: "
                 f"{sequence.name!r}. Import the file for the sequence that it names, or correct "
@@ -233,11 +232,11 @@ def _record(
 FORMAT = ResultFormat(
     expects='SEQ.json with "res": [[x, y, width, height], …]',
     exports="boxes to the last digit (zeros if missing); no confidence",
-    origin=1,
     files=files,
     fits=lambda file: file.suffix == ".json",
     read=read,
     write=write,
+    missing_row="not scored",
     rounding=np.nan_to_num,
     row="box",
     frames=frames,

@@ -38,7 +38,6 @@ def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Map
 FORMAT = ResultFormat(
     expects="SEQ.txt, or longterm/SEQ/SEQ_001.txt",
     exports="boxes to 4 decimals; confidence, in files of VOT's longterm; no times",
-    origin=1,
     files=files,
     fits=None,
     read=read,

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.exchange.names import file_name
 from trackmark.bench.exchange.result_format import (
     ResultFormat,
     ResultRows,
     column_text,
-    file_name,
     files_by_sequence,
     first_line,
     read_boxes,
@@ -54,10 +54,10 @@ def truncate(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
 FORMAT = ResultFormat(
     expects="SEQ.txt with x, y, width, height between tabs",
     exports="boxes truncated to whole pixels (zeros if missing); confidence; no times",
-    origin=1,
     files=files,
     fits=lambda file: "\t" in first_line(file),
     read=read,
     write=write,
+    missing_row="a miss",
     rounding=truncate,
 )

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.exchange.formats.got10k import repetitions
+from trackmark.bench.exchange.names import file_name
 from trackmark.bench.exchange.result_format import (
     ExchangeError,
     Header,
@@ -31,7 +32,6 @@ from trackmark.bench.exchange.result_format import (
     ResultSequence,
     SegmentWriter,
     column_text,
-    file_name,
     first_line,
     parse_numbers,
     read_column,
@@ -328,7 +328,6 @@ FORMAT = ResultFormat(
     "realtime",
     exports="boxes to 4 decimals (exact in runs from anchors) except the init box; confidence; "
     "no times",
-    origin=0,
     files=files,
     fits=fits,
     read=read,

@@ -4,9 +4,9 @@ The first frame is ignored, as are frames in which the target is not visible. Un
 counts as visible. Boxes are clipped to the image as in the toolkit: a box that begins left of or
 above the image is moved inside without changing its size. AO is the mean overlap over all frames of
 all sequences and repetitions, so that long sequences have larger weights. SR50 and SR75 are the
-shares of these frames with an overlap above 0.5 and 0.75. A malformed box is a miss. Huang, Zhao,
-Huang, "GOT-10k: a large high-diversity benchmark for generic object tracking in the wild", TPAMI
-2021.
+shares of these frames with an overlap above 0.5 and 0.75. A malformed box is a miss, and so is any
+box in a frame whose ground truth has no size and no label of absence. Huang, Zhao, Huang, "GOT-10k:
+a large high-diversity benchmark for generic object tracking in the wild", TPAMI 2021.
 """
 
 import numpy as np
@@ -33,13 +33,13 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     run = select_evaluated(truth, estimates)
     t, e = run.truth, run.estimate
     visibility = np.broadcast_to(truth.visibility, len(truth.boxes))[run.frames]
-    counted = run.present & ~(visibility <= 0)
+    counted = (run.present | run.malformed) & ~(visibility <= 0)
     counted[0] = False
     t, e = t[counted], e[counted]
     if run.size is not None:
         well_formed = is_well_formed(e)
         t, e = _clip(t, run.size), np.where(well_formed[:, None], _clip(e, run.size), 0.0)
-    return _score(overlap(t, e))
+    return _score(np.nan_to_num(overlap(t, e)))  # 0 for ground truth without size
 
 
 def combine(runs: Runs) -> PresetResult:
@@ -73,4 +73,5 @@ PRESET = Preset(
     combine=combine,
     curves={"success": Axes("overlap threshold", "share of frames")},
     agrees_with="got10k's ExperimentGOT10k",
+    undefined="no frame after the first shows the target (absent, or labels of 0 in cover.label)",
 )

@@ -1,13 +1,14 @@
 """Success, precision and normalised precision as defined by the LaSOT toolkit.
 
-The definitions are those of `otb` with these differences. Frames without target are misses. A
-malformed box is replaced by the box of the previous frame. A ground-truth box without size, or with
-a coordinate left of or above the first pixel, is a miss for success and a hit for precision.
-Normalised precision is the share of frames with centres at most 0.20 apart, in widths and heights
-of the ground truth. Both centres count pixels from 1. As in the toolkit, they are divided by the
-size before they are subtracted: the order of operations changes rounding at thresholds. All
-sequences have equal weights, including those with misses only. Fan et al., "LaSOT: a high-quality
-benchmark for large-scale single object tracking", CVPR 2019.
+The definitions are those of `otb` with these differences. Frames without target are misses. A box
+with NaN or without size is replaced by the box of the previous frame; an infinite box is a miss. A
+ground-truth box without size that is not flagged as absent, or with a coordinate left of or above
+the first pixel, is a miss for success and a hit for precision. Normalised precision is the share of
+frames with centres at most 0.20 apart, in widths and heights of the ground truth. Both centres
+count pixels from 1. As in the toolkit, they are divided by the size before they are subtracted: the
+order of operations changes rounding at thresholds. All sequences have equal weights, including
+those with misses only. Fan et al., "LaSOT: a high-quality benchmark for large-scale single object
+tracking", CVPR 2019.
 """
 
 import numpy as np
@@ -32,10 +33,10 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     t, present = run.truth, run.present
-    e = _replace_malformed(run.estimate, present)
+    e = _replace_malformed(run.estimate, present | run.malformed)
     # The toolkit counts pixels from 1. It treats ground truth with a smaller coordinate as invalid.
     valid = present & (t[:, :2] > -1).all(axis=1) & (t[:, 2:] > 0).all(axis=1)
-    always_hit = present & ~valid
+    always_hit = present & ~valid | run.malformed
     overlaps = np.where(valid, overlap(t, e), -1.0)
     errors = np.where(always_hit, -1.0, _centre_errors(t, e, np.ones_like(t[:, 2:])))
     normalised = np.where(always_hit, -1.0, _centre_errors(t, e, t[:, 2:]))
@@ -71,13 +72,14 @@ def _centre_errors(
 def _replace_malformed(
     estimate: NDArray[np.float64], present: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Replace malformed estimates by the estimate of the previous frame.
+    """Replace estimates with NaN or without size by the estimate of the previous frame.
 
-    As in the toolkit, estimates in frames without target are kept and can replace the next
-    estimate.
+    Infinite estimates are kept, and thus misses. As in the toolkit, estimates in frames without
+    target are kept and can replace the next estimate.
     """
     boxes = estimate.copy()
-    for i in np.flatnonzero(present & ~is_well_formed(estimate)):
+    is_replaced = np.isnan(estimate).any(axis=1) | (estimate[:, 2:] <= 0).any(axis=1)
+    for i in np.flatnonzero(present & is_replaced):
         boxes[i] = boxes[i - 1]
     return boxes
 

@@ -76,6 +76,7 @@ def _quantile(values: NDArray[np.float64], q: float) -> float:
 
 
 PRESET = Preset(
+    undefined="no annotated frame after the first has a target",
     columns={
         "evaluated_frames": Column("evaluated frames", None, None),
         "mean_overlap": Column("mean overlap, the area under the exact success curve"),

@@ -1,12 +1,14 @@
 """Areas under success, precision and normalised precision as defined by the TrackingNet devkit.
 
 Boxes are rounded to whole pixels, halves to even numbers. The curves have 21 thresholds: overlaps
-above 0 to 1, and centre errors up to 0 to 50 px or 0 to 0.5 widths and heights of the ground truth.
-Scores are areas by the trapezoid rule as a share of the threshold range: a perfect tracker has a
-success of 0.975. Unlike in the devkit, they are shares, not per cent. The first frame counts, and
-its estimate is replaced by the ground truth. Absent frames and malformed boxes are misses. All
-sequences have equal weights. Müller et al., "TrackingNet: a large-scale dataset and benchmark for
-object tracking in the wild", ECCV 2018.
+of at least 0 to 1, and centre errors up to 0 to 50 px or 0 to 0.5 widths and heights of the ground
+truth. (Before its commit 967661d, the devkit counted overlaps above the thresholds.) Scores are
+areas by the trapezoid rule as a share of the threshold range. A lost frame counts at threshold 0: a
+tracker without any overlap has a success of 0.025. Unlike in the devkit, scores are shares, not per
+cent. The first frame counts, and its estimate is replaced by the ground truth. Frames without
+target are misses at every threshold. Malformed boxes have an overlap of 0 and are misses for
+precision. All sequences have equal weights. Müller et al., "TrackingNet: a large-scale dataset and
+benchmark for object tracking in the wild", ECCV 2018.
 """
 
 import numpy as np
@@ -34,9 +36,10 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     # A box whose size is rounded to 0 is well-formed: it has a centre.
     e = np.where(is_well_formed(run.estimate)[:, None], np.round(run.estimate), np.nan)
     t = np.round(run.truth)
-    overlaps = np.nan_to_num(overlap(t, e))
+    success = share_curve(-overlap(t, e), -OVERLAPS)  # at or above each threshold
+    success[:, 0] = OVERLAPS
     curves = {
-        "success": share_curve(overlaps, OVERLAPS, above=True),
+        "success": success,
         "precision": share_curve(_centre_errors(t, e, 1.0), _PIXELS),
         "normalised_precision": share_curve(_centre_errors(t, e, t[:, 2:]), _SIZES),
     }
@@ -59,7 +62,7 @@ def _centre_errors(
 
 PRESET = Preset(
     columns={
-        "success_auc": Column("area under the success curve", 0.975),
+        "success_auc": Column("area under the success curve"),
         "precision_auc": Column("area under the precision curve, up to 50 px"),
         "normalised_precision_auc": Column(
             "area under the normalised precision curve, up to 0.5 sizes"

@@ -2,11 +2,15 @@
 
 import json
 import queue
+import re
+import socket
 import statistics
+import struct
 import threading
 import urllib.error
 import urllib.request
 from _thread import interrupt_main
+from contextlib import contextmanager
 from itertools import pairwise
 from urllib.parse import urlsplit
 
@@ -18,8 +22,8 @@ import pytest
 from tests.bench.pages.test_page_rules import violations
 from tests.browser import needs_browser
 from trackmark import bench
-from trackmark.bench.commands import _box_picker
-from trackmark.datasets.annotation import interpolate
+from trackmark.bench.commands import _box_picker, _drawing
+from trackmark.datasets.annotation import check_marks, interpolate
 
 BOTH = ("--box", "0:4,5,10,12", "--box", "4:8,5,10,12")
 
@@ -313,44 +317,228 @@ def test_pick_refuses_what_it_would_lose(trackmark, one_line, workspace):
     assert "Delete the file" in one_line(trackmark(*pick, status=2))
 
 
-@needs_browser
-def test_page_zooms_undoes_and_marks_absence(chromium, make_sequence, tmp_path):
-    drawing = _box_picker.Drawing(boxes={0: [2, 3, 8, 6], 10: [12, 3, 8, 6]})
-    arguments = (tmp_path / "a.csv", tmp_path / "a.draft", drawing, drawing, lambda drawing: None)
-    with _box_picker.BoxPicker(make_sequence(), *arguments) as picker:
+@pytest.fixture
+def files(tmp_path):
+    """Provide the files of a drawing of 20 frames; the ground-truth file is JSON."""
+    target = tmp_path / "a.csv"
+    files = _drawing.DrawingFiles(
+        target,
+        "cup.mp4, 20 frames of 32x24 px",
+        check=lambda drawing: check_marks(drawing.boxes, 20, drawing.absent, (32, 24)),
+        read=lambda: _drawing.Drawing.model_validate_json(target.read_text()),
+        write=lambda drawing: target.write_text(drawing.model_dump_json()),
+    )
+    files.load(_drawing.Drawing(), replace=False)
+    return files
+
+
+@contextmanager
+def served(picker):
+    """Answer requests in a thread."""
+    with picker:
         threading.Thread(target=picker.serve_forever).start()
         try:
-            chromium.size(1280, 900)
-            chromium.open(picker.url)
-            chromium.wait(SHOWN)
-            for key, frame in (("End", 19), ("[", 10), ("PageUp", 0), ("Home", 0), ("]", 10)):
-                chromium.key(key)
-                assert chromium.run("frame") == frame
-            chromium.run("go(3)")
-            chromium.key("a")
-            chromium.run("go(6)")
-            chromium.key("A", shift=True)
-            assert chromium.run("[3, 4, 5, 6, 7].map(isAbsent)") == [True] * 4 + [False]
-            chromium.key("a")
-            assert chromium.run("[state.absent, boxAt(6)]") == [[[3, 3], [4, 5]], [8, 3, 8, 6]]
-            chromium.click("[data-key='Ctrl+z']")
-            chromium.click("[data-key='Ctrl+z']")
-            assert chromium.run("state.absent") == [[3, 3]]
-            chromium.click("[data-key=revert]")
-            chromium.run("$('values').querySelector('input').value = 4.25; $('values').onchange()")
-            assert chromium.run("state.boxes[6]") == [4.25, 3, 8, 6]
-            chromium.click("[data-key=Delete]")
-            assert chromium.run("[boxAt(6), $('mark').textContent]") == [[8, 3, 8, 6], ""]
-            chromium.wait(SHOWN)
-            pointer = "{ clientX: 500, clientY: 400 }"
-            before = chromium.run(f"position({pointer})")
-            wheel = {"deltaX": 0, "deltaY": -200, "modifiers": 2}  # with Ctrl
-            chromium.call("Input.dispatchMouseEvent", type="mouseWheel", x=500, y=400, **wheel)
-            chromium.wait("zoom === 2")
-            np.testing.assert_allclose(chromium.run(f"position({pointer})"), before, atol=0.1)
-            chromium.key("0")
-            assert chromium.run("[zoom, stage.scrollWidth - stage.clientWidth]") == [1, 0]
-            chromium.run("posts")
+            yield picker
         finally:
             picker.shutdown()
-    assert not (tmp_path / "a.draft").exists()
+
+
+@needs_browser
+def test_page_zooms_undoes_and_marks_absence(chromium, make_sequence, files):
+    drawing = _drawing.Drawing(boxes={0: [2, 3, 8, 6], 10: [12, 3, 8, 6]})
+    files.saved = files.drawing = drawing
+    with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
+        chromium.size(1280, 900)
+        chromium.open(picker.url)
+        chromium.wait(SHOWN)
+        for key, frame in (("End", 19), ("[", 10), ("PageUp", 0), ("Home", 0), ("]", 10)):
+            chromium.key(key)
+            assert chromium.run("frame") == frame
+        chromium.run("go(3)")
+        chromium.key("a")
+        chromium.run("go(6)")
+        chromium.key("A", shift=True)
+        assert chromium.run("[3, 4, 5, 6, 7].map(isAbsent)") == [True] * 4 + [False]
+        chromium.key("a")
+        assert chromium.run("[state.absent, boxAt(6)]") == [[[3, 3], [4, 5]], [8, 3, 8, 6]]
+        chromium.click("[data-key='Ctrl+z']")
+        chromium.click("[data-key='Ctrl+z']")
+        assert chromium.run("state.absent") == [[3, 3]]
+        chromium.click("[data-key=revert]")
+        chromium.run("$('values').querySelector('input').value = 4.25; $('values').onchange()")
+        assert chromium.run("state.boxes[6]") == [4.25, 3, 8, 6]
+        chromium.click("[data-key=Delete]")
+        assert chromium.run("[boxAt(6), $('mark').textContent]") == [[8, 3, 8, 6], ""]
+        chromium.wait(SHOWN)
+        pointer = "{ clientX: 500, clientY: 400 }"
+        before = chromium.run(f"position({pointer})")
+        wheel = {"deltaX": 0, "deltaY": -200, "modifiers": 2}  # with Ctrl
+        chromium.call("Input.dispatchMouseEvent", type="mouseWheel", x=500, y=400, **wheel)
+        chromium.wait("zoom === 2")
+        np.testing.assert_allclose(chromium.run(f"position({pointer})"), before, atol=0.1)
+        chromium.key("0")
+        assert chromium.run("[zoom, stage.scrollWidth - stage.clientWidth]") == [1, 0]
+        chromium.run("posts")
+    assert not files.draft.exists()
+
+
+PAIR = {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12]}
+
+
+def stored(files):
+    """Return the content of the ground-truth file."""
+    return _drawing.Drawing.model_validate_json(files.target.read_text())
+
+
+MARK = "[$('message').textContent, $('message').className, $('mark').textContent]"
+
+
+@needs_browser
+def test_boxes_of_another_tab_are_not_overwritten(chromium, make_sequence, files):
+    files.keep(_drawing.Drawing(boxes=PAIR), "save")
+    with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
+        chromium.open(picker.url)
+        chromium.wait(SHOWN)
+        with chromium.other_tab():
+            chromium.open(picker.url)
+            chromium.wait(SHOWN)
+            chromium.key("ArrowUp")
+            chromium.run("posts")
+            with chromium.first_tab():
+                chromium.key("ArrowRight")
+                chromium.run("actions['Ctrl+s'](); posts")
+                message, kind, _ = chromium.run(MARK)
+                assert kind == "bad"
+                assert "another tab has changed the boxes. Reload this page" in message
+            chromium.run("actions['Ctrl+s'](); posts")
+            assert chromium.run(MARK)[1:] == ["", ""]
+        chromium.open(picker.url)
+        chromium.wait(SHOWN)
+        assert chromium.run("state.boxes[0]") == [4, 4, 10, 12]
+        chromium.run("actions.ArrowRight(1); commit(); actions['Ctrl+s'](); posts")
+    assert stored(files).boxes == {0: [5, 4, 10, 12], 4: [8, 5, 10, 12]}
+
+
+@needs_browser
+def test_file_of_another_program_is_kept_until_chosen(chromium, make_sequence, files):
+    files.keep(_drawing.Drawing(boxes=PAIR), "save")
+    with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
+        for choice, expected in (("revert", [1, 1, 9, 9]), ("Ctrl+s", [4, 6, 10, 12])):
+            chromium.open(picker.url)
+            chromium.wait(SHOWN)
+            chromium.run("state.boxes[0] = [4, 5, 10, 12]; commit(); actions['Ctrl+s'](); posts")
+            other = _drawing.Drawing(boxes=PAIR | {"0": [1, 1, 9, 9]})
+            files.target.write_text(other.model_dump_json())
+            for action in ("Ctrl+s", "finish"):
+                chromium.run(f"actions.ArrowDown(1); commit(); actions['{action}'](); posts")
+            assert "another program has changed a.csv. Reload" in chromium.run(MARK)[0]
+            assert stored(files) == other
+            chromium.open(picker.url)
+            chromium.wait(SHOWN)
+            assert "Save replaces it with the boxes shown" in chromium.run(MARK)[0]
+            assert chromium.run("state.boxes[0]") == [4, 7, 10, 12]
+            chromium.run(f"actions['ArrowUp'](1); actions['{choice}'](); commit(); posts")
+            chromium.run("actions['Ctrl+s'](); posts")
+            assert stored(files).boxes[0] == expected
+
+
+def test_unsaved_boxes_of_another_program_are_kept(files):
+    files.keep(_drawing.Drawing(boxes=PAIR), "draft")
+    files.draft.write_text('{"boxes": {"0": [1, 1, 9, 9]}}')
+    with pytest.raises(_drawing.ConflictError, match=r"changed the boxes in a.csv.draft"):
+        files.keep(_drawing.Drawing(), "draft")
+    files.keep(_drawing.Drawing(boxes=PAIR), "save")
+    files.reload()
+    assert files.drawing.boxes == {0: [1, 1, 9, 9]}
+
+
+def test_file_written_while_annotate_works_is_kept(trackmark, workspace, monkeypatch):
+    truth = workspace / "truth.csv"
+    monkeypatch.setattr("trackmark.reports.overlay.film_strip", lambda *_: truth.write_text("new"))
+    again = ("annotate", "data/Small/img", *BOTH, "--output", "truth.csv")
+    assert "the file exists" in trackmark(*again, status=2).stderr
+    assert truth.read_text() == "new"
+
+
+@pytest.mark.parametrize("video", ["", '"video": "cap.mp4, 90 frames of 5x5 px", '])
+def test_draft_of_another_video_is_set_aside(trackmark, workspace, user, video):
+    draft, seen = workspace / "truth.csv.draft", []
+    content = f'{{{video}"boxes": {{"{0 if video else 80}": [1, 1, 3, 3]}}}}'
+    draft.write_text(content)
+
+    def act(url):
+        seen.append(json.loads(ask(url + "state")[1]))
+        ask(url + "finish", json.dumps({"boxes": PAIR}).encode())
+
+    user(act)
+    done = trackmark("annotate", "data/Small/img", "--pick", "--output", "truth.csv")
+    assert seen[0]["drawing"]["boxes"] == {}
+    assert "another video" in seen[0]["note"]
+    assert "truth.csv.draft.1" in done.stderr
+    assert (workspace / "truth.csv.draft.1").read_text() == content
+    assert not draft.exists()
+
+
+def test_boxes_that_do_not_fit_are_no_draft(files):
+    for boxes in ({0: [float("nan")] * 4}, {20: [1, 1, 3, 3]}, {0: [1, 1, 3, -3]}):
+        with pytest.raises(ValueError, match=r"frame (0|20)"):
+            files.keep(_drawing.Drawing(boxes=boxes), "draft")
+    assert not files.draft.exists()
+
+
+def talk(picker, request):
+    """Send bytes to the server and return all that it answers."""
+    with socket.create_connection(("127.0.0.1", picker.server_port), timeout=300) as connection:
+        connection.sendall(request)
+        connection.shutdown(socket.SHUT_WR)
+        return b"".join(iter(lambda: connection.recv(1 << 16), b""))
+
+
+def test_requests_without_token_are_refused(make_sequence, files, capsys):
+    body = json.dumps({"boxes": PAIR}).encode()
+    with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
+        netloc, root = f"127.0.0.1:{picker.server_port}", picker.root
+        prefixes = ["", "/", "//", "./", "/.", "?", "%2F", f"http://{netloc}/", "http://", "*"]
+        prefixes += [f"http://x{root}", root[1:], root.replace("/", "%2f"), f"{root[:-2]}/", "\\"]
+        for prefix in prefixes:
+            for path in ("state", "save", "draft", "finish", "frame/0", "index.html"):
+                for method in ("GET", "POST", "HEAD", "PUT", "OPTIONS", "TRACE", "get"):
+                    request = f"{method} {prefix}{path} HTTP/1.1\r\nHost: {netloc}\r\n"
+                    length = f"Content-Length: {len(body)}\r\n\r\n"
+                    answer = talk(picker, (request + length).encode() + body)
+                    assert re.match(rb"HTTP/1.0 (400|404|501) ", answer), (request, answer)
+                    assert b"boxes" not in answer
+    assert not files.target.exists()
+    assert not files.draft.exists()
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("length", "status"),
+    [("Content-Length: 99999999999999", 413), ("Content-Length: -1", 411), ("", 411),
+     ("Transfer-Encoding: chunked", 411), ("Content-Length: 40", 400)],
+)  # fmt: skip
+def test_posts_of_wrong_length_are_refused(make_sequence, files, length, status):
+    with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
+        request = f"POST {picker.root}save HTTP/1.1\r\n{length}\r\n\r\n{{".encode()
+        assert talk(picker, request).startswith(f"HTTP/1.0 {status} ".encode())
+    assert not files.target.exists()
+
+
+def test_closed_tab_prints_no_traceback(make_sequence, files, capsys):
+    with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
+        for request in ("state", "frame/1", "save"):
+            for sent in (f"GET {picker.root}{request} HTTP/1.1\r\n\r\n", "GET /", ""):
+                connection = socket.create_connection(("127.0.0.1", picker.server_port))
+                connection.sendall(sent.encode())
+                # Closing then resets the connection, as a browser does that is ended.
+                reset = struct.pack("ii", 1, 0)
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
+                connection.close()
+        for error in (BrokenPipeError, ConnectionResetError, ConnectionAbortedError):
+            try:
+                raise error
+            except ConnectionError:
+                picker.handle_error(None, None)
+        assert ask(picker.url + "state")[0] == 200
+    assert capsys.readouterr().err == ""

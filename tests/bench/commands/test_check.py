@@ -114,6 +114,7 @@ def test_unchanged_tracker_is_identical(trackmark, baseline_file):
 
 def test_check_selects_sequences_by_any_of_their_names(trackmark, baseline_file):
     numbers = {"Small": 1, "data/Small": 1, "plain/*": 1, TINY: 1, "data/Small,plain/*": 2}
+    numbers |= {"!Small": 1, "*,!plain/*": 1}
     for texts, number in numbers.items():
         selection = ("--sequences", texts, "--trackers", "knob.py*,none", "--json")
         data = json.loads(trackmark("check", "own", *selection).stdout)

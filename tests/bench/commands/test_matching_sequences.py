@@ -74,3 +74,48 @@ def test_experiment_may_have_a_hundred_thousand_sequences():
     assert len(plan.Experiment("many", ("static",), many).sequences) == 100_000
     with pytest.raises(plan.ExperimentError, match="'plain/target:scene=7' is named twice"):
         plan.Experiment("many", ("static",), (*many, many[7]))
+
+
+EXCLUDED = {
+    "data,!walk2": ["data/Small", "data/walk10"],
+    "data,!walk*": ["data/Small"],
+    "!data/walk2,data": ["data/Small", "data/walk10"],
+    "data/*,!Small,!walk10": ["data/walk2"],
+    "data,shots/day2,!day?": DATA,
+    "plain/*:scene=3,samples,!samples/face": ["plain/target:scene=3", "samples/bow-tie"],
+}
+
+
+@pytest.mark.usefixtures("places")
+def test_names_after_exclamation_marks_are_left_out():
+    for text, names in EXCLUDED.items():
+        assert [source.text for source in matching_sequences(text)] == names, text
+
+
+def test_targets_are_left_out_by_their_names(places):
+    file = places / "data" / "walk2" / "groundtruth_rect.txt"
+    file.rename(file.with_name("groundtruth_rect.1.txt"))
+    (file.with_name("groundtruth_rect.2.txt")).write_text("5,6,10,12\n" * 2)
+    (first, *_) = [source.text for source in matching_sequences("data,!walk2.2,!Small,!walk10")]
+    assert first == "data/walk2:target=1"
+
+
+def test_incomplete_sequences_can_be_left_out(trackmark, places):
+    (places / "data" / "walk2" / "groundtruth_rect.txt").unlink()
+    run = ("run", "--trackers", "static", "--sequences")
+    assert "walk2" in trackmark(*run, "data", status=2).stderr
+    lines = trackmark(*run, "data,!walk2", "--json").stdout.splitlines()
+    assert {json.loads(line)["sequence"] for line in lines} == {"Small", "walk10"}
+
+
+@pytest.mark.usefixtures("places")
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("data,!walk3", r"'!walk3' excludes no sequence\. Did you mean 'walk2'"),
+        ("data,!*", "all sequences are excluded"),
+    ],
+)
+def test_exclusions_without_effect_are_refused(text, words):
+    with pytest.raises(datasets.SequenceError, match=words):
+        matching_sequences(text)

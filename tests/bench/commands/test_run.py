@@ -172,6 +172,20 @@ def test_failed_runs_are_listed_by_the_printed_command(
     assert "1 of 1 failed" in trackmark("report", f"results/{name}", status=1).stdout
 
 
+def test_verbose_names_the_output_of_every_tracker(trackmark_process, workspace, otb):
+    """Worker processes are needed: only they capture the output of a tracker."""
+    otb(workspace / "data" / "Tall", 7)
+    file = workspace / "knob.py"
+    count = "self.n = getattr(self, 'n', 0) + 1; self.n > 4 and print('late'); return Estimate"
+    file.write_text(file.read_text().replace("return Estimate", count))
+    run = (*MINE, "static,knob.py:Knob", "--sequences", "data/*", "--verbose")
+    assert trackmark_process(*run).stdout.splitlines()[-4:] == [
+        "Output of knob.py:Knob on Tall:",
+        *["  | late"] * 2,
+        "Trackers that printed nothing: static.",
+    ]
+
+
 def test_stored_failure_gives_exit_status_1_again(trackmark, break_tracker):
     break_tracker()
     for options in ((), (), ("--retry-failed",)):

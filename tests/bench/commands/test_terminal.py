@@ -1,18 +1,34 @@
 """Output and progress of commands in terminals and elsewhere."""
 
+import ctypes
+import fcntl
 import io
+import logging
+import os
+import pty
 import re
+import signal
+import struct
 import sys
+import termios
 import threading
+import time
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
+import click
 import pytest
 
 from tests.bench.commands.conftest import masked
 from trackmark.bench.commands import _progress
-from trackmark.bench.commands._progress import RunProgress, patience, progress_bar
-from trackmark.bench.commands._terminal import Outlet, complain, outlets
+from trackmark.bench.commands._progress import (
+    RunProgress,
+    command_messages,
+    patience,
+    progress_bar,
+)
+from trackmark.bench.commands._terminal import Outlet, complain, interruptible, outlets
 from trackmark.reports.printable import MAX_WIDTH, wrap
 
 
@@ -146,3 +162,178 @@ def test_command_without_missing_runs_shows_no_progress(screen):
         progress.expect(SimpleNamespace(units=SimpleNamespace(runs=0, work=0)))
         progress.begin()
     assert screen.getvalue() == ""
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """Return a function that connects standard output and error to a terminal of some columns.
+
+    It returns a function that returns the lines that the terminal then shows.
+    """
+    opened = []
+
+    def connect(columns):
+        reader, writer = pty.openpty()
+        opened.append(reader)
+        fcntl.ioctl(writer, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        stream = io.TextIOWrapper(io.FileIO(writer, "w"), encoding="utf-8", write_through=True)
+        monkeypatch.setattr(sys, "stdout", stream)
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setattr(sys, "__stdout__", stream)
+        monkeypatch.delenv("COLUMNS", raising=False)
+        monkeypatch.setenv("TERM", "xterm")
+
+        def read():
+            pieces = []
+            thread = threading.Thread(target=lambda: pieces.extend(iter(lambda: piece(), b"")))
+            thread.start()
+            stream.close()
+            thread.join()
+            return screen_lines(b"".join(pieces).decode(), columns)
+
+        def piece():
+            try:
+                return os.read(reader, 1 << 16)
+            except OSError:  # the other end is closed
+                return b""
+
+        return read
+
+    yield connect
+    for descriptor in opened:
+        os.close(descriptor)
+
+
+def screen_lines(text, columns):
+    """Return the lines on a terminal after a text with carriage returns and line ends."""
+    lines, column = [""], 0
+    for character in text:
+        if character == "\r":
+            column = 0
+        elif character == "\n":
+            lines.append("")
+        else:
+            if column == columns:
+                lines, column = [*lines, ""], 0
+            assert character.isprintable(), repr(text)
+            line = lines[-1].ljust(column)
+            lines[-1] = line[:column] + character + line[column + 1 :]
+            column += 1
+    return [line.rstrip() for line in lines]
+
+
+@pytest.mark.parametrize("columns", [40, 60, 80, 200])
+def test_messages_are_written_above_the_bar(terminal, columns):
+    read = terminal(columns)
+    execution = SimpleNamespace(units=SimpleNamespace(runs=2, work=30))
+    with outlets(), command_messages(), RunProgress("title") as progress:
+        progress.expect(execution)
+        progress.begin()
+        progress.update(15)
+        logging.getLogger("trackmark").warning("Compiling.")
+        click.echo("A row.")
+        complain("no")
+        print("In", "pieces.")  # noqa: T201  # what another package could do
+        with progress_bar("Scoring", 3, "run") as count:  # one bar at a time
+            count(3)
+        progress.add({"status": "finished"})
+        progress.update(30)
+    *lines, bar, end = read()
+    assert lines == ["title", "Compiling.", "A row.", "trackmark: no", "In pieces."]
+    assert re.fullmatch(r"(\[#{20}\] )?1/2 runs, 0 failed, 1 s", bar)
+    assert end == ""
+
+
+@pytest.mark.parametrize("columns", [40, 60, 80, 200])
+def test_output_in_a_terminal_is_not_cut_within_words(terminal, columns):
+    words = [f"word{i}" for i in range(60)]
+    row = '{"long": "' + "x y " * 60 + '"}'
+    cells = "  ".join(words)
+    read = terminal(columns)
+    with outlets():
+        click.echo("    " + " ".join(words))
+        click.echo(" ".join(words), err=True)
+        click.echo(cells)
+        click.echo(row)
+    lines = read()
+    assert max(map(len, lines)) <= columns
+    text = " ".join(lines)
+    assert text.split()[:120] == words * 2
+    last = lines[-1 - -(-len(row) // columns) : -1]
+    assert "".join(line.ljust(columns) for line in last).rstrip() == row
+    assert lines[1].startswith("    word")
+    assert cells[:columns].rstrip() in lines
+
+
+def test_piped_output_does_not_depend_on_the_terminal(terminal, monkeypatch):
+    text = "word " * 30
+    read = terminal(60)
+    pipe = io.StringIO()
+    monkeypatch.setattr(sys, "stdout", pipe)
+    monkeypatch.setattr(sys, "__stdout__", pipe)
+    with outlets():
+        click.echo(wrap(text))
+        click.echo(text, err=True)
+    assert 60 < max(map(len, pipe.getvalue().splitlines())) <= MAX_WIDTH
+    assert max(map(len, read())) <= 60
+
+
+def test_dumb_terminal_shows_lines_instead_of_a_bar(terminal, monkeypatch):
+    read = terminal(80)
+    monkeypatch.setenv("TERM", "dumb")
+    with outlets(), RunProgress("title") as progress:
+        progress.expect(SimpleNamespace(units=SimpleNamespace(runs=1, work=30)))
+        progress.begin()
+        progress.add({"status": "finished"})
+    assert [line[9:] for line in read()] == [
+        "start    title",
+        "done     1/1 runs, 0 failed, 1 s",
+        "",
+    ]
+
+
+def interrupted_call(callback):
+    """Call a callback in which Python ignores exceptions, and work on."""
+    callback()
+    end = time.monotonic() + 300
+    while time.monotonic() < end:
+        time.sleep(0.01)
+
+
+def test_interrupt_in_a_foreign_callback_ends_the_command(monkeypatch, capsys):
+    @ctypes.CFUNCTYPE(None)
+    def callback():
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):
+            pass
+
+    monkeypatch.setattr(sys, "unraisablehook", sys.__unraisablehook__)
+    with pytest.raises(KeyboardInterrupt), outlets(), interruptible():
+        interrupted_call(callback)
+    assert capsys.readouterr().err == ""
+
+
+def test_outlets_let_other_packages_print_no_colours(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    with outlets():
+        assert os.environ["NO_COLOR"] == "1"
+    assert "NO_COLOR" not in os.environ
+
+
+def test_question_without_standard_input_is_one_message(trackmark, monkeypatch):
+    trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
+    remove = ("results", "remove", "results/mine")
+    for answer, status in (("n\n", 130), ("", 130), ("y\n", 0)):
+        monkeypatch.setattr(sys, "stdin", io.StringIO(answer))
+        assert "[y/N]: " in trackmark(*remove, status=status).stdout
+    trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
+    monkeypatch.setattr(sys, "stdin", None)
+    assert "Add --yes" in trackmark(*remove, status=2).stderr
+
+
+def test_progress_of_a_video_counts_drawn_frames(trackmark, monkeypatch):
+    counts = []
+    bar = nullcontext(counts.append)
+    monkeypatch.setattr("trackmark.bench.commands.show.progress_bar", lambda *_: bar)
+    trackmark("show", "data/Small", "--output", "small.mp4")
+    assert counts == [1, 2, 3, 4, 5]

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from tests.bench.exchange.import_builder import import_runs
-from trackmark.bench.exchange.result_format import ExchangeError
+from trackmark.bench.exchange.importing import ImportedTracker, import_results
+from trackmark.bench.exchange.result_format import ExchangeError, ResultSequence
+from trackmark.bench.store.results import Results
 
 TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44, 26, 60]], float)
 ONE_BASED = TRUTH + [1, 1, 0, 0]
@@ -40,15 +42,38 @@ def test_import_refuses_corners(kind, offset, tmp_path):
     corners = to_corners(ONE_BASED) + ([0, 0, -1, -1] if offset == -1 else [offset or 0] * 4)
     if offset is None:  # in lost frames
         corners[2] = 0
-    with pytest.raises(ExchangeError, match=r"as corners x1, y1.*subtract x1 from x2") as error:
+    with pytest.raises(ExchangeError, match=r"corners x1, y1.*subtract x1 from x2") as error:
         import_boxes(tmp_path, corners, kind)
     assert str(error.value).startswith(str(tmp_path / "theirs" / "Couple"))
 
 
 def test_import_refuses_inclusive_corners_of_a_small_box(tmp_path):
     truth = np.array([[50, 46, 6, 8]] * 4, float)
-    with pytest.raises(ExchangeError, match="as corners"):
+    with pytest.raises(ExchangeError, match="look like corners"):
         import_boxes(tmp_path, to_corners(truth + [1, 1, 0, 0]) - [0, 0, 1, 1], truth=truth)
+
+
+@pytest.mark.parametrize(
+    ("convert", "words"),
+    [
+        (lambda boxes: boxes / [100, 200, 100, 200], "shares of the image size"),
+        (lambda boxes: boxes + np.column_stack([boxes[:, 2:] / 2, 0 * boxes[:, 2:]]), "centres"),
+        (lambda boxes: boxes[:, [1, 0, 3, 2]], "y, x, height, width"),
+    ],
+)
+def test_import_refuses_other_units(convert, words, tmp_path):
+    truth = np.array([[50, 16, 25, 62]] * 4, float)
+    sequence = ResultSequence("Couple", "fingerprint", truth, "/data", image_size=(100, 200))
+    (tmp_path / "Couple.txt").write_text(text(convert(truth)))
+    with pytest.raises(ExchangeError, match=f"the boxes look like {words}"):
+        import_runs("otb", tmp_path, sequence, tmp_path / "results")
+
+
+def test_import_refuses_corners_after_a_first_box(tmp_path):
+    truth = np.array([[50 + 5 * i, 46, 25, 62] for i in range(9)], float)
+    boxes = np.vstack([truth[:1], to_corners(truth)[1:]])
+    with pytest.raises(ExchangeError, match="the boxes look like corners"):
+        import_boxes(tmp_path, boxes, truth=truth)
 
 
 def test_import_reads_boxes_near_the_origin_as_boxes(tmp_path):
@@ -76,7 +101,8 @@ def test_import_accepts_a_close_first_box(first, tmp_path):
 
 @pytest.mark.parametrize("first", [[200, 150, 25, 62], [0, 0, 0, 0], [51, 47, 9, 20]])
 def test_import_reports_a_first_box_that_does_not_fit(first, tmp_path):
-    _, (message,) = import_boxes(tmp_path, np.vstack([first, ONE_BASED[1:]]))
+    _, (assumed, message) = import_boxes(tmp_path, np.vstack([first, ONE_BASED[1:]]))
+    assert "Assumed: from 1, as in the files of the data set." in assumed
     assert "Couple.txt: the first box (" in message
     assert "overlaps the ground truth (50, 46, 25, 62) by 0." in message
     assert "Check that the file is for this sequence" in message
@@ -120,3 +146,49 @@ def test_otb_json_header_counts_image_files_of_otb(tmp_path):
     (tmp_path / "theirs" / "David.json").write_text(json.dumps([record]))
     folders = tmp_path / "theirs", ("David", TRUTH), tmp_path / "results"
     assert len(import_runs("otb-json", *folders, pytest.fail)) == 1
+
+
+def import_files(folder, files, first_pixel=1, name="data-{}"):
+    """Import text files of one tracker by number of the sequence; return the boxes and messages."""
+    theirs, messages = folder / "theirs", []
+    theirs.mkdir()
+    for number, boxes in enumerate(files):
+        (theirs / f"{name.format(number)}.txt").write_text(text(boxes))
+    sequences = [
+        ResultSequence(name.format(number), "print", TRUTH, "/data", first_pixel=first_pixel)
+        for number in range(len(files))
+    ]
+    trackers = [ImportedTracker("theirs", "otb", theirs)]
+    import_results(trackers, sequences, folder / "results", messages.append)
+    results = Results(folder / "results")
+    return [results.read(key).boxes for key in sorted(results.list_keys())], messages
+
+
+def test_origin_is_decided_for_all_files_of_a_tracker(tmp_path):
+    """Check that a first box one pixel off, as rounded by a tracker, does not shift its file."""
+    off = np.vstack([TRUTH[:1], ONE_BASED[1:]])
+    runs, (message,) = import_files(tmp_path, [ONE_BASED, off, ONE_BASED])
+    np.testing.assert_array_equal(runs, [TRUTH] * 3)
+    assert "data-1.txt: the first box shows pixels from 0 (1 of 3 files)" in message
+
+
+def test_majority_of_files_wins_against_the_data_set(tmp_path):
+    runs, messages = import_files(tmp_path, [TRUTH, ONE_BASED, TRUTH])
+    np.testing.assert_array_equal(runs[::2], [TRUTH] * 2)
+    assert "pixels are counted from 0, as the first boxes of 2 of 3 files show" in messages[0]
+
+
+@pytest.mark.parametrize("first_pixel", [0, 1])
+def test_data_set_decides_if_first_boxes_do_not(first_pixel, tmp_path):
+    boxes = TRUTH + [first_pixel, first_pixel, 0, 0]
+    first = boxes[:1] + [[0.5, 0.5, -1, -1]]  # the tracker's own estimate
+    runs, (message,) = import_files(tmp_path, [np.vstack([first, boxes[1:]])] * 2, first_pixel)
+    np.testing.assert_array_equal(runs, [TRUTH] * 2)
+    assert f"Assumed: from {first_pixel}, as in the files of the data set" in message
+
+
+def test_origin_needs_the_size_of_the_init_box(tmp_path):
+    """Check a tracker that stores its first estimate, which misses the position by one pixel."""
+    first = TRUTH[:1] - [[0, 0, 0, 0.5]]
+    (run,), _ = import_files(tmp_path, [np.vstack([first, ONE_BASED[1:]])])
+    np.testing.assert_array_equal(run, TRUTH)

@@ -43,8 +43,9 @@ def store_run(run, sequence, folder):
     results.write(run)
 
 
-def import_run(kind, theirs, sequence, folder, messages=None):
-    on = ResultSequence(sequence.name, sequence.fingerprint, sequence.boxes, sequence.name)
+def import_run(kind, theirs, sequence, folder, messages=None, first_pixel=0):
+    key = sequence.name, sequence.fingerprint, sequence.boxes
+    on = ResultSequence(*key, sequence.name, first_pixel=first_pixel)
     on_message = [].append if messages is None else messages.append
     (run,) = import_runs(kind, theirs, on, folder, on_message)
     return run
@@ -247,7 +248,7 @@ def test_otb_tre_of_the_toolkits_starts_is_scored_as_its_mean(tmp_path):
     segments = [drifting_boxes(sequence, start) for start in starts]
     theirs = write_json(tmp_path, records(sequence, segments, "TRE"))
     messages = []
-    run = import_run("otb-json", theirs, sequence, tmp_path / "results", messages)
+    run = import_run("otb-json", theirs, sequence, tmp_path / "results", messages, 1)
     assert not messages
     assert run.identity.protocol == "tre"
     assert [int(frames[0]) for frames in run.segments] == starts
@@ -266,7 +267,7 @@ def test_otb_sre_is_sorted_by_its_shifts(tmp_path):
     segments = np.round(run.boxes.reshape(12, -1, 4))  # the toolkit rounds first boxes
     content = records(sequence, segments, "SRE", SHIFTS)
     theirs = write_json(tmp_path, content[::-1])
-    again = import_run("otb-json", theirs, sequence, tmp_path / "results")
+    again = import_run("otb-json", theirs, sequence, tmp_path / "results", first_pixel=1)
     assert again.identity.protocol == "sre"
     np.testing.assert_allclose(again.boxes, segments.reshape(-1, 4), atol=1e-9)
 

@@ -116,8 +116,9 @@ def test_description_lists_parameters(environment):
     assert description["randomness"] == "generator"
 
 
-@pytest.mark.parametrize(
-    "file", [WORKER, *(rule.__file__ for rule in (plain_class, estimate_check, global_generators))]
-)
+WORKER_FILES = [WORKER, *(m.__file__ for m in (plain_class, estimate_check, global_generators))]
+
+
+@pytest.mark.parametrize("file", WORKER_FILES)
 def test_worker_has_syntax_of_python_3_6(file):
     ast.parse(Path(file).read_text("utf-8"), feature_version=(3, 6))

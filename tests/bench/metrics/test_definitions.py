@@ -78,7 +78,8 @@ def slow_lasot(truth, boxes):
     overlaps, distances, sized = [], [], []
     for i in range(n):
         t = truth[i].tolist()
-        if not is_box(results[i]) and not any(map(isnan, t)):
+        r = results[i]
+        if (any(map(isnan, r)) or min(r[2:]) <= 0) and not any(map(isnan, t)):
             results[i] = results[i - 1]
         if any(map(isnan, t)):
             continue
@@ -95,21 +96,25 @@ def slow_lasot(truth, boxes):
 
 
 def slow_trackingnet(truth, boxes):
+    formed = [True, *map(is_box, boxes[1:].tolist())]
     rows = [
-        (t, b if is_box(b) else [nan] * 4)
+        ([whole(v) for v in t], [whole(v) for v in b])
         for t, b in zip(truth.tolist(), boxes.tolist(), strict=True)
     ]
-    rows = [([whole(v) for v in t], [whole(v) for v in b]) for t, b in rows]
     rows[0] = rows[0][0], rows[0][0]
 
     def area(values, hit, most):
         steps = [share(hit(v, k / 20 * most) for v in values) for k in range(21)]
         return sum((a + b) / 40 for a, b in pairwise(steps))
 
-    far = [apart(t, b) for t, b in rows]
-    sized = [apart(t, b, True) for t, b in rows]
+    far = [apart(t, b) if good else nan for good, (t, b) in zip(formed, rows, strict=True)]
+    sized = [apart(t, b, True) if good else nan for good, (t, b) in zip(formed, rows, strict=True)]
+    overlaps = [iou(t, b) for t, b in rows]
+    for frame, (t, _) in enumerate(rows):
+        if isnan(overlaps[frame]) and not any(map(isnan, t)):
+            overlaps[frame] = 0.0  # malformed
     return {
-        "success_auc": area([iou(t, b) for t, b in rows], lambda o, k: o > k + 1e-12, 1),
+        "success_auc": area(overlaps, lambda o, k: o >= k - 1e-12, 1),
         "precision_auc": area(far, lambda d, k: d <= k, 50),
         "normalised_precision_auc": area(sized, lambda d, k: d <= k + 1e-12, 0.5),
     }
@@ -130,6 +135,15 @@ def test_preset_equals_slow_definition(name):
         boxes[bad, random.integers(0, 4, len(bad))] = random.choice([nan, np.inf, -3, 0], len(bad))
         truth[1:][random.random(n - 1) < 0.2] = nan
         assert scores(name, truth, boxes) == pytest.approx(slow(truth, boxes), abs=1e-12)
+
+
+@pytest.mark.parametrize(("lost", "success"), [(0, 1.0), (4, 0.5125), (7, 0.146875)])
+def test_trackingnet_counts_overlaps_at_their_threshold(lost, success):
+    """Check the shares of 8 frames: a lost frame counts at threshold 0, as in the devkit."""
+    truth = np.array([[10 + i, 12, 20, 16] for i in range(8)], float)
+    boxes = truth.copy()
+    boxes[8 - lost :] = [120, 70, 20, 16]
+    assert scores("trackingnet", truth, boxes)["success_auc"] == pytest.approx(success)
 
 
 @pytest.mark.parametrize(
@@ -155,6 +169,16 @@ def test_otb_rounds_centre_errors_to_four_decimals(offset, hit):
     assert ours == pytest.approx(slow_otb(truth, boxes), abs=1e-12)
 
 
+@pytest.mark.parametrize("column", range(4))
+def test_lasot_counts_infinite_boxes_as_misses(column):
+    truth = walk(50)
+    boxes = truth.copy()
+    boxes[20:30, column] = np.inf
+    ours = scores("lasot", truth, boxes)
+    assert ours == pytest.approx(slow_lasot(truth, boxes), abs=1e-12)
+    assert ours["precision"] == ours["normalised_precision"] == 0.8
+
+
 def test_lasot_scores_a_target_that_touches_the_first_pixel():
     """Check that a box at -1 is a miss for success and a hit for precision, as in the toolkit."""
     truth = walk(50)
@@ -174,6 +198,32 @@ def test_success_rates_count_overlaps_above_their_threshold():
     otb, got10k = scores("otb", truth, boxes), scores("got10k", truth, boxes)
     assert (otb["success_rate"], otb["success_published"]) == (0.6, 0.8)
     assert (got10k["sr50"], got10k["sr75"]) == (0.5, 0.25)  # the first frame does not count
+
+
+def test_lasot_scores_malformed_ground_truth_as_its_toolkit():
+    """Check rows without size that are not flagged as absent, as in LaSOT's tiger-6."""
+    raw = walk(8)
+    raw[4, 3], raw[6] = -1, [0, 0, 0, 0]
+    malformed = np.isin(np.arange(8), (4, 6))
+    truth = GroundTruthArrays(np.where(malformed[:, None], nan, raw), malformed=malformed)
+    boxes = noisy(walk(8))
+    ours = metrics.preset("lasot").score(truth, RunEstimates(boxes)).scores
+    assert ours == pytest.approx(slow_lasot(raw, boxes), abs=1e-12)
+    perfect = metrics.preset("lasot").score(truth, RunEstimates(walk(8))).scores
+    assert perfect["precision"] == perfect["normalised_precision"] == 1.0
+    assert perfect["success_auc"] == pytest.approx(6 / 8 * 20 / 21)
+
+
+@pytest.mark.parametrize(("visible", "ao"), [(1.0, 2 / 3), (nan, 2 / 3), (0.0, 1.0)])
+def test_got10k_scores_malformed_ground_truth_as_a_miss(visible, ao):
+    boxes = np.tile([5.0, 6, 8, 9], (4, 1))
+    malformed = np.arange(4) == 2
+    truth = GroundTruthArrays(
+        np.where(malformed[:, None], nan, boxes),
+        visibility=np.where(malformed, visible, 1.0),
+        malformed=malformed,
+    )
+    assert metrics.preset("got10k").score(truth, RunEstimates(boxes)).scores["ao"] == ao
 
 
 # Deliberate differences from the toolkits (docs/metrics.md).

@@ -134,4 +134,6 @@ def test_means_skip_sequences_with_an_undefined_score(run_trial, tmp_path, otb, 
     label = TOGETHER if preset == "native" else MEANS
     assert cells["s1", "static"][0] == "—"
     assert cells[label, "static"][0] == "1.000 [1.000, 1.000]"
-    assert table.notes == ["—: undefined in a run; the mean over all sequences omits this run"]
+    omitted, reason = table.notes
+    assert omitted == "—: undefined in a run; the mean over all sequences omits this run"
+    assert reason == f"—: {metrics.preset(preset).undefined}: s1"

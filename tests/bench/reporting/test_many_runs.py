@@ -3,6 +3,7 @@
 import pytest
 
 import trackmark as tm
+from trackmark.bench.store import run_rows
 from trackmark.bench.store.data_frames import load_runs
 
 
@@ -44,3 +45,25 @@ def test_load_runs_has_no_categories(store_many, tmp_path):
     groups = runs.groupby(["tracker", "sequence"], sort=False)["mean_overlap"]
     # With categories of more than 127 values, `reindex` fails in pandas.
     assert groups.mean()[:3].reindex(groups.size().index).notna().sum() == 3
+
+
+def test_report_reads_all_rows_equally_often_for_any_number(
+    trackmark, workspace, otb, monkeypatch, blank_figures
+):
+    readings = []
+
+    def read_rows(database):
+        readings.append(database)
+        return plain(database)
+
+    plain = run_rows._read_rows
+    monkeypatch.setattr(run_rows, "_read_rows", read_rows)
+    counts = []
+    for name in ("First", "Second", "Third"):
+        otb(workspace / "data" / name, 3)
+        sequences = f"data/{name}"
+        trackmark("run", "--trackers", "static", "--sequences", sequences, "--name", "many")
+        readings.clear()
+        trackmark("report", "results/many", "--folder", "report")
+        counts.append(len(readings))
+    assert counts[1] == counts[2]  # of one sequence there is no table of means

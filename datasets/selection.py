@@ -1,0 +1,95 @@
+"""Selection of sequences by a list of names, paths and patterns; `!NAME` excludes sequences."""
+
+from collections.abc import Iterable
+from contextlib import suppress
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from trackmark.datasets.catalogue import load, matching
+from trackmark.datasets.decoding import quote
+from trackmark.datasets.interface import SequenceError
+from trackmark.datasets.spec_string import close_match
+
+__all__ = ["select_sequences"]
+
+EXCLUDES = "!"
+"""First character of an item that excludes sequences."""
+
+
+def select_sequences(items: Iterable[str]) -> list[str]:
+    """Return the distinct sequences that a list selects.
+
+    Parameters
+    ----------
+    items : iterable of str
+        Texts for `matching`. A text after `!` is a name, path or pattern of sequences that are
+        left out, also of sequences that are incomplete.
+
+    Returns
+    -------
+    list of str
+        At least one sequence, in the order of the items.
+
+    Raises
+    ------
+    SequenceError
+        As `matching`; also if an item excludes nothing, or if all sequences are excluded.
+
+    Examples
+    --------
+    >>> select_sequences(["samples", "!bow*"])
+    ['samples/face']
+    """
+    items = list(items)
+    excluded = [item.removeprefix(EXCLUDES) for item in items if item.startswith(EXCLUDES)]
+    selecting = [item for item in items if not item.startswith(EXCLUDES)]
+    texts = [text for item in selecting for text in matching(item, excluded)]
+    names = {text: _names(text) for text in texts}
+    for pattern in excluded:
+        if not any(_matches(pattern, names[text]) for text in names):
+            # Names inside the data, such as Jogging.1, need the sequence.
+            names = {text: spellings | _canonical_name(text) for text, spellings in names.items()}
+        _check_pattern(pattern, selecting, names)
+    selected = [text for text, spellings in names.items() if not _excluded(excluded, spellings)]
+    if excluded and not selected:
+        raise SequenceError(
+            f"{', '.join(items)}: all sequences are excluded. Select at least one sequence."
+        )
+    return selected
+
+
+def _excluded(patterns: Iterable[str], names: Iterable[str]) -> bool:
+    return any(_matches(pattern, names) for pattern in patterns)
+
+
+def _matches(pattern: str, names: Iterable[str]) -> bool:
+    whole = str(Path(pattern).expanduser())
+    return any(name == pattern or fnmatchcase(name, whole) for name in names)
+
+
+def _names(text: str) -> set[str]:
+    """Return the names of a sequence in its text: whole, without folders, and without options."""
+    last = text.rstrip("/").rpartition("/")[2]
+    return {text, last, text.partition(":")[0], last.partition(":")[0]}
+
+
+def _canonical_name(text: str) -> set[str]:
+    """Return the name of a sequence; none if it cannot be opened."""
+    with suppress(SequenceError):
+        return {load(text).name}
+    return set()
+
+
+def _check_pattern(pattern: str, selecting: Iterable[str], names: dict[str, set[str]]) -> None:
+    """Raise `SequenceError` if a pattern excludes nothing."""
+    if any(_matches(pattern, spellings) for spellings in names.values()):
+        return
+    try:
+        everything = {text for item in selecting for text in matching(item)}
+    except SequenceError:  # the pattern can exclude a sequence that is incomplete
+        return
+    if not any(_matches(pattern, _names(text)) for text in everything):
+        valid = sorted({name for text in everything for name in _names(text)})
+        raise SequenceError(
+            f"{quote(EXCLUDES + pattern)} excludes no sequence.{close_match(pattern, valid)}"
+        )
