@@ -51,17 +51,17 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     return digest, library_versions(libraries)
 
 
-def tree_digest(file: Path, package: Path, found: Iterable[Path] = ()) -> str:
+def tree_digest(file: Path, package: Path, further: Iterable[Path] = ()) -> str:
     """Return the digest of a source file and of all modules that it imports, 16 hexadecimal digits.
 
-    `found` are files that the modules import by their file names, which no import statement names.
+    `further` are files that the modules find by their names, without an import statement.
 
     Libraries are not looked up, because this would take most of the time. `package` is the folder
     of the package whose modules are included (`.../trackers`). If `file` is outside this folder,
     modules of the file's package or folder are included too. The `__init__.py` of the package is
     included only if names are imported from it.
     """
-    return _follow_imports(file, package, found)[0]
+    return _follow_imports(file, package, further)[0]
 
 
 def imported_libraries(file: Path, package: Path) -> list[str]:
@@ -106,7 +106,9 @@ def _versions(name: str) -> dict[str, str]:
     return versions
 
 
-def _follow_imports(file: Path, package: Path, found: Iterable[Path] = ()) -> tuple[str, set[str]]:
+def _follow_imports(
+    file: Path, package: Path, further: Iterable[Path] = ()
+) -> tuple[str, set[str]]:
     """Return the digest of all imported files, and the import names of libraries."""
     file, package = file.resolve(), package.resolve()
     inside = file.is_relative_to(package)
@@ -117,7 +119,7 @@ def _follow_imports(file: Path, package: Path, found: Iterable[Path] = ()) -> tu
             roots[dotted.partition(".")[0]] = source.parents[dotted.count(".") + 1]
     contents: dict[Path, str] = {}
     libraries: set[str] = set()
-    pending = [file, *(source.resolve() for source in found)]
+    pending = [file, *(source.resolve() for source in further)]
     while pending:
         path = pending.pop()
         if path in contents:

@@ -31,20 +31,21 @@ def remember_evaluated(sequence: Sequence) -> None:
         )
 
 
-def are_equal(one: Sequence, other: Sequence) -> bool:
+def are_equal(first: Sequence, second: Sequence) -> bool:
     """Return whether two sequences have equal fingerprints, ground truth and end images.
 
     The fingerprint of a sequence in memory is chosen by the user, who can forget to change it.
     """
-    if one is other:
+    if first is second:
         return True
-    if one.fingerprint != other.fingerprint or one.regions.keys() != other.regions.keys():
+    same_regions = first.regions.keys() == second.regions.keys()
+    if first.fingerprint != second.fingerprint or not same_regions:
         return False
-    pairs = [(one.boxes, other.boxes), (one.visibility, other.visibility)]
-    pairs += [(boxes, other.regions[name]) for name, boxes in one.regions.items()]
+    pairs = [(first.boxes, second.boxes), (first.visibility, second.visibility)]
+    pairs += [(boxes, second.regions[name]) for name, boxes in first.regions.items()]
     if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs):
         return False
-    return all(np.array_equal(one[frame], other[frame]) for frame in {0, len(one) - 1})
+    return all(np.array_equal(first[frame], second[frame]) for frame in {0, len(first) - 1})
 
 
 _opened: OrderedDict[tuple[str, ...], tuple[Sequence, dict[str, int]]] = OrderedDict()

@@ -225,7 +225,9 @@ class Execution:
             zip(complete, replaced, strict=True), [self._truths[key]]
         )
         truth = unpack_truth(self._truths[key])
-        rows = [run_row(run, truth) for run, own in zip(complete, is_stored, strict=True) if own]
+        rows = [
+            run_row(run, truth) for run, stored in zip(complete, is_stored, strict=True) if stored
+        ]
         others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if others:  # stored by another process
             rows += [row for row in list_scored_runs(self._results) if run_key(row) in others]

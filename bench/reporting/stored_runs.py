@@ -30,7 +30,7 @@ def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
 
 def is_judged(row: Mapping[str, Any]) -> bool:
     """Return whether a row of the index is of a run whose boxes are shown and scored."""
-    return row["protocol"] != TIMING and row["status"] != "stale"
+    return bool(row["protocol"] != TIMING and row["status"] != "stale")
 
 
 def read_runs(folder: Path, rows: Iterable[Mapping[str, Any]]) -> Iterator[StoredRun]:

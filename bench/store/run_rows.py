@@ -209,7 +209,7 @@ def scorer_digest(bench: Path) -> str:
     `bench` is the folder of the package. Presets and protocols are found by their file names, so
     that no import statement names them.
     """
-    found = [
+    further = [
         file for part in ("metrics/presets", "protocols") for file in bench.glob(f"{part}/*.py")
     ]
-    return tree_digest(bench / "store" / Path(__file__).name, bench, found)
+    return tree_digest(bench / "store" / Path(__file__).name, bench, further)
