@@ -6,9 +6,9 @@ of the machine, such as a full disk, are raised: they are no failure of the trac
 
 import os
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
-from math import inf, nan
+from math import inf, isnan, nan
 from statistics import median
 from time import perf_counter, thread_time
 from typing import Any, TypeVar
@@ -49,7 +49,6 @@ from trackmark.trackers import (
 from trackmark.trackers.base.estimate_check import (
     MalformedEstimateError,
     read_box,
-    read_details,
     read_estimate,
     value_text,
 )
@@ -70,6 +69,7 @@ MAX_REASON_CHARACTERS = 1_000
 MAX_TRACEBACK_CHARACTERS = 20_000
 """Maximum number of stored characters of the traceback of an exception."""
 
+_FLOAT64 = np.dtype(np.float64)
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 
@@ -180,7 +180,7 @@ class Recorder:
         box = self._truth_boxes[frame]
         if any(self._segment.perturbation):
             box, mask = self._segment.perturbed_box(box), None  # a mask would reveal the true box
-        self._last_box: NDArray[np.float64] | list[float] = box.copy()
+        self._last_box: Iterable[float] = box.copy()
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
@@ -385,14 +385,19 @@ class Recorder:
             raise MalformedEstimateError(
                 f"update returned {value_text(estimate)}. Expected: an Estimate"
             )
-        fields = _usual_fields(estimate) or read_estimate(estimate, shared_frame.image.shape)
-        if estimate.box is None and estimate.visible:
-            read_box(estimate.box)  # raises the error: only a target that is not visible has no box
-        self._last_box = fields["box"] or self._last_box
-        self._mask = fields["mask"]
-        self.gives_masks |= self._complete and self._mask is not None
-        self._rows[frame] = (*self._last_box, fields["visible"], fields["confidence"])
-        for key, value in fields["details"].items():
+        details = estimate.details
+        if row := _usual_row(estimate):
+            self._last_box, self._mask = row[:4], None
+            self._rows[frame] = row
+        else:
+            fields = read_estimate(estimate, shared_frame.image.shape)
+            if estimate.box is None and estimate.visible:
+                read_box(estimate.box)  # raises the error: only a lost target has no box
+            self._last_box = fields["box"] or self._last_box
+            self._mask, details = fields["mask"], fields["details"]
+            self.gives_masks |= self._complete and self._mask is not None
+            self._rows[frame] = (*self._last_box, fields["visible"], fields["confidence"])
+        for key, value in details.items():
             if key not in self._details:
                 if key in RESERVED_COLUMNS or not key.isprintable():
                     raise MalformedEstimateError(
@@ -465,40 +470,34 @@ class Recorder:
         self.failure = text.encode("utf-8", "backslashreplace").decode()
 
 
-def _usual_fields(estimate: Estimate) -> dict[str, Any] | None:
-    """Return the result of `read_estimate` for an estimate of the usual types; otherwise None.
+def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
+    """Return the row of a valid estimate whose fields have the usual types; None for others.
 
-    This takes a sixth of the time of `read_estimate`.
+    `read_estimate` accepts the same values, but takes 4 µs.
     """
     box, confidence = estimate.box, estimate.confidence
-    if not (
-        type(estimate) is Estimate
-        and type(box) is np.ndarray
-        and box.dtype == np.float64
-        and box.shape == (4,)
-        and type(estimate.visible) is bool
-        and type(confidence) is float
-        and estimate.mask is None
-        and type(estimate.details) is dict
+    if (
+        type(estimate) is not Estimate
+        or type(box) is not np.ndarray
+        or box.dtype is not _FLOAT64
+        or box.shape != (4,)
+        or type(estimate.visible) is not bool
+        or type(confidence) is not float
+        or estimate.mask is not None
+        or type(estimate.details) is not dict
+        or (estimate.details and not _are_plain(estimate.details))
     ):
         return None
-    x, y, width, height = numbers = box.tolist()
-    # These comparisons also reject NaN.
-    if not (
-        -inf < x < inf
-        and -inf < y < inf
-        and 0 < width < inf
-        and 0 < height < inf
-        and (0 <= confidence <= 1 or confidence != confidence)
-    ):
+    x, y, width, height = box.tolist()
+    is_valid = -inf < x < inf and -inf < y < inf and 0 < width < inf and 0 < height < inf
+    if not is_valid or not (0.0 <= confidence <= 1.0 or isnan(confidence)):
         return None
-    return {
-        "box": numbers,
-        "visible": estimate.visible,
-        "confidence": confidence,
-        "mask": None,
-        "details": read_details(estimate.details) if estimate.details else {},
-    }
+    return x, y, width, height, estimate.visible, confidence
+
+
+def _are_plain(details: Mapping[Any, Any]) -> bool:
+    """Return whether details are floats by text, which need no conversion."""
+    return all(type(key) is str and type(details[key]) is float for key in details)
 
 
 def _lacks_memory(error: BaseException) -> bool:

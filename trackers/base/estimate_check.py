@@ -45,7 +45,7 @@ def read_estimate(answer: Any, shape: Tuple[int, ...]) -> Dict[str, Any]:
         "visible": _read_visible(fields.get("visible", True)) and box is not None,
         "confidence": _read_confidence(fields.get("confidence", math.nan)),
         "mask": None if mask is None else _read_mask(mask, shape),
-        "details": read_details(fields.get("details", {})),
+        "details": _read_details(fields.get("details", {})),
     }
 
 
@@ -189,8 +189,7 @@ def _read_mask(mask: Any, shape: Tuple[int, ...]) -> Any:
     return array
 
 
-def read_details(details: Any) -> Dict[str, float]:
-    """Return the details of an estimate as floats; see `read_estimate`."""
+def _read_details(details: Any) -> Dict[str, float]:
     if not isinstance(details, Mapping):
         raise MalformedEstimateError(
             f"the details are {value_text(details)}. Expected: a dict of numbers by name"
