@@ -51,17 +51,17 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     return digest, library_versions(libraries)
 
 
-def tree_digest(file: Path, package: Path, further: Iterable[Path] = ()) -> str:
+def tree_digest(file: Path, package: Path, unnamed: Iterable[Path] = ()) -> str:
     """Return the digest of a source file and of all modules that it imports, 16 hexadecimal digits.
 
-    `further` are files that the modules find by their names, without an import statement.
+    `unnamed` are files that the modules import by file name, which no import statement names.
 
     Libraries are not looked up, because this would take most of the time. `package` is the folder
     of the package whose modules are included (`.../trackers`). If `file` is outside this folder,
     modules of the file's package or folder are included too. The `__init__.py` of the package is
     included only if names are imported from it.
     """
-    return _follow_imports(file, package, further)[0]
+    return _follow_imports(file, package, unnamed)[0]
 
 
 def imported_libraries(file: Path, package: Path) -> list[str]:
@@ -107,7 +107,7 @@ def _versions(name: str) -> dict[str, str]:
 
 
 def _follow_imports(
-    file: Path, package: Path, further: Iterable[Path] = ()
+    file: Path, package: Path, unnamed: Iterable[Path] = ()
 ) -> tuple[str, set[str]]:
     """Return the digest of all imported files, and the import names of libraries."""
     file, package = file.resolve(), package.resolve()
@@ -119,7 +119,7 @@ def _follow_imports(
             roots[dotted.partition(".")[0]] = source.parents[dotted.count(".") + 1]
     contents: dict[Path, str] = {}
     libraries: set[str] = set()
-    pending = [file, *(source.resolve() for source in further)]
+    pending = [file, *(source.resolve() for source in unnamed)]
     while pending:
         path = pending.pop()
         if path in contents:

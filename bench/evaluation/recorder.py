@@ -4,10 +4,9 @@ Exceptions of a tracker are caught only in this module and stored as the failure
 of the machine, such as a full disk, are raised: they are no failure of the tracker.
 """
 
-import os
 import traceback
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from math import inf, isnan, nan
 from statistics import median
 from time import perf_counter, thread_time
@@ -53,7 +52,6 @@ from trackmark.trackers.base.estimate_check import (
     value_text,
 )
 from trackmark.trackers.base.plain import seed_number
-from trackmark.trackers.base.plain_class import ForkGuard, end_fork
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -144,7 +142,7 @@ class Recorder:
         self._first_seen = 0
         self._controller = Controller()
         self._made: Tracker | None = None
-        self._context: RunContext | None = None  # None for the package's trackers
+        self._context: AbstractContextManager[None] = nullcontext()
         self._drawn: set[str] = set()  # names of global generators
         self._update: Callable[[Any], Estimate]
 
@@ -180,7 +178,7 @@ class Recorder:
         box = self._truth_boxes[frame]
         if any(self._segment.perturbation):
             box, mask = self._segment.perturbed_box(box), None  # a mask would reveal the true box
-        self._last_box: Iterable[float] = box.copy()
+        self._last_box: Iterable[float] = box.tolist()
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
@@ -237,7 +235,7 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
-        self._note_drawn()
+        self.note_drawn()
         if self._drawn:
             circumstances["generators"] = sorted(self._drawn)
         if self._cpu:
@@ -289,7 +287,7 @@ class Recorder:
 
     def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
-        self._note_drawn()
+        self.note_drawn()
         if isinstance(self._made, ExternalPlugin):
             try:
                 self._made.close()
@@ -306,19 +304,19 @@ class Recorder:
             seed = run_seed(*run, base=self._spec.base_seed)
             # The package's trackers need none: they have no global generator, or seed it.
             if self.may_draw and not self._spec.is_built_in:
-                self._context = RunContext(seed_number(seed))
+                self._context = RunContext(seed_number(seed), is_alone=self._alone)
             self._made = self._in_context(self._spec.make, seed)
         return self._made
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
-        """Return the result of a call in the context of the run; times are not measured."""
-        with self._context or nullcontext(), ForkGuard():
+        """Return the result of a call in the context of the run."""
+        with self._context:
             return call(*arguments)
 
-    def _note_drawn(self) -> None:
-        """Note which global generators the tracker has drawn from."""
-        if self._context is not None:
-            self._drawn.update(self._context.generators.drawn)
+    def note_drawn(self) -> None:
+        """Note which global generators the tracker has drawn from, before others draw."""
+        if isinstance(self._context, RunContext):
+            self._drawn.update(self._context.drawn_generators())
         if isinstance(self._made, ExternalPlugin):
             self._drawn.update(self._made.drawn)
 
@@ -331,7 +329,7 @@ class Recorder:
             self._in_context(tracker.init_shared, shared_frame, box, mask)
             return
         self._update = tracker.update
-        with self._context or nullcontext(), ForkGuard():
+        with self._context:
             cpu, wall = thread_time(), perf_counter()
             tracker.init(shared_frame.image, box, mask)
             times = perf_counter() - wall, thread_time() - cpu
@@ -343,11 +341,9 @@ class Recorder:
     def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
         """Update the tracker and store its estimate; return the time that it took [s]."""
         update, argument = self._update, shared_frame if self._shared else shared_frame.image
-        began, answered, pid = 0.0, 0.0, os.getpid()
+        began = answered = 0.0
         try:
-            if self._context is not None:
-                self._context.__enter__()
-            try:
+            with self._context:
                 # The wall clock is read inside: otherwise, reading the CPU clock would count as
                 # waiting.
                 cpu = thread_time()
@@ -355,10 +351,6 @@ class Recorder:
                 estimate = update(argument)
                 answered = perf_counter()
                 times = answered - called_at, thread_time() - cpu
-            finally:  # without context managers, which would take as long as the rest
-                end_fork(pid)
-                if self._context is not None:
-                    self._context.__exit__()
             if self._external is not None:  # this process is idle meanwhile
                 times = self._external.call_times or (times[0], times[0])
                 answered = began + times[0]

@@ -3,31 +3,40 @@
 import os
 
 from trackmark.trackers.base.global_generators import GlobalGenerators
+from trackmark.trackers.base.plain_class import end_fork
 
 
 class RunContext:
     """Global random generators and working directory of a run, while its tracker is called.
 
+    A process that the tracker has forked in a call ends when it leaves the call.
+
     A tracker that changes the working directory keeps it until its run ends. Meanwhile, relative
-    paths of the harness and of other trackers stay valid.
+    paths of the harness and of other trackers stay valid. `is_alone`: see `GlobalGenerators`.
     """
 
-    def __init__(self, seed: int) -> None:
-        self.generators = GlobalGenerators(seed)
-        self._folder = ""  # empty: that of the harness
+    def __init__(self, seed: int, *, is_alone: bool) -> None:
+        self.generators = GlobalGenerators(seed, is_alone)
+        self._process = os.getpid()
+        self._home = _working_directory()  # the harness does not change it
+        self._folder = self._home
 
     def __enter__(self) -> None:
-        self._home = _working_directory()
-        if self._folder:
+        if self._folder != self._home:
             os.chdir(self._folder)
         self.generators.__enter__()
 
     def __exit__(self, *_: object) -> None:
+        end_fork(self._process)
         self.generators.__exit__()
-        folder = _working_directory()
-        self._folder = "" if folder == self._home else folder
-        if folder != self._home:
+        self._folder = _working_directory()
+        if self._folder != self._home:
             os.chdir(self._home)
+
+    def drawn_generators(self) -> list[str]:
+        """Return the names of the generators from which the tracker has drawn, after its run."""
+        self.generators.close()
+        return self.generators.drawn
 
 
 def _working_directory() -> str:

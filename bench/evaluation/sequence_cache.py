@@ -38,10 +38,10 @@ def are_equal(first: Sequence, second: Sequence) -> bool:
     """
     if first is second:
         return True
-    same_regions = first.regions.keys() == second.regions.keys()
-    if first.fingerprint != second.fingerprint or not same_regions:
+    if first.fingerprint != second.fingerprint or first.regions.keys() != second.regions.keys():
         return False
-    pairs = [(first.boxes, second.boxes), (first.visibility, second.visibility)]
+    names = "boxes", "visibility", "annotated"
+    pairs = [(getattr(first, name), getattr(second, name)) for name in names]
     pairs += [(boxes, second.regions[name]) for name, boxes in first.regions.items()]
     if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs):
         return False

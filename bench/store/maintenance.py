@@ -130,8 +130,8 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             ]
             others |= data
         for row in rows:
-            key, current = run_key(row), (row["tracker_version"], folder)
-            version, other = tracker_versions.setdefault(row["tracker"], current)
+            key, origin = run_key(row), (row["tracker_version"], folder)
+            version, other = tracker_versions.setdefault(row["tracker"], origin)
             if key not in stored and other != folder and version != row["tracker_version"]:
                 conflict = f"the versions of {key[0]} differ between {other} and {folder}"
                 conflicts += [] if conflict in conflicts else [conflict]

@@ -209,7 +209,7 @@ def scorer_digest(bench: Path) -> str:
     `bench` is the folder of the package. Presets and protocols are found by their file names, so
     that no import statement names them.
     """
-    further = [
+    by_name = [
         file for part in ("metrics/presets", "protocols") for file in bench.glob(f"{part}/*.py")
     ]
-    return tree_digest(bench / "store" / Path(__file__).name, bench, further)
+    return tree_digest(bench / "store" / Path(__file__).name, bench, by_name)

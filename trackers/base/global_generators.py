@@ -25,24 +25,42 @@ class GlobalGenerators:
     OpenCV and C cannot return their state, so they get another seed in each call. Each thread has
     a generator of OpenCV: only that of the calling thread is seeded. PyTorch is seeded if it was
     imported before the call.
+
+    If `is_alone`, no other run and no other code draws between the calls. The generators of Python
+    and NumPy then keep their state from the first call until `close`, which is faster and gives
+    the same numbers.
     """
 
-    def __init__(self, seed: int) -> None:
-        kinds = (_Python, _NumPy, _OpenCV, _C, _Torch)
-        self._generators = [kind(seed) for kind in kinds]  # type: List[Any]
+    def __init__(self, seed: int, is_alone: bool = False) -> None:
+        lasting = [_Python(seed), _NumPy(seed)]  # type: List[Any]
+        switched = [_OpenCV(seed), _C(seed), _Torch(seed)]  # type: List[Any]
+        self._generators = lasting + switched
+        self._switched = switched if is_alone else self._generators
+        self._to_install = lasting if is_alone else []
+        self._to_store = []  # type: List[Any]
 
     @property
     def drawn(self) -> List[str]:
-        """Names of the generators that the tracker has changed."""
+        """Names of the generators that the tracker has changed; complete after `close`."""
         return [generator.name for generator in self._generators if generator.drawn]
 
     def __enter__(self) -> None:
-        for generator in self._generators:
+        if self._to_install:
+            for generator in self._to_install:
+                generator.install()
+            self._to_store, self._to_install = self._to_install, []
+        for generator in self._switched:
             generator.install()
 
     def __exit__(self, *_: object) -> None:
-        for generator in self._generators:
+        for generator in self._switched:
             generator.store()
+
+    def close(self) -> None:
+        """Note draws from generators that keep their state between calls."""
+        for generator in self._to_store:
+            generator.store()
+        self._to_store = []
 
 
 @contextmanager
@@ -156,22 +174,31 @@ def _restore_numpy(bits: Any, state: Any) -> None:
 
 
 class _Reseeded:
-    """Generator without readable state: it gets another seed before each call of a tracker."""
+    """Generator without readable state, which is seeded before each call of a tracker.
+
+    While the tracker has not drawn, the seed is always the same one, and a number that is drawn
+    after the call is the first one of this seed. Afterwards, each call has another seed.
+    """
 
     name = ""
 
     def __init__(self, seed: int) -> None:
         self.drawn = False
         self._seeds = random.Random(seed)
+        self._seed = self._next_seed()
         self._first = None  # type: Any
 
     def install(self) -> None:
-        # OpenCV takes the bits of the seed as its first number: they must include the sign.
-        seed = self._seeds.getrandbits(32) - (1 << 31)
-        if not self.drawn:
-            self.seed(seed)
+        if self.drawn:
+            self._seed = self._next_seed()
+        elif self._first is None:
+            self.seed(self._seed)
             self._first = self.draw()
-        self.seed(seed)
+        self.seed(self._seed)
+
+    def _next_seed(self) -> int:
+        # OpenCV takes the bits of the seed as its first number: they must include the sign.
+        return self._seeds.getrandbits(32) - (1 << 31)
 
     def store(self) -> None:
         # After the import of a library in this call, there is no number to compare with.

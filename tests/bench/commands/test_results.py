@@ -243,8 +243,8 @@ def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versi
     assert "knob.py:Knob on Small: 1, 1 stale" in trackmark("results", "list", "trial").stdout
     exported = trackmark("results", "export", "trial", "out", "--as", "otb").stderr
     assert "knob.py:Knob on Small, repetition 0: not exported" in exported
-    printed = trackmark("show", "data/Small", "--results", "trial", "--output", "s.png").stderr
-    assert "knob.py:Knob, repetition 0: not drawn" in printed
+    messages = trackmark("show", "data/Small", "--results", "trial", "--output", "s.png").stderr
+    assert "knob.py:Knob, repetition 0: not drawn" in messages
     trackmark(
         "run",
         "--trackers",
