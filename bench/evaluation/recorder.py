@@ -60,7 +60,6 @@ from trackmark.trackers.base.estimate_check import (
     value_text,
 )
 from trackmark.trackers.base.plain import seed_number
-from trackmark.trackers.base.plain_class import ForkGuard
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -286,8 +285,7 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            with ForkGuard():
-                return call()
+            return call()
         except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
