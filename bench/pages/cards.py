@@ -84,8 +84,7 @@ def leaderboard(
         rows = [replace(row, marked=False) for row in rows]
     rows.sort(key=lambda row: -row.mean if isfinite(row.mean) else np.inf)
     n = len(runs.stages)
-    over = [f"{n} sequence{'s' * (n != 1)}", *time_notes]
-    return Leaderboard(rows, "; ".join(over))
+    return Leaderboard(rows, f"{n} sequence{'s' * (n != 1)}", time_notes)
 
 
 def poster(scene: PlayerScene) -> bytes:

@@ -168,11 +168,8 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
     return [chart] if lines else []
 
 
-def speed_charts(summary: Table, runs: PageRuns, time_notes: Sequence[str]) -> list[Chart]:
-    """Return the plot of mean overlap against the time per frame; none for a single tracker.
-
-    For `time_notes`, see `bench.reporting.times`.
-    """
+def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
+    """Return the plot of mean overlap against the time per frame; none for a single tracker."""
     quantity, dots = SUMMARY[0], []
     for name, measures in means_by_tracker(summary).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, TIME.name))
@@ -186,7 +183,6 @@ def speed_charts(summary: Table, runs: PageRuns, time_notes: Sequence[str]) -> l
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
-    bars = "; ".join([bars, *time_notes])
     words = f"{quantity.title.capitalize()} against time per frame; {bars}. "
     words += "Up and to the left is better."
     chart = Chart(

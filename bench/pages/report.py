@@ -142,7 +142,7 @@ class _Content:
         if self.summary is not None:
             _, measured = with_times(self.scored, self.timed)
             self.time_mark, self.time_notes = time_mark(measured), time_notes(measured)
-            self.speed = speed_charts(self.summary, self.runs, self.time_notes)
+            self.speed = speed_charts(self.summary, self.runs)
         self.survival = survival_charts(self.scored, self.runs)
 
     def _compare(self) -> tuple[Comparison | None, Answer]:

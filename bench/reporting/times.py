@@ -53,10 +53,10 @@ def with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame,
     times = np.array([means.get(name, np.nan) for name in names], np.float64)
     if len(times) and np.isfinite(times).all():
         return scored.assign(**{TIME.name: times}), whole
-    own = scored[TIME.name].where(scored["status"] != "failed")
-    of_tracker = own.groupby(scored["tracker"], observed=True).transform("mean")
-    own = own.where(scored["status"] != "failed", of_tracker)
-    return scored.assign(**{TIME.name: own}), scored
+    times_of_runs = scored[TIME.name].where(scored["status"] != "failed")
+    of_tracker = times_of_runs.groupby(scored["tracker"], observed=True).transform("mean")
+    times_of_runs = times_of_runs.where(scored["status"] != "failed", of_tracker)
+    return scored.assign(**{TIME.name: times_of_runs}), scored
 
 
 def clock_of(runs: pd.DataFrame) -> dict[str, str]:
@@ -79,20 +79,20 @@ def time_notes(runs: pd.DataFrame) -> list[str]:
     """Return notes for tables and charts with the times of runs: machine, clocks, peculiarities."""
     texts = ["clock", "machine", "time_note"]
     runs = runs.assign(**{name: runs[name].astype(object).fillna("") for name in texts})
-    known = runs[runs["machine"] != ""]
-    if known.empty:
+    measured = runs[runs["machine"] != ""]
+    if measured.empty:
         return []
-    machines = "ms/frame on " + known["machine"].astype(str)
+    machines = "ms/frame on " + measured["machine"].astype(str)
     notes = [*machines.unique()]
     if len(notes) > 1:
-        notes = _by_tracker(known.assign(machine=machines), "machine")
-    notes += _by_tracker(known[known["clock"] != RUN_DELAY_CLOCK], "clock")
-    notes += _by_tracker(known[known["time_note"] != ""], "time_note")
-    mark = time_mark(known)
+        notes = _by_tracker(measured.assign(machine=machines), "machine")
+    notes += _by_tracker(measured[measured["clock"] != RUN_DELAY_CLOCK], "clock")
+    notes += _by_tracker(measured[measured["time_note"] != ""], "time_note")
+    mark = time_mark(measured)
     if mark == DISTURBED:
-        most = known["run_delay_share"].max()
+        most = measured["run_delay_share"].max()
         notes.append(
-            f"{DISTURBED}: other load delayed the updates by up to {most:.0%} of the time; "
+            f"{DISTURBED}: other load delayed the updates by up to {100 * most:.0f} % of the time; "
             "`run --timing` on a quieter machine measures these runs again"
         )
     elif mark == APPROXIMATE:
@@ -130,6 +130,14 @@ def fps_text(milliseconds: float) -> str:
     return f"{float(f'{1e3 / milliseconds:.2g}'):g}"
 
 
+def _fps(milliseconds: float) -> str:
+    """Return the frames per second for a table of all digits."""
+    if not milliseconds > 0:
+        return MISSING
+    rate = 1e3 / milliseconds
+    return f"{rate:.0f}" if rate >= 100 else f"{rate:.1f}"
+
+
 def with_fps(table: Table, mark: str = "") -> Table:
     """Insert the column `fps` after `ms/frame`, and put a mark before the times."""
     column = table.heads.index(TIME.head)
@@ -138,7 +146,7 @@ def with_fps(table: Table, mark: str = "") -> Table:
     for cells, mean in zip(table.rows, times["mean"].tolist(), strict=True):
         time = cells[column]
         time = replace(time, text=f"{mark}{time.text}") if isfinite(mean) else time
-        rows.append([*cells[:column], time, Cell(fps_text(mean)), *cells[column + 1 :]])
+        rows.append([*cells[:column], time, Cell(_fps(mean)), *cells[column + 1 :]])
     gaps = ["standard_deviation", "low", "high"]
     fps = times.assign(measure="fps", mean=1e3 / times["mean"], **dict.fromkeys(gaps, np.nan))
     data = pd.concat([table.data, fps.set_axis(fps.index + 0.5)]).sort_index(ignore_index=True)

@@ -53,8 +53,8 @@ class Pace:
 def log_ratio(times: NDArray[np.float64]) -> float:
     """Return the logarithm of the ratio of the second to the first revision's time in a session.
 
-    `times`: wall times minus run delay [s], shape (2, passes, turns). Other load only adds to the time of a turn.
-    The minimum over passes therefore estimates the time of a turn.
+    `times`: wall times minus run delay [s], shape (2, passes, turns). Other load only adds to the
+    time of a turn. The minimum over passes therefore estimates the time of a turn.
     """
     first, second = times.min(axis=1).sum(axis=1).tolist()
     return log(second / first)

@@ -67,7 +67,8 @@ class Leaderboard:
     """Trackers by mean overlap, best first."""
 
     rows: Sequence[LeaderRow]
-    over: str  # number of sequences, and notes on times: `3 sequences`
+    over: str  # number of sequences: `3 sequences`
+    notes: Sequence[str] = ()  # on the times
 
 
 @dataclass(frozen=True)

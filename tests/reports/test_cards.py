@@ -34,8 +34,10 @@ PARTS = [
     (
         Leaderboard(
             [
-                LeaderRow(1, "b", 0.8, (0.7, 0.9), "91 %", "3.1 px", "24 ms", PLACE, marked=True),
-                LeaderRow(0, "a", nan, None, "—", "—", "—", note="2 of 2 runs failed"),
+                LeaderRow(
+                    1, "b", 0.8, (0.7, 0.9), "91 %", "3.1 px", "24", "42", PLACE, marked=True
+                ),
+                LeaderRow(0, "a", nan, None, "—", "—", "—", "—", note="2 of 2 runs failed"),
             ],
             "8 sequences",
         ),
@@ -44,7 +46,7 @@ PARTS = [
             '<span class="fill c1" style="width:80.0%">',
             '<i class="interval" style="left:70.0%;width:20.0%"></i>',
             "<b>0.80</b> <small>[0.70, 0.90]</small>",
-            "<i>success </i>91 %</span><span><i>error </i>3.1 px</span><span><i>time </i>24 ms<",
+            "<i>success </i>91 %</span><span><i>error </i>3.1 px</span><span><i>ms/frame </i>24<",
             '<li data-k="0"><div class="row"><span class="who">* <span><b>a</b> <small>2 of 2 runs',
             '<span class="track"></span><span class="value"><b>—</b></span>',
         ],
@@ -127,7 +129,7 @@ def test_card_has_its_values_and_links(card, parts):
 @pytest.mark.parametrize(
     "card",
     [
-        Leaderboard([LeaderRow(0, HOSTILE, 0.5, None, "", "", "", note=HOSTILE)], HOSTILE),
+        Leaderboard([LeaderRow(0, HOSTILE, 0.5, None, "", "", "", "", note=HOSTILE)], HOSTILE),
         [Loop(HOSTILE, 0, 1, replace(STILL, words=HOSTILE), [(0, HOSTILE, 0.5)], PLACE)],
         HeatTable([(0, HOSTILE)], [HeatRow(HOSTILE, b"", [0.5], [None])], [0.5], 12),
         PairMatrix([(0, HOSTILE)], [[PairCell("", 0, 0, 0, HOSTILE, PLACE)]], HOSTILE),

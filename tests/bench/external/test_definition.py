@@ -13,7 +13,7 @@ from trackmark.bench.engine.work_unit import Entry, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import describe_tracker
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.external.plugin import TRANSFER_CLOCK
+from trackmark.bench.external.trax import TraxPlugin
 from trackmark.trackers import Randomness, TrackerError, static
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -28,7 +28,7 @@ def test_run_of_a_command_equals_that_of_static_in_process():
     assert not run.failure
     assert run.boxes.tobytes() == expected.boxes.tobytes()
     assert run.identity.tracker == "mine"
-    assert run.circumstances["clock"] == TRANSFER_CLOCK
+    assert run.circumstances["clock"] == TraxPlugin.clock
     assert not bench.evaluate_run(trax(), "Noise", protocol="tre:starts=3").failure
     assert not living("plain.py")
 

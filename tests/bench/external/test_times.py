@@ -67,7 +67,8 @@ def test_waiting_is_time_in_all_ways_in(waiting, folder, way):
     facts = run.circumstances
     assert not run.failure
     # Waiting ends when the thread may run again; the delay until it runs is not part of the time.
-    assert 15 <= facts["ms_per_frame"] < 20
+    # Run delay of a TraX tracker after its answer is subtracted, too.
+    assert (14 if way == "trax" else 15) <= facts["ms_per_frame"] < 20
     assert facts["fps"] == pytest.approx(1e3 / facts["ms_per_frame"])
     assert facts["cpu_ms_per_frame"] < 5
     assert facts["time_note"] == "waits"

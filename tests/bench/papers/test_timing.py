@@ -10,6 +10,7 @@ import pytest
 from trackmark.bench.claims.claim_tests import Evidence, judge
 from trackmark.bench.claims.claims_file import read_claims
 from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.evaluation import interleaved_timing
 from trackmark.bench.papers import timing
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import paper_module
@@ -52,7 +53,14 @@ class Method:
 
 
 def test_ratio_of_turns_ignores_other_load(monkeypatch):
-    monkeypatch.setattr(timing, "thread_time", lambda: Load.now)
+    class Clock:
+        def start(self):
+            self.started = Load.now
+
+        def stop(self):
+            return interleaved_timing.TurnTime(Load.now - self.started, 0.0)
+
+    monkeypatch.setattr(interleaved_timing, "CLOCK", Clock())
     monkeypatch.setattr(timing, "Reference", Method)
     clips = [("long", IMAGES, BOX), ("short", IMAGES[:5], BOX), ("short", IMAGES[:3], BOX)]
     times = turn_times({"fast": lambda: Method(1e-3), "slow": lambda: Method(3e-3)}, clips)
