@@ -56,7 +56,7 @@ def frame(tracker, overlap, protocol="accuracy", n=2, **more):
     ("a", "b", "times", "rates"),
     [
         (7.0, None, ["2.000", "2.000"], ["500", "500"]),  # of the runs themselves
-        (7.0, 3.0, ["7.000", "3.000"], ["140", "330"]),
+        (7.0, 3.0, ["7.000", "3.000"], ["143", "333"]),
     ],
 )
 def test_times_are_of_timing_runs_if_all_trackers_have_them(a, b, times, rates):
