@@ -307,7 +307,7 @@ def _pairs(
         if interval is None:
             answer = replace(answer, reason=answer.reason + units.remedy)
         elif sign < 0:
-            interval = Interval(-interval.high, -interval.low)
+            interval = Interval(0.0 - interval.high, 0.0 - interval.low)  # without -0
         same = same_boxes.get((first, second), same_boxes.get((second, first), 0))
         wins = int((sign * by_unit > 0).sum())
         pairs.append(Pair(first, second, differences, by_unit, answer, interval, wins, same))
