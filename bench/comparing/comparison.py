@@ -212,9 +212,8 @@ def compare(
     `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
     stored trackers. `against`: tracker to compare with every other tracker. `by_scene`: units are
     scenes, also for several families. `families`: declared families, which are then the units.
-    `attributes`: by sequence. `same_boxes`: function that
-    returns on how many sequences two trackers gave equal boxes. `not_repeatable`: trackers that
-    gave different boxes with the same seed.
+    `attributes`: by sequence. `same_boxes`: number of sequences with equal boxes, by pair of
+    trackers. `not_repeatable`: trackers that gave different boxes with the same seed.
 
     Sequences on which no run has a score, such as those of one frame, are left out.
 
