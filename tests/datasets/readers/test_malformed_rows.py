@@ -46,6 +46,19 @@ def test_sizeless_row_of_mot_does_not_refuse_the_set(size, tmp_path, write_image
     assert datasets.load(recording.path).malformed.tolist() == [False, True, False]
 
 
+@pytest.mark.parametrize("layout", [layouts.otb, layouts.vot_current, layouts.got10k])
+def test_negative_size_can_stand_for_many_absent_frames(layout, tmp_path, write_images):
+    recording = layout(tmp_path, write_images, None)
+    image = recording.frame.read_bytes()
+    for number in range(4, 11):
+        digits = str(number).zfill(len(recording.frame.stem))
+        recording.frame.with_name(f"{digits}.jpg").write_bytes(image)
+    for label in recording.truth.parent.glob("*.[lv]a*"):
+        label.unlink()
+    recording.truth.write_text("2,3,8,9\n" * 6 + "-1,-1,-1,-1\n" * 4)
+    assert datasets.load(recording.path).malformed.sum() == 4
+
+
 def test_flagged_rows_are_not_malformed(tmp_path, write_images):
     recording = layouts.lasot(tmp_path, write_images, None)
     recording.truth.write_text("2,3,8,9\n3,3,8,9\n0,0,0,0\n")
