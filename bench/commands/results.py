@@ -148,6 +148,9 @@ class RemoveOptions:
     folder: Path = argument(default=Path("results"), required=False)
     tracker: str = selection_option("Only trackers that match this pattern.", default="*")
     sequence: str = selection_option("Only sequences that match this pattern.", default="*")
+    protocol: str | None = selection_option(
+        "Only runs of this protocol: timing, one-pass, ….", metavar="NAME[:PARAMETER=VALUE]…"
+    )
     failed: bool = selection_option("Only runs that failed.")
     yes: bool = execution_option("Do not ask for confirmation.")
 
@@ -170,13 +173,16 @@ def remove(options: RemoveOptions) -> None:
     from trackmark.bench.store.run_rows import list_runs
 
     selected: dict[Path, list[RunKey]] = {}
+    stored = "*" if options.protocol is None else _stored_protocol(options.protocol)
     for experiment in experiment_folders(options.folder):
         results = Results(experiment)
         # Keys suffice: damaged runs can be removed, too.
         cells = [
             cell
             for cell in results.list_keys()
-            if fnmatchcase(cell[0], options.tracker) and fnmatchcase(cell[1], options.sequence)
+            if fnmatchcase(cell[0], options.tracker)
+            and fnmatchcase(cell[1], options.sequence)
+            and stored in ("*", cell[3])
         ]
         if options.failed:
             failed = {run_key(row) for row in list_runs(results) if row["status"] == "failed"}
@@ -187,10 +193,17 @@ def remove(options: RemoveOptions) -> None:
         click.echo("No run matches; nothing was removed.")
         return
     if not options.yes:
-        confirm(f"Remove {number} runs from {options.folder}?")
+        confirm(f"Remove {number} run{'s' * (number != 1)} from {options.folder}?")
     for experiment, cells in selected.items():
         Results(experiment).remove(cells)
-    click.echo(f"Removed {number} runs.")
+    click.echo(f"Removed {number} run{'s' * (number != 1)}.")
+
+
+def _stored_protocol(text: str) -> str:
+    """Return the name under which runs of a protocol are stored."""
+    from trackmark.bench.protocols import TIMING, parse_protocol
+
+    return TIMING if text == TIMING else parse_protocol(text).text
 
 
 @command.command("check")

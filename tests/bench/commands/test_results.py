@@ -318,3 +318,14 @@ def test_check_rebuilds_a_damaged_index_and_names_an_empty_file(trackmark, works
     assert "results/mine: damaged\n" in checked.stdout
     assert "it has 0 bytes" in checked.stderr
     assert "it has 0 bytes" in trackmark("report", "results", status=2).stderr
+
+
+def test_timing_runs_are_removed_by_their_protocol(trackmark, workspace):
+    run = ("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
+    trackmark(*run)
+    trackmark(*run, "--timing")
+    remove = ("results", "remove", "results/mine", "--yes", "--protocol")
+    assert "unknown protocol 'timings'" in trackmark(*remove, "timings", status=2).stderr
+    assert trackmark(*remove, "timing").stdout == "Removed 1 run.\n"
+    table = bench.load_runs(workspace / "results")
+    assert table["protocol"].tolist() == ["accuracy"]
