@@ -32,7 +32,7 @@ def test_results_are_listed_merged_and_removed(trackmark, workspace):
     assert "Copied 0 runs" in trackmark("results", "merge", "results/a", "results/c").stdout
     assert len(bench.load_runs(workspace / "results" / "c")) == 2
     removed = trackmark("results", "remove", "results/c", "--tracker", "cam*", "--yes")
-    assert "Removed 1 runs" in removed.stdout
+    assert "Removed 1 run." in removed.stdout
     left = json_lines(trackmark("results", "list", "results/c", "--json"))
     assert [row["tracker"] for row in left] == ["static"]
     nothing = trackmark("results", "remove", "results/c", "--failed", "--yes").stdout
