@@ -172,10 +172,9 @@ def run_protocol(
         walk.run()
         last = len(sequence) - 1
         for recorder in recorders:
-            if not recorder.failure:
-                observer.on_tracker_call(recorder.entry, last)
-                recorder.finish(last)
-                observer.on_tracker_return()
+            observer.on_tracker_call(recorder.entry, last)
+            recorder.finish(last)
+            observer.on_tracker_return()
     finally:
         sequence.frames = frames
         generators.close()

@@ -219,9 +219,12 @@ class Recorder:
         self._segmentation.contour_accuracy[frame] = contour_accuracy(mask, truth)
 
     def finish(self, frame: int) -> None:
-        """Store the corrections of `Finisher.finish` after the last frame of a one-pass run."""
-        tracker = self._tracker()
-        if self._complete and isinstance(tracker, Finisher):
+        """Store the corrections of `Finisher.finish` after the last frame of a one-pass run.
+
+        Release the tracker, also that of a failed run, before global generators are restored.
+        """
+        tracker = self._made
+        if self._complete and isinstance(tracker, Finisher) and not self.failure:
             self._call(
                 frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
             )
