@@ -272,6 +272,10 @@ def test_means_leave_out_a_sequence_of_one_frame(make_sequence):
     note = "s1; mean overlap is undefined for all trackers"
     assert note in " ".join(str(results).split())
     assert note in " ".join(results._repr_html_().split())
+    results.metrics = "long-term"
+    text = " ".join(str(results).split())
+    assert "means over s5, s6," in text
+    assert "left out: s1; precision is undefined" in text
 
 
 def test_failed_run_warns_and_can_raise(line):
