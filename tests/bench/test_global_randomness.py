@@ -92,9 +92,7 @@ def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
     assert not np.array_equal(*alone)
 
 
-@pytest.mark.parametrize(
-    ("name", "generators"), [("Fails", None), ("DrawsAndFails", ["random"])]
-)
+@pytest.mark.parametrize(("name", "generators"), [("Fails", None), ("DrawsAndFails", ["random"])])
 def test_failed_run_names_its_own_generators_only(file, make_sequence, name, generators):
     run = bench.evaluate_run(f"{file}:{name}", make_sequence(n=9))
     assert "ValueError" in run.failure

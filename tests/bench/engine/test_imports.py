@@ -38,7 +38,9 @@ def errors(tmp_path, monkeypatch):
         (tmp_path / "mine.py").write_text(text)
         shutil.rmtree("used", ignore_errors=True)
         sources = tuple(map(SequenceSource, ("samples/face", "samples/bow-tie")))
-        execution = Execution(Experiment("e", (f"mine.py{option}",), sources), tmp_path / "results", 2)
+        execution = Execution(
+            Experiment("e", (f"mine.py{option}",), sources), tmp_path / "results", 2
+        )
         finished = [row["status"] for row in execution.rows()]
         return execution.tracker_errors or finished
 
