@@ -172,11 +172,14 @@ def run_protocol(
         walk.run()
         last = len(sequence) - 1
         for recorder in recorders:
-            observer.on_tracker_call(recorder.entry, last)
-            recorder.finish(last)
-            observer.on_tracker_return()
+            if not recorder.failure:
+                observer.on_tracker_call(recorder.entry, last)
+                recorder.finish(last)
+                observer.on_tracker_return()
     finally:
         sequence.frames = frames
+        for recorder in recorders:
+            recorder.note_drawn()
         generators.close()
     overhead = median(walk.overheads) if walk.overheads else nan
     runs = [recorder.result() for recorder in recorders]
