@@ -9,7 +9,12 @@ from typing import Any, Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.box_unit import find_other_unit, share_outside
+from trackmark.datasets.box_unit import (
+    CORNERS,
+    find_other_unit,
+    resemble_corners,
+    share_outside,
+)
 from trackmark.datasets.shapes import Shapes
 
 Array: TypeAlias = NDArray[np.float64]
@@ -346,6 +351,12 @@ class Sequence:
             outside = share_outside(self.boxes[self.present], self.known_size)
             if problem := self._unit_problem(self.known_size):
                 remarks.append(problem)
+            elif resemble_corners(self.boxes, self.known_size):
+                remarks.append(
+                    f"the ground truth can be {CORNERS.name}. Expected: x, y, width, height. "
+                    "Look at the boxes (`trackmark show`). If they are wrong, convert all rows: "
+                    f"{CORNERS.remedy}."
+                )
             elif np.median(outside) > _MAX_OUTSIDE:
                 remarks.append(
                     "most boxes lie outside the images. Check that the ground truth is in pixels "

@@ -50,6 +50,23 @@ def test_sparse_truth_scores_annotated_frames_only(trackmark, workspace):
     assert mean_scores(workspace / "out", "long-term")["recall"] == pytest.approx(0.8)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "--trackers", "static"],
+        ["compare", "static", "camshift"],
+        ["baseline", "mine", "--trackers", "static"],
+    ],
+)
+def test_commands_that_run_name_frames_without_annotation(command, trackmark, workspace):
+    write_images(workspace / "sparse", 4)
+    (workspace / "sparse/truth.csv").write_text(
+        "frame,x,y,width,height\n0,10,12,20,16\n3,13,12,20,16\n"
+    )
+    printed = unwrapped(trackmark(*command, "--sequences", "sparse").stderr)
+    assert printed.count("sparse: 2 of 4 frames are not annotated and not scored.") == 1
+
+
 def test_empty_box_states_absence_in_scores(trackmark, workspace):
     write_images(workspace / "gone", 4)
     rows = "0,10,12,20,16\n1,,,,\n3,10,12,20,16\n"
