@@ -112,8 +112,8 @@ def tracker_texts(trackers: Any) -> tuple[str, ...]:
             file = source_file(tracker) if isinstance(tracker, type) else None
             example = f"{file}:{tracker.__name__}" if file else "path/to/file.py:ClassName"
             raise TrackerError(
-                f"{name or tracker!r}: worker processes read trackers from files, and a dict "
-                f"cannot name them. Give, for example, {example!r} (its import must start no "
+                f"{name or value_text(tracker)}: worker processes read trackers from files, and a "
+                f"dict cannot name them. Give, for example, {example!r} (its import must start no "
                 "runs), or use trackmark.evaluate."
             )
         texts.append(str(tracker))

@@ -193,14 +193,15 @@ def record_failure(unit: Unit, failure: Failure) -> Run:
 def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec]]:
     """Return the sequence of a unit, and the trackers in the order of its entries.
 
-    Raises `SequenceError` if one of them cannot be opened, or differs from the plan.
+    Raises `SequenceError` if the sequence cannot be opened or has changed since the plan, and
+    `UnusableTrackerError` if a tracker cannot be created as planned.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     texts = [entry.tracker for entry in unit.entries]
     try:
         chosen = parse_trackers(texts)
     except ExternalTrackerError as error:  # its process ran when the runs were planned
-        raise SequenceError(f"{sequence.name}: {error}") from None
+        raise UnusableTrackerError(str(error)) from None
     except (TrackerError, OSError) as error:
         raise UnusableTrackerError(
             f"{str(error).removesuffix('.')}. This happens in a worker process, which imports the "

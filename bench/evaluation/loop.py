@@ -178,6 +178,8 @@ def run_protocol(
                 observer.on_tracker_return()
     finally:
         sequence.frames = frames
+        for recorder in recorders:
+            recorder.note_drawn()
         generators.close()
     overhead = median(walk.overheads) if walk.overheads else nan
     runs = [recorder.result() for recorder in recorders]

@@ -52,7 +52,6 @@ from trackmark.trackers.base.estimate_check import (
     value_text,
 )
 from trackmark.trackers.base.plain import seed_number
-from trackmark.trackers.base.plain_class import ForkGuard
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -68,6 +67,7 @@ MAX_REASON_CHARACTERS = 1_000
 MAX_TRACEBACK_CHARACTERS = 20_000
 """Maximum number of stored characters of the traceback of an exception."""
 
+_FLOAT64 = np.dtype(np.float64)
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 
@@ -235,7 +235,7 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
-        self._note_drawn()
+        self.note_drawn()
         if self._drawn:
             circumstances["generators"] = sorted(self._drawn)
         if self._cpu:
@@ -276,8 +276,7 @@ class Recorder:
         """Return the result of a call of the tracker; None if it raises. Not used for updates."""
         began = perf_counter()
         try:
-            with ForkGuard():
-                return call()
+            return call()
         except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
@@ -288,7 +287,7 @@ class Recorder:
 
     def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
-        self._note_drawn()
+        self.note_drawn()
         if isinstance(self._made, ExternalPlugin):
             try:
                 self._made.close()
@@ -314,8 +313,8 @@ class Recorder:
         with self._context:
             return call(*arguments)
 
-    def _note_drawn(self) -> None:
-        """Note which global generators the tracker has drawn from."""
+    def note_drawn(self) -> None:
+        """Note which global generators the tracker has drawn from, before others draw."""
         if isinstance(self._context, RunContext):
             self._drawn.update(self._context.drawn_generators())
         if isinstance(self._made, ExternalPlugin):
@@ -470,14 +469,15 @@ def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
     """
     box, confidence = estimate.box, estimate.confidence
     if (
-        type(box) is not np.ndarray
-        or box.dtype != np.float64
+        type(estimate) is not Estimate
+        or type(box) is not np.ndarray
+        or box.dtype is not _FLOAT64
         or box.shape != (4,)
         or type(estimate.visible) is not bool
         or type(confidence) is not float
         or estimate.mask is not None
         or type(estimate.details) is not dict
-        or not all(type(k) is str and type(v) is float for k, v in estimate.details.items())
+        or (estimate.details and not _are_plain(estimate.details))
     ):
         return None
     x, y, width, height = box.tolist()
@@ -485,6 +485,11 @@ def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
     if not is_valid or not (0.0 <= confidence <= 1.0 or isnan(confidence)):
         return None
     return x, y, width, height, estimate.visible, confidence
+
+
+def _are_plain(details: Mapping[Any, Any]) -> bool:
+    """Return whether details are floats by text, which need no conversion."""
+    return all(type(key) is str and type(details[key]) is float for key in details)
 
 
 def _lacks_memory(error: BaseException) -> bool:

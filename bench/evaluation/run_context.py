@@ -3,6 +3,7 @@
 import os
 
 from trackmark.trackers.base.global_generators import GlobalGenerators
+from trackmark.trackers.base.plain_class import end_fork
 
 
 class RunContext:
@@ -26,8 +27,7 @@ class RunContext:
         self.generators.__enter__()
 
     def __exit__(self, *_: object) -> None:
-        if os.getpid() != self._process:  # exit handlers belong to the process of the harness
-            os._exit(0)
+        end_fork(self._process)
         self.generators.__exit__()
         self._folder = _working_directory()
         if self._folder != self._home:

@@ -1,12 +1,15 @@
 """Film strips of stored results, and the boxes of all trackers on a sequence."""
 
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.reporting.outlines import Outlines, outlines_of_run
@@ -26,6 +29,8 @@ from trackmark.reports.write import file_names
 
 N_STRIP_FRAMES = 10
 
+_MAX_PENDING = 4  # film strips in memory
+
 TRACE_WORDS: Mapping[Trace, str] = {"online": "online boxes", "revised": "revised boxes"}
 """Labels in pictures for the boxes of trackers that revise boxes later."""
 
@@ -41,22 +46,38 @@ def write_strips(
     rows: dict[str, list[Mapping[str, Any]]] = {}
     for row in filter(is_judged, ordered_rows(Results(experiment))):  # read once: they can be many
         rows.setdefault(str(row["sequence"]), []).append(row)
-    shades, files, paths = colours(trackers), file_names(rows), list[Path]()
-    for name in sorted(rows):
-        sequence = open_sequence(rows[name][-1])
-        if isinstance(sequence, str):
-            on_message(f"no film strip: {sequence}")
-            continue
-        one_pass = [row for row in rows[name] if row["protocol"] == STORED_ONE_PASS]
-        runs = list(read_runs(experiment, one_pass))
-        boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}
-        for tracker, run in _select_repetition(runs, 0).items():
-            label = _label(tracker, run, "online")
-            boxes[label], named[label] = run.boxes, shades[tracker]
-        numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, N_STRIP_FRAMES)
-        strip = film_strip(sequence.__getitem__, numbers, boxes, name, shades=named)
-        paths.append(write_film_strip(folder / f"strip-{files[name]}.png", strip))
-    return paths
+    shades, files = colours(trackers), file_names(rows)
+    # Encoding takes longer than drawing. It releases the lock of the interpreter.
+    with ThreadPoolExecutor(1) as executor:
+        paths, written = list[Path](), deque[Future[Path]]()
+        for name in sorted(rows):
+            sequence = open_sequence(rows[name][-1])
+            if isinstance(sequence, str):
+                on_message(f"no film strip: {sequence}")
+                continue
+            strip = _draw_strip(experiment, rows[name], sequence, shades)
+            path = folder / f"strip-{files[name]}.png"
+            written.append(executor.submit(write_film_strip, path, strip))
+            if len(written) > _MAX_PENDING:  # limits the memory
+                paths.append(written.popleft().result())
+        return paths + [future.result() for future in written]
+
+
+def _draw_strip(
+    experiment: Path,
+    rows: Iterable[Mapping[str, Any]],
+    sequence: datasets.Sequence,
+    shades: Mapping[str, str],
+) -> NDArray[np.uint8]:
+    """Return the film strip of a sequence with the one-pass runs among `rows`."""
+    one_pass = [row for row in rows if row["protocol"] == STORED_ONE_PASS]
+    runs = list(read_runs(experiment, one_pass))
+    boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}
+    for tracker, run in _select_repetition(runs, 0).items():
+        label = _label(tracker, run, "online")
+        boxes[label], named[label] = run.boxes, shades[tracker]
+    numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, N_STRIP_FRAMES)
+    return film_strip(sequence.__getitem__, numbers, boxes, sequence.name, shades=named)
 
 
 def boxes_on(

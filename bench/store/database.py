@@ -353,7 +353,7 @@ def _to_results_error(path: Path, error: Exception) -> ResultsError:
         )
     remedies = (text for prefix, text in _REMEDIES.items() if name.startswith(prefix))
     remedy = next(remedies, "Run the same command again.")
-    return ResultsError(f"{path} cannot be read or written: {error} ({name}). {remedy}")
+    return ResultsError(f"{path} cannot be read or written: {error}. {remedy}")
 
 
 _PERMISSIONS = "Correct the permissions, or choose another folder with --output."

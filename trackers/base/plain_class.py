@@ -130,8 +130,13 @@ class ForkGuard:
         self._pid = os.getpid()
 
     def __exit__(self, *_: Any) -> None:
-        if os.getpid() != self._pid:
-            os._exit(0)
+        end_fork(self._pid)
+
+
+def end_fork(pid: int) -> None:
+    """End this process unless it has the id `pid`; see `ForkGuard`."""
+    if os.getpid() != pid:
+        os._exit(0)
 
 
 def _parameters(make: Any) -> Dict[str, Any]:

@@ -107,16 +107,6 @@ def test_damaged_message_is_recognised(shared, damage):
     assert read_rows(shared, read_state(shared)) == b""
 
 
-def test_copy_of_the_process_that_returns_from_a_call_ends(shared):
-    beats = Heartbeat(shared)
-    beats.on_tracker_call(1, 3)
-    copy = os.fork()
-    beats.on_tracker_return()
-    if copy == 0:
-        os._exit(99)  # the copy must not get here
-    assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == 0
-
-
 @pytest.mark.slow
 def test_full_disk_of_temporary_files_is_one_line(tmp_path):
     code = f"import tempfile; tempfile.tempdir = {str(tmp_path)!r}; {TRACKMARK[2]}"

@@ -297,7 +297,10 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
         stored = 0
         while not (refused := write_error(results, stored)):
             stored += 1
-    assert "runs.db cannot be read or written: database or disk is full. Free disk space" in refused
+    assert (
+        "runs.db cannot be read or written: database or disk is full (SQLITE_FULL). Free disk space"
+        in refused
+    )
     assert stored > 5
     assert assert_whole(results, range(stored)) == stored
     results.write(make_run(stored))
