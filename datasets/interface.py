@@ -96,6 +96,8 @@ class Origin:
         Target or scene in words, as stated in the data.
     unread_files : tuple of str
         Files with flags per frame, such as `absent.txt`, that the reader of the format ignores.
+    other_targets : tuple of str
+        Names of the recording's other targets, if no target was selected.
     first_pixel : int
         Coordinate of the first pixel in the files of the data set, and so in result files of its
         toolkits: 0 or 1. `Sequence.boxes` always count from 0.
@@ -106,6 +108,7 @@ class Origin:
     citation: str = ""
     description: str = ""
     unread_files: tuple[str, ...] = ()
+    other_targets: tuple[str, ...] = ()
     first_pixel: int = 0
 
 
@@ -332,7 +335,7 @@ class Sequence:
 
     @property
     def remarks(self) -> list[str]:
-        """Sentences on images, frames and files that are not read or not scored."""
+        """Sentences on images, frames, targets and files that are not read or not scored."""
         beyond, unknown = self.images_beyond_truth, int((~self.annotated).sum())
         remarks = []
         if beyond:
@@ -362,6 +365,13 @@ class Sequence:
                     "most boxes lie outside the images. Check that the ground truth is in pixels "
                     "of images of this size."
                 )
+        if others := self.origin.other_targets:
+            n = len(others)
+            subject = "1 other target is" if n == 1 else f"{n} other targets are"
+            remarks.append(
+                f"{subject} not used, for example {others[0]}. A folder or a pattern selects all "
+                "targets of a recording."
+            )
         if self.origin.unread_files:
             files = ", ".join(self.origin.unread_files)
             remarks.append(
