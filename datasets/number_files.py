@@ -20,7 +20,7 @@ _PADDED = re.compile(r"0[0-9]+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
 
 _MAX_FPS = 100_000.0
-_MAX_NEGATIVE = 0.1  # maximum share of rows with a negative size in a file of boxes
+_MAX_NEGATIVE = 0.5  # maximum share of rows with a negative size in a file of boxes
 
 
 def words(line: str) -> list[str]:
@@ -139,8 +139,9 @@ def as_boxes(rows: Array, path: Path, origin: float = 0.0, *, zero_is_absent: bo
     `rows`, shape (n, 4), are x, y, width and height. `path` is the file, for messages. `origin` is
     the coordinate of the first pixel in the file.
 
-    Raises `SequenceError` naming a line if more than a tenth of the sizes are negative: then the
-    columns have another meaning.
+    Raises `SequenceError` naming a line if more than half of the sizes are negative: then the
+    columns have another meaning. Fewer are valid: DepthTrack (xiaozai/DeT#5) and GOT-10k
+    (got-10k/toolkit#10) have them in frames without target, which can be many.
     """
     boxes = rows - [origin, origin, 0.0, 0.0]
     negative = np.flatnonzero((boxes[:, 2:] < 0.0).any(axis=1))

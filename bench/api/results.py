@@ -388,7 +388,13 @@ def compare(
     if isinstance(families, str | Path):
         declared = read_families(families)
     elif families is not None:
-        declared = Families(families, "families")
+        try:
+            declared = Families(dict(families), "families")
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"families={families!r}: expected a mapping from sequences to families, for "
+                "example {'walk-1': 'street'}, or a CSV file."
+            ) from None
     table, measure = scored_runs(folder, runs, stored, preset, measure)
     comparison = compare_runs(
         table,

@@ -324,7 +324,7 @@ def import_results(options: ImportOptions) -> None:
     """
     folder = options.output / options.name
     number = store_imported(parse_imported(options.results), options.sequences, folder)
-    click.echo(f"{number} runs are in {folder}.")
+    click.echo(f"{number} {'run is' if number == 1 else 'runs are'} in {folder}.")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -91,10 +91,10 @@ def _heading(
         label, _ = comparison.main_answers.get(entry.tracker, ("", ""))
         groups.setdefault(label, []).append(entry.tracker)
     if groups.keys() == {"better"}:
-        names = _names(groups["better"], f"the other {len(others)} trackers")
+        names = _names(groups["better"], _counted(len(others), len(others)))
         return f"{first.tracker} is better than {names}: {title} {value}."
     parts = [
-        words.format(_names(groups[label], f"{len(groups[label])} of {len(others)} trackers"))
+        words.format(_names(groups[label], _counted(len(groups[label]), len(others))))
         for label, words in _RELATIONS.items()
         if label in groups and not few
     ]
@@ -103,6 +103,11 @@ def _heading(
         names = _names([entry.tracker for entry in winners])
         parts.append(f"{names} {verb} the {best}, {highest}{comparison.unit_suffix}")
     return f"{'; '.join([text, *parts])}."
+
+
+def _counted(n: int, others: int) -> str:
+    """Return the number of trackers, of all others, that have one relation to the first."""
+    return f"{n} of the other {others} trackers" if n < others else f"the other {n} trackers"
 
 
 def _runner_up(

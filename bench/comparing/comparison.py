@@ -212,9 +212,8 @@ def compare(
     `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
     stored trackers. `against`: tracker to compare with every other tracker. `by_scene`: units are
     scenes, also for several families. `families`: declared families, which are then the units.
-    `attributes`: by sequence. `same_boxes`: function that
-    returns on how many sequences two trackers gave equal boxes. `not_repeatable`: trackers that
-    gave different boxes with the same seed.
+    `attributes`: by sequence. `same_boxes`: number of sequences with equal boxes, by pair of
+    trackers. `not_repeatable`: trackers that gave different boxes with the same seed.
 
     Sequences on which no run has a score, such as those of one frame, are left out.
 
@@ -307,7 +306,7 @@ def _pairs(
         if interval is None:
             answer = replace(answer, reason=answer.reason + units.remedy)
         elif sign < 0:
-            interval = Interval(-interval.high, -interval.low)
+            interval = Interval(0.0 - interval.high, 0.0 - interval.low)  # without -0
         same = same_boxes.get((first, second), same_boxes.get((second, first), 0))
         wins = int((sign * by_unit > 0).sum())
         pairs.append(Pair(first, second, differences, by_unit, answer, interval, wins, same))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trackmark.bench.comparing.comparable_runs import ComparisonError
+from trackmark.datasets.decoding import quote
 from trackmark.datasets.spec_string import name_hint
 
 COLUMNS = ["sequence", "family"]
@@ -19,15 +20,28 @@ class Families:
     source: str
 
     def by_name(self, sequences: Collection[str]) -> dict[str, str]:
-        """Return the families of these sequences; raise `ComparisonError` if one has none."""
-        if missing := [name for name in sequences if name not in self.by_sequence]:
+        """Return the families of these sequences; raise `ComparisonError` if one has none.
+
+        An empty name, None and NaN are no family.
+        """
+        families = {name: _name_of(self.by_sequence.get(name)) for name in sequences}
+        if missing := [name for name, family in families.items() if not family]:
             raise ComparisonError(
                 f"{self.source}: the sequence {missing[0]!r} has no family ({len(missing)} of "
                 f"{len(sequences)} sequences have none).{name_hint(missing[0], self.by_sequence)} "
                 "Give the family of every sequence; a sequence without relatives is a family of "
                 "its own."
             )
-        return {name: str(self.by_sequence[name]) for name in sequences}
+        return families
+
+
+def _name_of(family: object) -> str:
+    """Return the name of a family; empty for None and NaN, which data frames have in empty cells.
+
+    >>> _name_of(" street "), _name_of(3), _name_of(float("nan"))
+    ('street', '3', '')
+    """
+    return "" if family is None or family != family else str(family).strip()
 
 
 def read_families(file: str | Path) -> Families:
@@ -47,7 +61,9 @@ def read_families(file: str | Path) -> Families:
         raise ComparisonError(f"{file}: not a CSV file ({error}).") from None
     if missing := [name for name in COLUMNS if name not in names]:
         raise ComparisonError(
-            f"{file}: missing columns {', '.join(missing)}. Needed are {', '.join(COLUMNS)}."
+            f"{file}: missing columns {', '.join(missing)} (the first line is "
+            f"{quote(','.join(names))}). Expected: columns {', '.join(COLUMNS)}, with a comma "
+            "between them."
         )
     families: dict[str, str] = {}
     for line, row in rows:

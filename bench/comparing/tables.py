@@ -242,7 +242,9 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
     """
     pairs = list(comparison.pairs) if verbose else shown_pairs(comparison)[:MAX_LINES]
     labels, notes = _pair_labels(pairs)
-    rows = []
+    rows: list[list[str]] = []
+    shown: list[Pair] = []  # pairs whose reasons are shown
+    hidden: list[str] = []
     for label, pair in zip(labels, pairs, strict=True):
         texts = [*_pair_texts(comparison, pair), pair.answer.label]
         rows.append([label, *texts])
@@ -251,7 +253,10 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
         if verbose or is_main or reasoned == "all":
             empty = [""] * len(texts)
             rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
-    notes += _advice_notes(pairs, comparison.units.plural)
+            shown.append(pair)
+        elif reasons:
+            hidden = ["reasons: --verbose"]
+    notes += _advice_notes(shown, comparison.units.plural) + hidden
     others = len(comparison.pairs) - len(pairs)
     notes += [f"{others} more pairs: --verbose"] if others else []
     table = _table_of_pairs(comparison, rows)

@@ -19,7 +19,13 @@ from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Array, Sequence, SequenceError
-from trackmark.datasets.number_files import field_fps, field_path, read_fields, read_rows
+from trackmark.datasets.number_files import (
+    as_boxes,
+    field_fps,
+    field_path,
+    read_fields,
+    read_rows,
+)
 from trackmark.datasets.recorded import choose, describe_option, recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
@@ -106,7 +112,6 @@ def _read_targets(source: Path) -> dict[str, Array]:
     is_key = (keys == np.floor(keys)) & (keys >= (1, 0)) & (keys < 1e9)
     invalid = ~is_key.all(axis=1) | ~np.isfinite(rows).all(axis=1)
     counts = rows[:, 6] > 0
-    invalid |= counts & (rows[:, 4:6] <= 0).any(axis=1)
     if rows.shape[1] == _WITH_VISIBILITY:
         invalid |= ((rows[:, 8] < 0) & (rows[:, 8] != -1)) | (rows[:, 8] > 1)
     order = np.lexsort((rows[:, 0], rows[:, 1]))
@@ -116,9 +121,12 @@ def _read_targets(source: Path) -> dict[str, Array]:
         line = int(np.flatnonzero(invalid)[0])
         row = ",".join(f"{value:g}" for value in rows[line])
         raise SequenceError(
-            f"{source}: line {line + 1}: {row} is not a row of a target with a size, or the "
-            f"target's second row in this frame. Expected: {_ROW}."
+            f"{source}: line {line + 1}: {row} is invalid, or the target's second row in this "
+            f"frame. Expected: {_ROW}; frames count from 1, targets from 0 or 1, and a visibility "
+            "is 0 to 1, or -1 if it is unknown."
         )
+    counted = np.where(counts[:, None], rows[:, 2:6], np.nan)
+    as_boxes(counted, source)  # raises an error if many sizes are negative
     selected = rows[order][counts[order]]
     if not len(selected):
         raise SequenceError(

@@ -27,6 +27,7 @@ from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import image_files, numbered_images, size_of_first
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.number_files import (
+    as_boxes,
     check_form,
     check_line,
     check_row_count,
@@ -150,26 +151,29 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
         size = size_of_first(images)
     boxes = np.full((len(lines), 4), np.nan)
     annotated = np.ones(len(lines), np.bool_)
-    shapes: dict[int, Array | EncodedMask] = {}
+    masks: dict[int, EncodedMask] = {}
+    polygons: dict[int, Array] = {}
     for frame, line in enumerate(lines):
         check_line(line, frame + 1, path)
         check_form(line, frame + 1, path)
         try:
             if line.lstrip().startswith("m"):
-                shapes[frame] = mask = _parse_mask(line.strip().removeprefix("m"), size)
+                masks[frame] = mask = _parse_mask(line.strip().removeprefix("m"), size)
                 boxes[frame] = mask.box()
             else:
                 row = _parse_row(line)
                 annotated[frame] = row != _NOT_ANNOTATED
-                boxes[frame] = _box(row, first=frame == 0)
-                if len(row) > 4 and np.isfinite(boxes[frame]).all():
-                    shapes[frame] = np.array(row).reshape(-1, 2)
+                boxes[frame] = _box(row)
+                if len(row) > 4:
+                    polygons[frame] = np.array(row).reshape(-1, 2)
         except ValueError as error:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
     if not lines:
         raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
     _check_decimals(lines, path)
-    return _Regions(boxes, annotated, shapes, size)
+    boxes = as_boxes(boxes, path)
+    polygons = {frame: polygon for frame, polygon in polygons.items() if boxes[frame, 2] >= 0.0}
+    return _Regions(boxes, annotated, {**masks, **polygons}, size)
 
 
 def _check_decimals(lines: list[str], path: Path) -> None:
@@ -201,17 +205,14 @@ def _parse_row(line: str) -> list[float]:
     return row
 
 
-def _box(row: list[float], *, first: bool) -> list[float]:
+def _box(row: list[float]) -> list[float]:
     """Return the box around the box or polygon of a row; NaN if there is none."""
     if len(row) < 4:
         return [np.nan] * 4
-    if len(row) > 4:
-        points = np.array(row).reshape(-1, 2)
-        row = [*points.min(axis=0), *np.ptp(points, axis=0)]
-    elif not first and min(row[2:]) < 0.0:
-        raise ValueError("the box has a negative size")
-    # A box without size means absence, except in the first row; see `as_boxes`.
-    return [np.nan] * 4 if not first and min(row[2:]) == 0.0 else row
+    if len(row) == 4:
+        return row
+    points = np.array(row).reshape(-1, 2)
+    return [*points.min(axis=0), *np.ptp(points, axis=0)]
 
 
 def _parse_mask(text: str, size: tuple[int, int]) -> EncodedMask:

@@ -393,6 +393,13 @@ def test_arguments_of_other_types_are_rejected(line):
             function(*arguments)
 
 
+@pytest.mark.parametrize("families", [3, [1, 2], ["ab", "c"]])
+def test_families_that_are_no_mapping_are_rejected(line, families):
+    results = tm.evaluate(["static", "camshift"], line)
+    with pytest.raises(TypeError, match=r"families=.*: expected a mapping from sequences"):
+        tm.compare(results, families=families)
+
+
 def test_key_error_lists_the_nearest_runs(line):
     results = tm.evaluate("static", line)
     with pytest.raises(KeyError, match=r"nearest ones are \('static', 'line', 0\)"):

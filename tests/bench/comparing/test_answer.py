@@ -86,8 +86,8 @@ def test_fewer_than_six_sequences_have_no_better_tracker():
         ),
         (
             ["inconclusive"] * 4,
-            "a has the highest mean overlap, 0.80 [0.70, 0.90]; it is not clearly better than 4 of "
-            "4 trackers.",
+            "a has the highest mean overlap, 0.80 [0.70, 0.90]; it is not clearly better than "
+            "the other 4 trackers.",
         ),
     ],
 )

@@ -194,6 +194,13 @@ def test_sequence_without_declared_family_is_refused(make_runs):
         compare(runs, OVERLAP, families=families)
 
 
+@pytest.mark.parametrize("family", [None, np.nan, "", " "])
+def test_empty_declared_family_is_refused(make_runs, family):
+    families = Families(VIDEOS | {"clip3": family}, "families")
+    with pytest.raises(ComparisonError, match=r"'clip3' has no family \(1 of 10"):
+        compare(make_runs(ladder("ab"), names=CLIPS), OVERLAP, families=families)
+
+
 def test_families_are_read_from_a_file(tmp_path):
     file = tmp_path / "families.csv"
     file.write_text("\ufefffamily,note,sequence\nvideo 1,x,clip1\n\nvideo 1,,clip2\n", "utf-8")
@@ -203,7 +210,8 @@ def test_families_are_read_from_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("sequence,video\na,b\n", "missing columns family. Needed are sequence, family"),
+        ("sequence,video\na,b\n", "missing columns family .the first line is 'sequence,video'"),
+        ("sequence;family\na;b\n", r"first line is 'sequence;family'\)\. Expected: columns"),
         ("sequence,family\na,\n", "line 2: 'a', ''. Give sequence and family"),
         ("sequence,family\na,b\na,c\n", "line 3: 'a' is on an earlier line"),
         (b"\xff\xfe", "not a CSV file"),
@@ -240,6 +248,21 @@ def test_paragraph_states_methods_and_answers(make_runs):
     assert "interval, at 98.33 % each (Bonferroni over 3 comparisons, together 95 %)" in text
     assert "together 95 %), for new sequences of the same kind as these" in text
     assert "a was worse than c (difference -0.2" in text
+
+
+def test_hidden_reasons_are_announced_without_advice(make_runs):
+    comparison = compare(make_runs({name: around(HARDNESS, 0.05) for name in "abcdefg"}), OVERLAP)
+    lines = screen_lines(comparison)
+    assert not any("would be missed" in line for line in lines)
+    assert lines[-2:] == ["reasons: --verbose", "15 more pairs: --verbose"]
+    complete = "\n".join(screen_lines(comparison, verbose=True))
+    assert "would be missed" in complete
+    assert "Fix the number of sequences" in complete
+
+
+def test_equal_errors_have_no_negative_zero(make_runs):
+    comparison = compare(make_runs({name: around(HARDNESS) for name in "ab"}), ERROR)
+    assert "+0.00  [+0.00, +0.00]" in "\n".join(screen_lines(comparison))
 
 
 def test_many_trackers_are_summarised_for_the_best_one(make_runs):

@@ -363,7 +363,12 @@ MISTAKES = {
     "frame": (layouts.tlp, "groundtruth_rect.txt", "2,1,1,5,5,0\n", "line 1: frame 2"),
     "vatic": (layouts.nfs, "walk.txt", "0 1 2 9 11 0 0 0 2 x\n", "line 1: .* not a row of VATIC"),
     "order": (layouts.nfs, "walk.txt", "0 1 2 9 9 4 0 0 0 x\n" * 2, "line 2: frame 4 follows"),
-    "width": (layouts.mot, "gt.txt", "1,7,2,3,0,9,1,1,1\n", "line 1: 1,7,2,3,0,9,1,1,1 is not"),
+    "width": (
+        layouts.mot,
+        "gt.txt",
+        "1,7,2,3,-8,9,1,1,1\n2,7,2,3,-8,9,1,1,1\n",
+        "line 1: the box has a negative size, as 2 of 2 rows",
+    ),
     "twice": (layouts.mot, "gt.txt", "1,7,2,3,8,9,1,1,1\n" * 2, "line 2: 1,7,2,3,8,9"),
     "late": (layouts.mot, "gt.txt", "4,7,2,3,8,9,1,1,1\n", "target 7 is in frame 4"),
 }
