@@ -2,7 +2,8 @@
 
 `find_other_unit` decides from boxes that are known (the init box of a result file), from the image
 size, and from the motion of the target. It returns a unit only if the rows cannot be boxes of
-annotators or trackers: callers refuse such files, because every score would be wrong.
+annotators or trackers: callers refuse such files, because every score would be wrong. Rows that
+`resemble_corners` can be boxes, but rarely are: callers warn.
 """
 
 from collections.abc import Callable
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BoxUnit", "find_other_unit", "share_outside"]
+__all__ = ["CORNERS", "BoxUnit", "find_other_unit", "resemble_corners", "share_outside"]
 
 Array = NDArray[np.float64]
 
@@ -22,6 +23,8 @@ _MIN_ORDERED = 0.9  # minimum share of rows whose second corner is right of and 
 _MIN_OUTSIDE = 0.5  # share of a box outside the image above which it cannot be a box
 _MIN_ROWS = 5  # minimum number of rows for a decision from their motion
 _MIN_MOTION = 20.0  # minimum motion of all rows together for such a decision [pixels]
+_MIN_SPREAD_RATIO = 2.0  # minimum spread of second corners, as a multiple of that of the sizes
+_MIN_CUT = 0.02  # share of a box outside the image above which the image border cuts it
 _MAX_SHARE = 2.0  # largest coordinate of a share of the image size
 
 
@@ -110,6 +113,30 @@ def find_other_unit(
         finite &= ~is_known  # toolkits write the init box, trackers the other rows
     finite &= rows.any(axis=1)  # zeros stand for a lost target
     return _unit_by_image(rows[finite], size, extent) if finite.any() else None
+
+
+def resemble_corners(rows: Array, size: tuple[int, int]) -> bool:
+    """Return whether rows are more likely to be corners than boxes, although they can be both.
+
+    The second corner is right of and below the first. Moreover, it moves much more than its
+    distance from the first corner changes, or the border of the images cuts most rows read as
+    boxes, but not the rows read as corners. `rows`: shape (n, 4); `size`: width and height of the
+    images.
+    """
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if not len(rows) or _share_ordered(rows) < _MIN_ORDERED:
+        return False
+    corners = _corners(rows, np.array(size, np.float64))
+    spread, size_spread = (
+        np.sqrt(part.var(axis=0).sum()) for part in (rows[:, 2:], corners[:, 2:])
+    )
+    moves = np.ptp(rows[:, 2:], axis=0).sum() >= _MIN_MOTION
+    if moves and spread > _MIN_SPREAD_RATIO * size_spread:
+        return True
+    cut, cut_as_corners = (
+        (np.nan_to_num(share_outside(boxes, size)) > _MIN_CUT).mean() for boxes in (rows, corners)
+    )
+    return bool(cut > 0.5 and cut_as_corners <= 1 - _MIN_ORDERED)
 
 
 def share_outside(boxes: Array, size: tuple[int, int]) -> Array:

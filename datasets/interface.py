@@ -9,7 +9,12 @@ from typing import Any, Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.datasets.box_unit import find_other_unit, share_outside
+from trackmark.datasets.box_unit import (
+    CORNERS,
+    find_other_unit,
+    resemble_corners,
+    share_outside,
+)
 from trackmark.datasets.shapes import Shapes
 
 Array: TypeAlias = NDArray[np.float64]
@@ -91,6 +96,8 @@ class Origin:
         Target or scene in words, as stated in the data.
     unread_files : tuple of str
         Files with flags per frame, such as `absent.txt`, that the reader of the format ignores.
+    other_targets : tuple of str
+        Names of the recording's other targets, if no target was selected.
     first_pixel : int
         Coordinate of the first pixel in the files of the data set, and so in result files of its
         toolkits: 0 or 1. `Sequence.boxes` always count from 0.
@@ -101,6 +108,7 @@ class Origin:
     citation: str = ""
     description: str = ""
     unread_files: tuple[str, ...] = ()
+    other_targets: tuple[str, ...] = ()
     first_pixel: int = 0
 
 
@@ -327,7 +335,7 @@ class Sequence:
 
     @property
     def remarks(self) -> list[str]:
-        """Sentences on images, frames and files that are not read or not scored."""
+        """Sentences on images, frames, targets and files that are not read or not scored."""
         beyond, unknown = self.images_beyond_truth, int((~self.annotated).sum())
         remarks = []
         if beyond:
@@ -346,11 +354,24 @@ class Sequence:
             outside = share_outside(self.boxes[self.present], self.known_size)
             if problem := self._unit_problem(self.known_size):
                 remarks.append(problem)
+            elif resemble_corners(self.boxes, self.known_size):
+                remarks.append(
+                    f"the ground truth can be {CORNERS.name}. Expected: x, y, width, height. "
+                    "Look at the boxes (`trackmark show`). If they are wrong, convert all rows: "
+                    f"{CORNERS.remedy}."
+                )
             elif np.median(outside) > _MAX_OUTSIDE:
                 remarks.append(
                     "most boxes lie outside the images. Check that the ground truth is in pixels "
                     "of images of this size."
                 )
+        if others := self.origin.other_targets:
+            n = len(others)
+            subject = "1 other target is" if n == 1 else f"{n} other targets are"
+            remarks.append(
+                f"{subject} not used, for example {others[0]}. A folder or a pattern selects all "
+                "targets of a recording."
+            )
         if self.origin.unread_files:
             files = ", ".join(self.origin.unread_files)
             remarks.append(

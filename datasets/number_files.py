@@ -19,6 +19,7 @@ _SEPARATOR = re.compile(r"\s*,\s*|\s+")
 _PADDED = re.compile(r"0[0-9]+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
 
+_POLYGON = 8  # numbers of a polygon of four corners
 _MAX_FPS = 100_000.0
 _MAX_NEGATIVE = 0.5  # maximum share of rows with a negative size in a file of boxes
 
@@ -31,14 +32,26 @@ def words(line: str) -> list[str]:
 def check_form(line: str, number: int, path: Path) -> None:
     """Check that a line has one separator and no decimal commas; `number` counts from 1.
 
+    Raises `SequenceError` naming file and line.
+    """
+    if problem := form_problem(line):
+        raise SequenceError(
+            f"{path}: line {number}: {quote(line.strip())} {problem}. Expected: one separator "
+            "between all numbers, and decimal points. Write 12.5 instead of 12,5."
+        )
+
+
+def form_problem(line: str) -> str:
+    """Return what shows that a line mixes separators or has decimal commas; otherwise empty.
+
     Decimal commas turn a box of four numbers into a polygon of eight. They show as commas together
     with other separators, or as second halves such as 05 that no integer has.
-
-    Raises `SequenceError` naming file and line.
     """
     has_spaces = len(line.split(maxsplit=1)) > 1
     if "," not in line or not (has_spaces or (",0" in line and "." not in line)):
-        return  # most lines; the rest of this function takes as long as the conversion to numbers
+        return (
+            ""  # most lines; the rest of this function takes as long as the conversion to numbers
+        )
     separators = {
         "a comma and a space" if match.strip() and match != match.strip() else match.strip()
         for match in _SEPARATOR.findall(line.strip())
@@ -48,15 +61,31 @@ def check_form(line: str, number: int, path: Path) -> None:
         names = sorted(
             {"": "a space or tab", ",": "a comma"}.get(sign, sign) for sign in separators
         )
-        problem = f"mixes separators ({'; '.join(names)})"
-    elif any(_PADDED.fullmatch(half) for half in halves):
-        problem = "has numbers with leading zeros, as after decimal commas"
-    else:
-        return
-    raise SequenceError(
-        f"{path}: line {number}: {quote(line.strip())} {problem}. Expected: one separator between "
-        "all numbers, and decimal points. Write 12.5 instead of 12,5."
-    )
+        return f"mixes separators ({'; '.join(names)})"
+    if any(_PADDED.fullmatch(half) for half in halves):
+        return "has numbers with leading zeros, as after decimal commas"
+    return ""
+
+
+def check_decimals(lines: Iterable[str], path: Path) -> None:
+    """Refuse polygons of four corners that are boxes with decimal commas: 10,5,12,0,20,5,16,0.
+
+    They have no decimal points, and the second half of each number is one digit in all rows. Lines
+    with masks, which start with m, do not count.
+
+    Raises `SequenceError` naming file and line.
+    """
+    numbered = enumerate(map(str.strip, lines), 1)
+    rows = {n: words(line) for n, line in numbered if "," in line and not line.startswith("m")}
+    polygons = {number: row for number, row in rows.items() if len(row) == _POLYGON}
+    is_short = [len(half) == 1 for row in polygons.values() for half in row[1::2]]
+    if all(is_short) and len(polygons) > 1 and "." not in "".join(map("".join, polygons.values())):
+        first = min(polygons)
+        raise SequenceError(
+            f"{path}: line {first}: {quote(','.join(polygons[first]))} looks like a box with "
+            "decimal commas: in all rows, every second number has one digit. Expected: decimal "
+            "points. Write 12.5 instead of 12,5."
+        )
 
 
 def numbers(line: str) -> list[float]:

@@ -228,10 +228,11 @@ class Results:
 
     def _mean_table(self, preset: str, runs: pd.DataFrame) -> Table:
         undefined = preset != PRESET  # scores that are undefined in some runs, as in `report`
-        measures = measures_of(preset)
-        left_out: list[str] = []
-        if not undefined:
-            runs, left_out = without_undefined(runs, measures[0].name)
+        measures, score = measures_of(preset), measures_of(preset)[0].name
+        if undefined:  # a sequence counts if any of its scores is defined
+            names, score = [measure.name for measure in measures], "any score"
+            runs = runs.assign(**{score: runs.reindex(columns=names).max(axis=1)})
+        runs, left_out = without_undefined(runs, score)
         table = mean_table(runs, measures, "Means", preset, skip_undefined=undefined)
         return replace(table, notes=[*table.notes, *undefined_notes(left_out, measures[0])])
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from trackmark.bench.commands._execution import execute_runs, plan_experiment
+from trackmark.bench.commands._execution import execute_runs, plan_experiment, print_remarks
 from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
@@ -78,6 +78,8 @@ class BaselineRunner:
             )
             self._check_plan(execution.plan, labels, names)
             executions.append(execution)
+        if not temporary:
+            print_remarks(*executions)
         trackers = "1 tracker" if len(sequences) == 1 else f"{len(sequences)} trackers"
         title = f"{self.name}: {trackers}{', seed 0 repeated' * temporary}"
         with RunProgress(title, None if temporary else self.folder) as progress:

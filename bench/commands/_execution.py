@@ -10,6 +10,7 @@ from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import (
     RunProgress,
     patience,
+    print_event,
     print_message,
     score_stored_runs,
 )
@@ -105,10 +106,23 @@ def run_experiment(
 ) -> "Execution":
     """Plan an experiment and execute its missing runs; see `execute_runs`."""
     execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
-    if progress is not None:
+    if progress is None:
+        print_remarks(execution)
+    else:  # a series of executions, most of them on the same sequences
         progress.expect(execution)
     execute_runs(execution, progress=progress)
     return execution
+
+
+def print_remarks(*executions: "Execution") -> None:
+    """Print once which images, frames and files of the sequences are not read or not scored."""
+    from trackmark.datasets.interface import group_remarks
+
+    sequences = {
+        sequence.name: sequence for execution in executions for sequence in execution.plan.sequences
+    }
+    for text in group_remarks(sequences.values()):
+        print_event("warning", text)
 
 
 def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":

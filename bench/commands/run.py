@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
-from trackmark.bench.commands._execution import execute_runs, plan_experiment, stored_runs
+from trackmark.bench.commands._execution import (
+    execute_runs,
+    plan_experiment,
+    print_remarks,
+    stored_runs,
+)
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
@@ -211,14 +216,6 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
         if others := [name for name in presets if name != "native"]:
             data["metrics"] = scores_by(folder, row, others)
     click.echo(json.dumps(data, allow_nan=False))
-
-
-def print_remarks(execution: "Execution") -> None:
-    """Print which images, frames and files of sequences are not read or not scored."""
-    from trackmark.datasets.interface import group_remarks
-
-    for text in group_remarks(execution.plan.sequences):
-        print_event("warning", text)
 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:

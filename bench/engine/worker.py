@@ -200,12 +200,13 @@ def _open(unit: Unit) -> tuple[Sequence, list[TrackerSpec]]:
     texts = [entry.tracker for entry in unit.entries]
     try:
         chosen = parse_trackers(texts)
-    except ExternalTrackerError as error:  # its process ran when the runs were planned
-        raise UnusableTrackerError(str(error)) from None
     except (TrackerError, OSError) as error:
+        text = str(error)
+        if isinstance(error, ExternalTrackerError):
+            text = text.partition("\n")[0]  # its output can differ in each worker
         raise UnusableTrackerError(
-            f"{str(error).removesuffix('.')}. This happens in a worker process, which imports the "
-            "file again."
+            f"{text.removesuffix('.')}. This happens in a worker process, which imports the file "
+            "again."
         ) from None
     trackers = [chosen[text] for text in texts]
     for entry, tracker in zip(unit.entries, trackers, strict=True):

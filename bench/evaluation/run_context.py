@@ -18,7 +18,7 @@ class RunContext:
     def __init__(self, seed: int, *, is_alone: bool) -> None:
         self.generators = GlobalGenerators(seed, is_alone)
         self._process = os.getpid()
-        self._home = _working_directory()  # the harness does not change it
+        self._home = working_directory()  # the harness does not change it
         self._folder = self._home
 
     def __enter__(self) -> None:
@@ -29,9 +29,10 @@ class RunContext:
     def __exit__(self, *_: object) -> None:
         end_fork(self._process)
         self.generators.__exit__()
-        self._folder = _working_directory()
-        if self._folder != self._home:
+        folder = working_directory()
+        if folder != self._home:
             os.chdir(self._home)
+        self._folder = folder or self._home  # the tracker can have removed its folder
 
     def drawn_generators(self) -> list[str]:
         """Return the names of the generators from which the tracker has drawn, after its run."""
@@ -39,7 +40,7 @@ class RunContext:
         return self.generators.drawn
 
 
-def _working_directory() -> str:
+def working_directory() -> str:
     """Return the working directory; empty if it was removed."""
     try:
         return os.getcwd()  # noqa: PTH109  # called for each frame: a Path takes longer

@@ -8,6 +8,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from trackmark import datasets
+from trackmark.bench.evaluation.run_context import working_directory
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.catalogue import is_built_in
 
@@ -77,7 +78,7 @@ def load_sequence(name_or_path: str | Path, truth: str | Path | None = None) -> 
     >>> load_sequence("samples/face") is load_sequence("samples/face")
     True
     """
-    key = (type(name_or_path).__name__, str(name_or_path), str(truth or ""), str(Path.cwd()))
+    key = (type(name_or_path).__name__, str(name_or_path), str(truth or ""), working_directory())
     with _lock:
         if key in _opened and _opened[key][1] == {file: _time(file) for file in _opened[key][1]}:
             _opened.move_to_end(key)

@@ -261,7 +261,7 @@ class _Notes:
     """Messages on the files of a tracker; of messages of one kind, only the first is shown."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.folder = folder
         self._texts: dict[str, list[str]] = {}
 
     def add(self, kind: str, text: str) -> None:
@@ -273,7 +273,7 @@ class _Notes:
         for texts in self._texts.values():
             n = len(texts) - 1
             files = "1 more file" if n == 1 else f"{n} more files"
-            yield texts[0] + (f" The same holds for {files} in {self._folder}." if n else "")
+            yield texts[0] + (f" The same holds for {files} in {self.folder}." if n else "")
 
 
 def _run(tracker: str, file: _ResultFile, boxes: NDArray[np.float64]) -> Run:
@@ -397,7 +397,7 @@ def _find_origin(
     votes = [find_origin(file.first_boxes.values(), result_format.rounding) for file in files]
     decided = majority(votes)
     origin = first_pixel if decided is None else decided
-    folder, n = files[0].path.parent, len(files)
+    folder, n = notes.folder, len(files)
     if origin is None:
         raise ExchangeError(
             f"{folder}: the first boxes do not show whether pixels are counted from 0 or from 1, "

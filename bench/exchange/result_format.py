@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.store.files import ResultsError
-from trackmark.datasets import SequenceError
+from trackmark.datasets import SequenceError, number_files
 from trackmark.datasets.decoding import quote
+from trackmark.datasets.number_files import form_problem
 from trackmark.datasets.truth_file import read_text
 
 
@@ -66,8 +67,6 @@ class ResultRows:
 
 BOX, POLYGON = 4, 8
 """Numbers in a row with a box, and with a polygon of four corners."""
-
-_MIXED = re.compile(r",.*[^\s,]\s+[^\s,]|[^\s,]\s+[^\s,].*,")
 
 Rounding: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Function that rounds boxes, shape (n, 4), to the precision of a file."""
@@ -129,21 +128,29 @@ def parse_numbers(line: str, place: str, counts: Collection[int] = ()) -> list[f
     `place`: file and line, for the message. `counts`: valid numbers of numbers, by default all.
     """
     text = line.strip()
-    # A line with both separators can have commas in its numbers, as in `1,5 2,5`.
-    separator = r"\s*,\s*" if "," in text and not _MIXED.search(text) else r"\s+"
     try:
-        numbers = [float(word) for word in re.split(separator, text)]
+        numbers = [float(word) for word in re.split(r"\s*,\s*" if "," in text else r"\s+", text)]
     except ValueError:
         numbers = []
+    problem = form_problem(text)
     # `float` accepts "1_0" as ten.
-    if not numbers or "_" in line or (counts and len(numbers) not in counts):
+    if not numbers or problem or "_" in line or (counts and len(numbers) not in counts):
         expected = {1: "a number", BOX: "four numbers, x y width height"}
-        remedy = " with points as decimal separators" * bool(_MIXED.search(text))
+        remedy = " with points as decimal separators" * bool(problem)
+        problem = problem and f" {problem}"
         raise ExchangeError(
-            f"{place}: {quote(text)}. Expected: {expected.get(min(counts, default=0), 'numbers')}"
-            f"{remedy}."
+            f"{place}: {quote(text)}{problem}. Expected: "
+            f"{expected.get(min(counts, default=0), 'numbers')}{remedy}."
         )
     return numbers
+
+
+def check_decimals(file: Path) -> None:
+    """Raise `ExchangeError` for polygons that are boxes with decimal commas."""
+    try:
+        number_files.check_decimals(read_text_file(file).splitlines(), file)
+    except SequenceError as error:
+        raise ExchangeError(str(error)) from error
 
 
 def read_boxes(file: Path) -> ResultRows:
@@ -160,6 +167,7 @@ def read_boxes(file: Path) -> ResultRows:
     numbers = np.array(rows, np.float64)
     if numbers.size == 0 or numbers.shape[1] == BOX:
         return ResultRows(numbers.reshape(-1, BOX))
+    check_decimals(file)
     points = numbers.reshape(-1, POLYGON // 2, 2)
     boxes = np.column_stack([points.min(axis=1), np.ptp(points, axis=1)])
     note = "the rows have eight numbers and are read as the bounding boxes of polygons"

@@ -33,6 +33,7 @@ from trackmark.bench.external.process import (
     ExternalTrackerError,
     LineProcess,
 )
+from trackmark.datasets.number_files import form_problem
 from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.call_clock import CallClock, CallTime
@@ -102,10 +103,13 @@ def parse_region(text: str, shape: tuple[int, ...]) -> tuple[Box | None, Mask | 
 
     `shape`: (height, width) of the image.
 
-    Raises `ValueError` for a malformed region, and for numbers that are not finite.
+    Raises `ValueError` for a malformed region, for decimal commas, which a program writes under
+    the locale of some countries, and for numbers that are not finite.
     """
     if text.startswith("mask:"):
         return _parse_mask(text.removeprefix("mask:"), shape)
+    if form_problem(text):
+        raise ValueError(text)
     numbers = np.array([float(number) for number in split_list(text)])
     if len(numbers) in (0, 2) or not np.isfinite(numbers).all():
         raise ValueError(text)
@@ -321,8 +325,8 @@ class TraxPlugin(ExternalPlugin):
             box, mask = parse_region(region, image.shape)
         except ValueError:
             raise self.process.fail(
-                f"answered with the region {region[:80]!r}. Expected: finite numbers, as a "
-                "rectangle, a polygon or a mask"
+                f"answered with the region {region[:80]!r}. Expected: finite numbers with decimal "
+                "points, as a rectangle, a polygon or a mask"
             ) from None
         return box, mask, message.properties.get("confidence", "nan")
 

@@ -150,7 +150,7 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
         if not isinstance(reader, ReaderOfSplits) or is_one:
             return [path]
         with suppress(SequenceError):  # the error is raised when the sequence is opened
-            return reader.list_sequences(path)
+            return reader.list_sequences(path if path.name else path.resolve())  # `.` has no name
         return [path]
 
 
@@ -358,9 +358,20 @@ def _read(path: Path, truth: Path | None, chosen: Mapping[str, str]) -> Sequence
             licence=_licence(path) or getattr(reader, "LICENCE", ""),
             citation=getattr(reader, "CITATION", ""),
             unread_files=_unread_flags(path, reader),
+            other_targets=() if chosen or truth else _other_targets(path, reader),
             first_pixel=getattr(reader, "FIRST_PIXEL", 0),
         )
     return sequence
+
+
+def _other_targets(path: Path, reader: Reader) -> tuple[str, ...]:
+    """Return the names of all targets of a recording but the one that is read by default."""
+    if not isinstance(reader, ReaderOfSplits):
+        return ()
+    path = path if path.name else path.resolve()
+    default = tuple(f":{option['name']}={option['default']}" for option in options(path))
+    names = [target.name for target in reader.list_sequences(path)]
+    return tuple(name for name in names if name != path.name and not name.endswith(default))
 
 
 def _unread_flags(path: Path, reader: Reader) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ from trackmark.datasets.image_files import image_files, numbered_images, size_of
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.number_files import (
     as_boxes,
+    check_decimals,
     check_form,
     check_line,
     check_row_count,
@@ -170,26 +171,10 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
     if not lines:
         raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
-    _check_decimals(lines, path)
+    check_decimals(lines, path)
     boxes = as_boxes(boxes, path)
     polygons = {frame: polygon for frame, polygon in polygons.items() if boxes[frame, 2] >= 0.0}
     return _Regions(boxes, annotated, {**masks, **polygons}, size)
-
-
-def _check_decimals(lines: list[str], path: Path) -> None:
-    """Refuse polygons that are boxes with decimal commas: 10,5,12,0,20,5,16,0.
-
-    They have no decimal points, and the second half of each number is one digit in all rows.
-    """
-    rows = [words(line) for line in lines if not line.lstrip().startswith("m")]
-    polygons = [row for row in rows if len(row) > 4 and len(row) == len(rows[0])]
-    is_short = [len(half) == 1 for row in polygons for half in row[1::2]]
-    if all(is_short) and len(polygons) > 1 and "." not in "".join(map("".join, polygons)):
-        raise SequenceError(
-            f"{path}: line 1: {quote(lines[0].strip())} looks like a box with decimal commas: in "
-            "all rows, every second number has one digit. Expected: decimal points. Write 12.5 "
-            "instead of 12,5."
-        )
 
 
 def _parse_row(line: str) -> list[float]:

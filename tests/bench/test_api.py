@@ -272,6 +272,10 @@ def test_means_leave_out_a_sequence_of_one_frame(make_sequence):
     note = "s1; mean overlap is undefined for all trackers"
     assert note in " ".join(str(results).split())
     assert note in " ".join(results._repr_html_().split())
+    results.metrics = "long-term"
+    text = " ".join(str(results).split())
+    assert "means over s5, s6," in text
+    assert "left out: s1; precision is undefined" in text
 
 
 def test_failed_run_warns_and_can_raise(line):
@@ -380,6 +384,20 @@ def test_removed_working_directory_is_named(line, tmp_path, monkeypatch):
     (tmp_path / "removed").rmdir()
     with pytest.raises(FileNotFoundError, match="the working directory was removed"):
         tm.evaluate("static", line)
+    assert len(tm.load_sequence("samples/face")) == 120  # needs no folder
+
+
+def test_tracker_may_remove_its_working_directory(line, tmp_path):
+    class Removing(Plain):
+        def init(self, image, box):
+            (tmp_path / "removed").mkdir()
+            os.chdir(tmp_path / "removed")
+            (tmp_path / "removed").rmdir()
+            super().init(image, box)
+
+    before = Path.cwd()
+    assert tm.evaluate(Removing, line).failures.empty
+    assert Path.cwd() == before
 
 
 def test_arguments_of_other_types_are_rejected(line):

@@ -39,6 +39,12 @@ class OpenCV(Base):
         cv2.randn(step, 0, 1.5)
         return step[0]
 
+class Fails(Base):
+    def draw(self): raise ValueError("no model")
+
+class DrawsAndFails(Base):
+    def draw(self): raise ValueError(f"{random.random()}")
+
 class Mil:
     """OpenCV's tracker draws from its own generator and that of C."""
     def init(self, image, box):
@@ -84,6 +90,13 @@ def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
         np.testing.assert_array_equal(run.boxes, boxes)
         assert run.circumstances["generators"]
     assert not np.array_equal(*alone)
+
+
+@pytest.mark.parametrize(("name", "generators"), [("Fails", None), ("DrawsAndFails", ["random"])])
+def test_failed_run_names_its_own_generators_only(file, make_sequence, name, generators):
+    run = bench.evaluate_run(f"{file}:{name}", make_sequence(n=9))
+    assert "ValueError" in run.failure
+    assert run.circumstances.get("generators") == generators
 
 
 def test_stochastic_trackers_are_repeated_and_reported(file, tmp_path, caplog):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from trackmark import datasets
-from trackmark.datasets.box_unit import find_other_unit
+from trackmark.datasets.box_unit import find_other_unit, resemble_corners
 
 SIZE = (384, 288)
 MOVING = np.array([[20 + 6 * i, 30 + 3 * i, 16, 32] for i in range(8)], float)
@@ -45,6 +45,28 @@ def test_shares_of_the_image_are_noticed(boxes):
 )
 def test_boxes_are_not_taken_for_another_unit(boxes):
     assert find_other_unit(np.array(boxes, float), SIZE) is None
+    assert not resemble_corners(np.array(boxes, float), SIZE)
+
+
+SWAYING = np.array([[60 + 20 * np.sin(i / 4), 50, 30 + i % 9, 40] for i in range(60)])
+
+
+@pytest.mark.parametrize(
+    "boxes",
+    [
+        SWAYING,  # the size changes in every frame
+        [
+            [150 + i, 120 + i, 60 + i, 60 - i] for i in range(50)
+        ],  # the image cuts rows read as boxes
+    ],
+)
+def test_rows_that_resemble_corners_are_remarked(boxes, tmp_path):
+    right, wrong = np.array(boxes, float), corners(np.array(boxes, float))
+    assert not resemble_corners(right, SIZE)
+    assert find_other_unit(wrong, SIZE) is None
+    sequence = write_otb(tmp_path, wrong)
+    sequence.check_runnable()
+    assert any("can be corners x1, y1, x2, y2" in remark for remark in sequence.remarks)
 
 
 def write_otb(folder, rows):

@@ -92,6 +92,7 @@ MALFORMED = [
     (np.array([BOX]), "the box is an array of shape (1, 4) and type float64"),
     (np.array([BOX]).T, "the box is an array of shape (4, 1) and type float64"),
     (np.array(1.0), "the box is an array of shape () and type float64"),
+    (np.ma.array(BOX, mask=[0, 0, 1, 0]), "an array has masked values"),
     (["1", "2", "3", "4"], "the box is ['1', '2', '3', '4']"),
     ("1,2,3,4", "the box is '1,2,3,4'"),
     ([True] * 4, "the box is [True, True, True, True]"),

@@ -231,6 +231,8 @@ def _array_of(value: Any) -> Any:
     """Return an array or a tensor as an array of NumPy; other values unchanged."""
     if isinstance(value, np.generic) or not hasattr(type(value), "__array__"):
         return value
+    if np.ma.is_masked(value):  # the conversion would return the hidden values
+        raise MalformedEstimateError("an array has masked values. Expected: numbers, or None")
     try:
         return np.asarray(value)
     except Exception as error:  # a tensor on a GPU

@@ -31,6 +31,7 @@ from trackmark.bench.exchange.result_format import (
     ResultRows,
     ResultSequence,
     SegmentWriter,
+    check_decimals,
     column_text,
     first_line,
     parse_numbers,
@@ -172,6 +173,8 @@ def _read_file(file: Path) -> ResultRows:
     has_restarts = (
         bool((states == FrameState.FAILED).any()) or file.parent.parent.name == SUPERVISED
     )
+    if file.suffix != ".bin":
+        check_decimals(file)
     is_supervised = has_restarts and _anchor_of(file)[1] is None
     return ResultRows(
         boxes,

@@ -50,6 +50,23 @@ def test_sparse_truth_scores_annotated_frames_only(trackmark, workspace):
     assert mean_scores(workspace / "out", "long-term")["recall"] == pytest.approx(0.8)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "--trackers", "static"],
+        ["compare", "static", "camshift"],
+        ["baseline", "mine", "--trackers", "static"],
+    ],
+)
+def test_commands_that_run_name_frames_without_annotation(command, trackmark, workspace):
+    write_images(workspace / "sparse", 4)
+    (workspace / "sparse/truth.csv").write_text(
+        "frame,x,y,width,height\n0,10,12,20,16\n3,13,12,20,16\n"
+    )
+    printed = unwrapped(trackmark(*command, "--sequences", "sparse").stderr)
+    assert printed.count("sparse: 2 of 4 frames are not annotated and not scored.") == 1
+
+
 def test_empty_box_states_absence_in_scores(trackmark, workspace):
     write_images(workspace / "gone", 4)
     rows = "0,10,12,20,16\n1,,,,\n3,10,12,20,16\n"
@@ -77,6 +94,20 @@ def test_folder_runs_all_targets_of_its_sequences(trackmark, workspace):
         cv2.imwrite(str(masks / f"{i:05}.png"), mask)
     rows = json_lines(trackmark("run", "--trackers", "static", "--sequences", "davis", "--json"))
     assert {row["sequence"] for row in rows} == {"v", "v:object=2"}
+    warning = "v: 1 other target is not used, for example v:object=2."
+    run = ("run", "--trackers", "static", "--name", "one", "--sequences")
+    assert warning in unwrapped(trackmark(*run, "davis/JPEGImages/480p/v").stderr)
+    for several in ("davis", "davis/JPEGImages/480p/v:object=1"):
+        assert "not used" not in trackmark(*run, several).stderr
+
+
+def test_current_folder_can_be_a_sequence_of_two_targets(trackmark, workspace, monkeypatch):
+    write_images(workspace / "Jogging/img", 8)
+    for target in (1, 2):
+        (workspace / f"Jogging/groundtruth_rect.{target}.txt").write_text(BOXES)
+    monkeypatch.chdir(workspace / "Jogging")
+    rows = json_lines(trackmark("run", "--trackers", "static", "--sequences", ".", "--json"))
+    assert {row["sequence"] for row in rows} == {"Jogging.1", "Jogging.2"}
 
 
 def test_unread_flag_file_is_named(trackmark, workspace):

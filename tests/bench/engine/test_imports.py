@@ -34,11 +34,13 @@ def errors(tmp_path, monkeypatch):
     """Return the errors of runs on two sequences, or the states of the runs."""
     monkeypatch.chdir(tmp_path)
 
-    def run(text):
+    def run(text, option=""):
         (tmp_path / "mine.py").write_text(text)
         shutil.rmtree("used", ignore_errors=True)
         sources = tuple(map(SequenceSource, ("samples/face", "samples/bow-tie")))
-        execution = Execution(Experiment("e", ("mine.py",), sources), tmp_path / "results", 2)
+        execution = Execution(
+            Experiment("e", (f"mine.py{option}",), sources), tmp_path / "results", 2
+        )
         finished = [row["status"] for row in execution.rows()]
         return execution.tracker_errors or finished
 
@@ -50,6 +52,14 @@ def test_import_that_fails_in_the_worker_is_shown_once(errors):
         "mine.py: the file cannot be imported: RuntimeError: the device is in use by another "
         "process (line 6). This happens in a worker process, which imports the file again."
     ]
+
+
+def test_start_that_fails_in_the_worker_is_shown_once(errors):
+    (error,) = errors(EXCLUSIVE + TRACKER.format(arguments=""), f":python={sys.executable}")
+    assert error.endswith(
+        "mine.py: the process raised RuntimeError: the device is in use by another process. This "
+        "happens in a worker process, which imports the file again."
+    )
 
 
 @pytest.mark.parametrize(

@@ -192,3 +192,12 @@ def test_origin_needs_the_size_of_the_init_box(tmp_path):
     first = TRUTH[:1] - [[0, 0, 0, 0.5]]
     (run,), _ = import_files(tmp_path, [np.vstack([first, ONE_BASED[1:]])])
     np.testing.assert_array_equal(run, TRUTH)
+
+
+def test_origin_message_names_the_folder_of_the_tracker(tmp_path):
+    theirs = tmp_path / "theirs"
+    (theirs / "Couple").mkdir(parents=True)
+    (theirs / "Couple/Couple_001.txt").write_text(text(TRUTH + [0.5, 0.5, 0, 0]))
+    messages = []
+    import_runs("got10k", theirs, ("Couple", TRUTH), tmp_path / "results", messages.append)
+    assert messages[0].startswith(f"{theirs}: the first boxes do not show whether pixels")

@@ -208,7 +208,7 @@ def region_file(folder, line):
 @pytest.mark.parametrize(
     ("region", "box"),
     [
-        ("2,3,9,3,9,8,2,8", [2, 3, 7, 5]),
+        ("2.0,3,9,3,9,8,2,8", [2, 3, 7, 5]),
         ("m4,5,3,3,4,1,4", [5, 6, 1, 1]),  # the middle of three by three
         ("m4,5,3,3,2,2,5", [4, 5, 3, 2]),  # the end of a row and the beginning of the next
         ("m4,5,3,3,9", [np.nan] * 4),
@@ -244,7 +244,7 @@ def binary(rows):
     return b"".join(packed)
 
 
-ROWS = ["1", "2,3,9.5,4", "2,3,9,3,9,8,2,8", "m4,5,3,3,2,2,5", "0", "2", "-3.25,1,2,2"]
+ROWS = ["1", "2,3,9.5,4", "2.0,3,9,3,9,8,2,8", "m4,5,3,3,2,2,5", "0", "2", "-3.25,1,2,2"]
 
 
 def test_binary_files_of_vot_equal_texts(tmp_path):

@@ -60,8 +60,19 @@ def test_polygons_are_read_as_their_bounding_boxes(separator, tmp_path):
     assert "eight numbers and are read as the bounding boxes of polygons" in message
 
 
-@pytest.mark.parametrize("line", ["1,5 2,5 3,5 4,5", "1,5\t2,5\t3,5\t4,5", "1 2,5 3 4"])
+@pytest.mark.parametrize(
+    "line", ["1,5 2,5 3,5 4,5", "1,5\t2,5\t3,5\t4,5", "1 2,5 3 4", "1,50,2,50,3,00,4,25"]
+)
 def test_decimal_commas_are_refused(line, tmp_path):
     (tmp_path / "Board.txt").write_text(f"{line}\n" * 8)
     with pytest.raises(ExchangeError, match=r"line 1: .*Expected: .* points as decimal"):
         import_runs("otb", tmp_path, ("Board", TRUTH), tmp_path / "results")
+
+
+def test_polygons_of_decimal_commas_are_refused(tmp_path):
+    folder = tmp_path / "baseline" / "Board"
+    folder.mkdir(parents=True)
+    for file, format_name in ((tmp_path / "Board.txt", "otb"), (folder / "Board_001.txt", "vot")):
+        file.write_text("1\n" * (format_name == "vot") + "10,5,20,2,30,0,40,0\n" * 8)
+        with pytest.raises(ExchangeError, match=r"looks like a box with decimal commas"):
+            import_runs(format_name, tmp_path, ("Board", TRUTH), tmp_path / "results")

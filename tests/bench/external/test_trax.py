@@ -137,3 +137,8 @@ def test_special_region_keeps_the_last_box():
     estimates = run(start(*PLAIN, "4", "special"))
     assert [estimate.visible for estimate in estimates] == [True, True, False, False, False]
     assert all(estimate.box.tolist() == BOX.tolist() for estimate in estimates)
+
+
+def test_region_with_decimal_commas_is_refused():
+    with pytest.raises(ValueError, match="10,5000"):
+        parse_region("10,5000,20,2500,30,0000,40,0000", SHAPE)
