@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.evaluation.recorder import RUN_DELAY_CLOCK, WALL_CLOCK
+from trackmark.bench.evaluation.recorder import RUN_DELAY_CLOCK
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
 from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
@@ -25,7 +25,7 @@ TIMES = (
 """Columns of timing runs."""
 
 APPROXIMATE = "~"
-"""Mark of wall times of runs that shared the machine."""
+"""Mark of times of accuracy runs, in which trackers share the machine."""
 
 DISTURBED = "!"
 """Mark of times that other load has disturbed."""
@@ -72,7 +72,7 @@ def time_mark(runs: pd.DataFrame) -> str:
         return ""
     if (runs["protocol"] == "timing").all():
         return DISTURBED if (runs["run_delay_share"] > MAX_RUN_DELAY).any() else ""
-    return APPROXIMATE if (runs["clock"] == WALL_CLOCK).any() else ""
+    return APPROXIMATE if runs[TIME.name].notna().any() else ""
 
 
 def time_notes(runs: pd.DataFrame) -> list[str]:
@@ -96,7 +96,7 @@ def time_notes(runs: pd.DataFrame) -> list[str]:
             "`run --timing` on a quieter machine measures these runs again"
         )
     elif mark == APPROXIMATE:
-        notes.append(f"{APPROXIMATE}: the runs shared the machine")
+        notes.append(f"{APPROXIMATE}: next to other trackers; `run --timing` measures without them")
     return notes
 
 

@@ -24,7 +24,7 @@ def json_lines(done):
 def masked(text):
     """Return a text with single spaces, and with letters in place of measured times."""
     text = re.sub(r"[\d.]+ (ms|s)\b", r"N \1", re.sub(r"\d\d:\d\d:\d\d", "HH:MM:SS", text))
-    text = re.sub(r"( px) +[\d.]+ +[\d.]+$", r"\1  N  N", text, flags=re.MULTILINE)
+    text = re.sub(r"( px) +~?[\d.]+ +[\d.]+$", r"\1  N  N", text, flags=re.MULTILINE)
     text = re.sub(r"^ms/frame on .*$", "ms/frame on MACHINE", text, flags=re.MULTILINE)
     return re.sub(r" +$", "", re.sub("  +", "  ", text), flags=re.MULTILINE)
 

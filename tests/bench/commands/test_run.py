@@ -29,6 +29,7 @@ tracker  overlap  0  1  success  error  ms/frame  fps
 static  1.00  ##########  100 %  0.0 px  N  N
 camshift  0.97  ##########  100 %  0.2 px  N  N
 ms/frame on MACHINE
+~: next to other trackers; `run --timing` measures without them
 
 2 of 2 runs are in results/mine.
 """

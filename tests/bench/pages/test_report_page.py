@@ -155,11 +155,11 @@ def check_terminal(output, page, tables, comparison):
         name = row["tracker"]
         time = time_text(by_measure[name, "ms_per_frame"])
         assert time_text(row["ms_per_frame"]) == time
-        assert board[str(labels.index(name))] == time
+        assert board[str(labels.index(name))] == f"~{time}"
         rows = output.partition("\n\n")[2].splitlines()
         line = next(line for line in rows if line.startswith(f"{name} "))
         assert f" {by_measure[name, 'mean_overlap']:.2f} " in line
-        assert time in line.split()
+        assert f"~{time}" in line.split()
 
 
 def as_in_json(value, text):
