@@ -17,7 +17,7 @@ BOXES = [
     ("np.array([nan, 0, 5, 5])", "finite"),
     ("np.array([0, 0, 5.0, 0])", "positive"),
     ("np.array([1, 1, 1 << 63, 5], np.uint64)", ""),
-    ("np.ma.masked_array(self.box, [True] * 4)", ""),
+    ("np.ma.masked_array(self.box, [True] * 4)", "masked values"),
 ]
 # Estimates with a valid box.
 OTHERS = [
