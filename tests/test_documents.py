@@ -56,9 +56,14 @@ def transcripts(page):
 
 
 def normalise(text):
-    """Return a line without its spacing, and with a sign in the place of a measured time."""
-    text = re.sub(r"~?\d+\.\d+$|(?<=took )[\d.]+ .s|[\d.]+ (?:ms|s|min)\b", "TIME", text.rstrip())
-    text = re.sub(r"(?:several|tens of|hundreds of|thousands of) times", "N times", text)
+    """Return a line without its spacing, and with a sign in the place of times and machines."""
+    text = re.sub(r"(?<=^ms/frame on ).*", "MACHINE", text)
+    text = re.sub(
+        r"~[\d.]+(?: +[\d.]+)?$|~?\d+\.\d+$|(?<=took )[\d.]+ .s|[\d.]+ (?:ms|s|min)\b",
+        "TIME",
+        text.rstrip(),
+    )
+    text = re.sub(r"about \d+ times", "N times", text)
     return re.sub(r"-{2,}", "-", " ".join(text.split()))
 
 
