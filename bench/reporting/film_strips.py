@@ -29,6 +29,9 @@ from trackmark.reports.write import file_names
 
 N_STRIP_FRAMES = 10
 
+MAX_STRIPS = 100
+"""Maximum number of film strips of a report; each has about a megabyte."""
+
 _MAX_PENDING = 4  # film strips in memory
 
 TRACE_WORDS: Mapping[Trace, str] = {"online": "online boxes", "revised": "revised boxes"}
@@ -40,6 +43,7 @@ def write_strips(
 ) -> list[Path]:
     """Draw a film strip of each sequence with the boxes of trackers; return the files.
 
+    If there are more than `MAX_STRIPS` sequences, the first ones in alphabetical order are drawn.
     `trackers`: all trackers in the order of their colours. `on_message`: called with a message on
     each sequence that cannot be drawn.
     """
@@ -50,7 +54,12 @@ def write_strips(
     # Encoding takes longer than drawing. It releases the lock of the interpreter.
     with ThreadPoolExecutor(1) as executor:
         paths, written = list[Path](), deque[Future[Path]]()
-        for name in sorted(rows):
+        if len(rows) > MAX_STRIPS:
+            on_message(
+                f"film strips: of the first {MAX_STRIPS} of {len(rows)} sequences. `trackmark "
+                "show` draws others."
+            )
+        for name in sorted(rows)[:MAX_STRIPS]:
             sequence = open_sequence(rows[name][-1])
             if isinstance(sequence, str):
                 on_message(f"no film strip: {sequence}")

@@ -1,5 +1,7 @@
 """Online and revised boxes: scores, captions and pictures of both."""
 
+import shutil
+
 import cv2
 import numpy as np
 import pandas as pd
@@ -8,6 +10,7 @@ import pytest
 import trackmark as tm
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.scoring import REVISED, score_both
+from trackmark.bench.reporting import film_strips
 from trackmark.bench.reporting.film_strips import write_strips
 from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.data_frames import load_runs, with_revised_scores
@@ -130,3 +133,15 @@ def test_trace_without_results_is_refused(trackmark):
     done = trackmark("show", "data/Small", "--trace", "revised", "--output", "a.png", status=2)
     assert "--trace" in done.stderr.splitlines()[-1]
     assert "requires --results" in done.stderr
+
+
+def test_film_strips_are_limited_and_the_limit_is_named(trackmark, workspace, monkeypatch):
+    shutil.copytree(workspace / "data" / "Small", workspace / "data" / "Other")
+    trackmark("run", "--trackers", "static", "--sequences", "data/*", "--name", "mine")
+    monkeypatch.setattr(film_strips, "MAX_STRIPS", 1)
+    messages: list[str] = []
+    files = write_strips(workspace / "results/mine", workspace, messages.append, ["static"])
+    assert [file.name for file in files] == ["strip-Other.png"]
+    assert messages == [
+        "film strips: of the first 1 of 2 sequences. `trackmark show` draws others."
+    ]
