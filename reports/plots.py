@@ -12,6 +12,7 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.reports.charts import Chart, Line
 from trackmark.reports.figures import (
     add_legend,
     bare_figure,
@@ -20,9 +21,8 @@ from trackmark.reports.figures import (
     named_line,
     new_figure,
 )
-from trackmark.reports.page.content import Chart, Line
-from trackmark.reports.page.svg import CROWDED
 from trackmark.reports.palette import colour
+from trackmark.reports.svg import CROWDED
 
 QUARTILES = "median and quartiles over"
 

@@ -13,25 +13,25 @@ from typing import Any, TypeAlias
 
 import pandas as pd
 
-from trackmark.bench.comparing.comparable_runs import compared_measure, same_boxes, scored_runs
-from trackmark.bench.comparing.comparison import Comparison
-from trackmark.bench.comparing.comparison import compare as compare_runs
-from trackmark.bench.comparing.families import Families, read_families
-from trackmark.bench.comparing.tables import pair_table, screen_lines
-from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.metrics import canonical_name
-from trackmark.bench.pages.notebook import complete_name
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
-from trackmark.bench.reporting.by_preset import measures_of, presets_for, runs_by
-from trackmark.bench.reporting.corner_boxes import corner_boxes
-from trackmark.bench.reporting.failed_runs import with_worst_scores
-from trackmark.bench.reporting.tables import (
+from trackmark.bench.analysis.by_metrics import measures_of, presets_for, runs_by
+from trackmark.bench.analysis.comparable_runs import compared_measure, same_boxes, scored_runs
+from trackmark.bench.analysis.comparison import Comparison
+from trackmark.bench.analysis.comparison import compare as compare_runs
+from trackmark.bench.analysis.comparison_tables import pair_table, screen_lines
+from trackmark.bench.analysis.corner_boxes import corner_boxes
+from trackmark.bench.analysis.failed_runs import with_worst_scores
+from trackmark.bench.analysis.families import Families, read_families
+from trackmark.bench.analysis.run_tables import (
     PRESET,
     mean_table,
     not_repeatable,
     undefined_notes,
     without_undefined,
 )
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.metrics import canonical_name
+from trackmark.bench.pages.notebook import complete_name
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, experiment_folders, run_key

@@ -15,8 +15,8 @@ from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.reports.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
-    from trackmark.bench.comparing.baseline import BaselineEntries
     from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.regression.baseline import BaselineEntries
 
 _HASH_SEED = "PYTHONHASHSEED"
 
@@ -59,7 +59,7 @@ class BaselineRunner:
         stochastic trackers. `temporary`: the caller removes the output afterwards. Raises
         `BaselineError` before any run if a sequence has changed.
         """
-        from trackmark.bench.comparing.baseline import stored_entries
+        from trackmark.bench.regression.baseline import stored_entries
 
         # Trackers with the same sequences share an execution: each frame is decoded once for all.
         labels_by_names: dict[tuple[str, ...], list[str]] = {}
@@ -102,7 +102,7 @@ class BaselineRunner:
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
         """Raise `BaselineError` if a tracker or sequence was renamed, or a sequence has changed."""
-        from trackmark.bench.comparing.baseline import BaselineError, digest
+        from trackmark.bench.regression.baseline import BaselineError, digest
 
         remedy = "or recreate the baseline with `trackmark baseline --force`."
         new_labels = [spec.label for spec in plan.trackers.values()]
@@ -165,7 +165,7 @@ def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refus
     The function also prints which stochastic trackers ignore their seed. Raises `BaselineError` if
     a tracker without declared randomness is not repeatable.
     """
-    from trackmark.bench.comparing.baseline import BaselineError
+    from trackmark.bench.regression.baseline import BaselineError
 
     if lines := _failure_lines(with_failures(entries, repeated)):
         print_message("\n".join([*lines, refusal]))

@@ -303,7 +303,7 @@ class RunProgress:
 
 def print_corner_hints(folder: Path, cells: "Collection[RunKey] | None" = None) -> None:
     """Print a hint for each tracker that seems to return corners; `cells`: requested runs."""
-    from trackmark.bench.reporting.corner_boxes import corner_boxes
+    from trackmark.bench.analysis.corner_boxes import corner_boxes
     from trackmark.bench.store.data_frames import load_runs
 
     for hint in corner_boxes(folder, load_runs(folder, cells)):

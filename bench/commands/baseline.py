@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from trackmark.bench.comparing.baseline import Baseline
+    from trackmark.bench.regression.baseline import Baseline
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +72,13 @@ def command(options: BaselineOptions) -> int:
     Exit codes: 0 success; 1 a run failed and nothing is written; 2 invalid usage or input, or a
     tracker uses random numbers without declaring them; 130 interrupted.
     """
-    from trackmark.bench.comparing.baseline import (
+    from trackmark.bench.execution.plan import make_plan
+    from trackmark.bench.regression.baseline import (
         Baseline,
         baseline_path,
         surroundings,
         write_baseline,
     )
-    from trackmark.bench.execution.plan import make_plan
     from trackmark.bench.store.results import Results
 
     name, path = options.name, baseline_path(options.name)

@@ -39,8 +39,8 @@ from trackmark.datasets.decoding import quote
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
-    from trackmark.bench.comparing.baseline import Baseline
-    from trackmark.bench.comparing.regression_check import Check
+    from trackmark.bench.regression.baseline import Baseline
+    from trackmark.bench.regression.check import Check
     from trackmark.bench.statistics.speed import Pace
     from trackmark.reports.tables import Table
 
@@ -126,15 +126,15 @@ def command(options: CheckOptions) -> int:
     Exit codes: 0 no regression; 1 a tracker got worse or slower, or a run failed; 2 invalid usage
     or input; 3 inconclusive (only with --strict); 130 interrupted.
     """
-    from trackmark.bench.comparing.baseline import (
+    from trackmark.bench.analysis.families import read_families
+    from trackmark.bench.regression.baseline import (
         baseline_path,
         check_equal_scores,
         read_baseline,
         surroundings,
     )
-    from trackmark.bench.comparing.families import read_families
-    from trackmark.bench.comparing.regression_check import changed_facts, check, headline
-    from trackmark.bench.comparing.speed_check import check_speeds
+    from trackmark.bench.regression.check import changed_facts, check, headline
+    from trackmark.bench.regression.speed import check_speeds
 
     path = baseline_path(options.name)
     stored = read_baseline(path)
@@ -270,7 +270,7 @@ def _accept(
     stored: "Baseline", path: Path, options: CheckOptions, result: "Check", runner: BaselineRunner
 ) -> int:
     """Replace a tracker's scores in the baseline, unless a run failed."""
-    from trackmark.bench.comparing.baseline import write_baseline
+    from trackmark.bench.regression.baseline import write_baseline
 
     tracker, reason = str(options.accept), str(options.because)
     repeated = runner.repeat({tracker: list(result.now[tracker])[:1]})
@@ -284,8 +284,8 @@ def _accept(
 
 def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) -> None:
     """Print the changes of scores and speeds, and write them into files."""
-    from trackmark.bench.comparing.regression_check import as_data, as_junit, table
-    from trackmark.bench.comparing.speed_check import speed_cases, speed_data, speed_table
+    from trackmark.bench.regression.check import as_data, as_junit, table
+    from trackmark.bench.regression.speed import speed_cases, speed_data, speed_table
     from trackmark.reports.renderers import to_markdown
 
     tables = [table(result, whole=options.verbose), *([speed_table(speeds)] if speeds else [])]

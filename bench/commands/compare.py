@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from trackmark.bench.analysis import MARGINS
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import run_experiment
 from trackmark.bench.commands._imported_results import (
@@ -39,13 +40,12 @@ from trackmark.bench.commands._progress import (
     print_message,
 )
 from trackmark.bench.experiments.experiment import Experiment, default_name
-from trackmark.bench.reporting import MARGINS
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from trackmark.bench.comparing.comparison import Comparison
-    from trackmark.bench.comparing.families import Families
+    from trackmark.bench.analysis.comparison import Comparison
+    from trackmark.bench.analysis.families import Families
     from trackmark.bench.store.layout import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
@@ -111,8 +111,8 @@ def command(options: CompareOptions) -> int:
     Exit codes: 0 success; 1 all runs of a tracker failed, which is left out; 2 invalid usage or
     input, or a missing run in --results; 130 interrupted.
     """
-    from trackmark.bench.comparing.comparable_runs import AllFailedError
-    from trackmark.bench.comparing.families import read_families
+    from trackmark.bench.analysis.comparable_runs import AllFailedError
+    from trackmark.bench.analysis.families import read_families
     from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
 
     if (options.sequences is None) == (options.results is None):
@@ -160,9 +160,9 @@ def command(options: CompareOptions) -> int:
 
 def _presets(metrics: Sequence[str], filed: str) -> list[str]:
     """Return the presets; if `native` cannot score the runs, the protocol's preset replaces it."""
+    from trackmark.bench.analysis.run_tables import PRESET
     from trackmark.bench.evaluation.scoring import can_score
     from trackmark.bench.protocols import parse_protocol
-    from trackmark.bench.reporting.tables import PRESET
 
     replaced = {} if can_score(PRESET, filed) else {PRESET: parse_protocol(filed).preset}
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
@@ -170,7 +170,7 @@ def _presets(metrics: Sequence[str], filed: str) -> list[str]:
 
 def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
     """Return the score that is compared, with its margin."""
-    from trackmark.bench.comparing.comparable_runs import ComparisonError, compared_measure
+    from trackmark.bench.analysis.comparable_runs import ComparisonError, compared_measure
 
     try:
         return compared_measure(preset, options.metric, options.margin)
@@ -268,10 +268,10 @@ def _compare(
     measure: "ScoreMeasure",
 ) -> "Comparison":
     """Compare the runs by a score of a metrics preset."""
-    from trackmark.bench.comparing.comparable_runs import same_boxes, scored_runs
-    from trackmark.bench.comparing.comparison import compare
-    from trackmark.bench.comparing.published_scores import with_published
-    from trackmark.bench.reporting.tables import not_repeatable
+    from trackmark.bench.analysis.comparable_runs import same_boxes, scored_runs
+    from trackmark.bench.analysis.comparison import compare
+    from trackmark.bench.analysis.published_scores import with_published
+    from trackmark.bench.analysis.run_tables import not_repeatable
     from trackmark.bench.store.truth import find_attributes
 
     labels = runs.labels
@@ -312,7 +312,7 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
 
 def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
     """Print and write the comparisons by all presets; return the exit status."""
-    from trackmark.bench.comparing.tables import as_data, screen_lines
+    from trackmark.bench.analysis.comparison_tables import as_data, screen_lines
 
     folder = options.folder
     for preset, comparison in compared.items():
@@ -333,8 +333,8 @@ def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
 
 def _write(comparison: "Comparison", folder: Path) -> list[str]:
     """Write tables, the figure and the paragraph; return lines that list the files."""
-    from trackmark.bench.comparing.figures import write_differences
-    from trackmark.bench.comparing.tables import files, paragraph
+    from trackmark.bench.analysis.comparison_figures import write_differences
+    from trackmark.bench.analysis.comparison_tables import files, paragraph
     from trackmark.reports.files import write_file
     from trackmark.reports.write import list_written_files, write_tables
 

@@ -47,10 +47,10 @@ def command(options: DemoOptions) -> int:
 
     Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
-    from trackmark.bench.comparing.run_summary import summarise
+    from trackmark.bench.analysis.run_summary import summarise
+    from trackmark.bench.analysis.run_tables import tables, title_of
     from trackmark.bench.pages.report import Commands, write_report_page
     from trackmark.bench.pages.report_figures import FigureFiles
-    from trackmark.bench.reporting.tables import tables, title_of
     from trackmark.reports.write import write_tables
 
     experiment = read_experiment("demo")

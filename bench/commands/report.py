@@ -31,10 +31,10 @@ from trackmark.bench.commands._progress import (
 )
 
 if TYPE_CHECKING:
+    from trackmark.bench.analysis.by_annotation import AnnotationReport
+    from trackmark.bench.analysis.by_attribute import AttributeReport
     from trackmark.bench.pages.report import Commands
     from trackmark.bench.pages.report_figures import FigureFiles
-    from trackmark.bench.reporting.by_annotation import AnnotationReport
-    from trackmark.bench.reporting.by_attribute import AttributeReport
     from trackmark.reports.tables import Table
 
 TEXTS = ("text", "markdown", "csv", "latex")
@@ -120,9 +120,9 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
 
     `experiment`: folder with imported results. `stored`: folder of the stored results, if any.
     """
+    from trackmark.bench.analysis.by_metrics import preset_report
+    from trackmark.bench.analysis.run_tables import title_of
     from trackmark.bench.pages.report import Commands
-    from trackmark.bench.reporting.by_preset import preset_report
-    from trackmark.bench.reporting.tables import title_of
     from trackmark.reports.write import list_written_files, write_tables
 
     metrics, folder = options.metrics, options.folder
@@ -160,7 +160,7 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
 
 def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "list[AttributeReport]":
     """Return scores by attribute of the sequences, and add their tables."""
-    from trackmark.bench.reporting.by_attribute import attribute_report
+    from trackmark.bench.analysis.by_attribute import attribute_report
 
     with progress_bar("Measuring attributes", None, "frame") as progress:
         curves = attribute_report(experiment, metrics, progress, print_message)
@@ -172,7 +172,7 @@ def _annotated(
     experiment: Path, metrics: list[str], tables: "list[Table]"
 ) -> "list[AnnotationReport]":
     """Return scores by annotated attribute, and add their tables."""
-    from trackmark.bench.reporting.by_annotation import annotation_reports
+    from trackmark.bench.analysis.by_annotation import annotation_reports
 
     reports = annotation_reports(experiment, metrics)
     tables += [report.table for report in reports]
@@ -183,7 +183,7 @@ def _print_summary(
     experiment: Path, tables: "list[Table]", options: ReportOptions, title: str
 ) -> None:
     """Print answer and short table; then tables of other presets, or all of them."""
-    from trackmark.bench.comparing.run_summary import summarise
+    from trackmark.bench.analysis.run_summary import summarise
 
     summary = summarise(experiment) if "native" in options.metrics else None
     if title:
@@ -201,7 +201,7 @@ def _print_summary(
 
 def _print_answer(experiment: Path, options: ReportOptions) -> None:
     """Print the answer as paragraphs of Markdown."""
-    from trackmark.bench.comparing.run_summary import summarise
+    from trackmark.bench.analysis.run_summary import summarise
     from trackmark.reports.renderers import in_markdown
 
     summary = summarise(experiment) if "native" in options.metrics else None
@@ -253,7 +253,7 @@ def _write_page(
 
 def _print_left_out(experiments: Sequence[Path]) -> int:
     """Print a line per tracker whose runs all failed; return the exit code."""
-    from trackmark.bench.reporting.failed_runs import failed_runs
+    from trackmark.bench.analysis.failed_runs import failed_runs
     from trackmark.bench.store.data_frames import load_runs
 
     lines = dict[str, None]()

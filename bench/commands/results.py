@@ -109,7 +109,7 @@ def failures(options: FailuresOptions) -> None:
     """
     import numpy as np
 
-    from trackmark.bench.comparing.run_summary import tracker_line
+    from trackmark.bench.analysis.run_summary import tracker_line
     from trackmark.bench.store.layout import experiment_folders, run_key
     from trackmark.bench.store.results import Results
     from trackmark.bench.store.run_rows import list_runs

@@ -210,7 +210,7 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     data = to_json_row(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
         # Imports the table renderers.
-        from trackmark.bench.reporting.by_preset import presets_for, scores_by
+        from trackmark.bench.analysis.by_metrics import presets_for, scores_by
 
         presets = presets_for(metrics, row["protocol"])
         if others := [name for name in presets if name != "native"]:
@@ -220,8 +220,8 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
 
 def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
     """Print the answer and a short table, and with --verbose all tables."""
-    from trackmark.bench.comparing.run_summary import summarise, summarise_times
-    from trackmark.bench.reporting.by_preset import summary_text
+    from trackmark.bench.analysis.by_metrics import summary_text
+    from trackmark.bench.analysis.run_summary import summarise, summarise_times
 
     folder, cells = execution.folder, execution.plan.manifest().versions
     lines: list[str] = []

@@ -133,7 +133,7 @@ def _stored(
     """Return boxes and outlines of stored runs on a sequence, by tracker."""
     import numpy as np
 
-    from trackmark.bench.reporting.film_strips import boxes_on
+    from trackmark.bench.analysis.film_strips import boxes_on
     from trackmark.bench.store.data_frames import ordered_rows
     from trackmark.bench.store.files import ResultsError
     from trackmark.bench.store.layout import experiment_folders
@@ -170,7 +170,7 @@ def _draw(
     count: int,
 ) -> None:
     """Write a film strip of `count` frames, or a video of all frames."""
-    from trackmark.bench.reporting.outlines import outlines_on
+    from trackmark.bench.analysis.outlines import outlines_on
     from trackmark.reports.overlay import evenly_spaced, film_strip, write_film_strip
     from trackmark.reports.video import write_video
 

@@ -27,8 +27,8 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 if TYPE_CHECKING:
     import pandas as pd
 
-    from trackmark.bench.comparing.breaking_points import Series
     from trackmark.bench.execution.plan import KnownSequences
+    from trackmark.bench.stress.breaking_points import Series
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,8 @@ def command(options: StressOptions) -> int:
 
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
-    from trackmark.bench.comparing.breaking_points import (
+    from trackmark.bench.experiments.tracker_files import resolve_trackers
+    from trackmark.bench.stress.breaking_points import (
         BreakingPoints,
         RunSequences,
         Series,
@@ -82,7 +83,6 @@ def command(options: StressOptions) -> int:
         tables,
         write_curves,
     )
-    from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.reports.renderers import terminal_lines
     from trackmark.reports.write import list_written_files, write_tables
 

@@ -10,12 +10,10 @@ from operator import itemgetter
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.comparing.comparison import Comparison, Pair
-from trackmark.bench.comparing.run_summary import means_by_tracker
-from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
-from trackmark.bench.reporting.times import TIME, fps_text, time_text
-from trackmark.bench.statistics.rules import MIN_UNITS
-from trackmark.reports.page.cards import (
+from trackmark.bench.analysis.comparison import Comparison, Pair
+from trackmark.bench.analysis.run_summary import means_by_tracker
+from trackmark.bench.analysis.times import TIME, fps_text, time_text
+from trackmark.bench.pages.card_types import (
     FailureCard,
     HeatRow,
     HeatTable,
@@ -27,16 +25,13 @@ from trackmark.reports.page.cards import (
     SequenceFold,
     Still,
 )
-from trackmark.reports.page.content import (
-    Chart,
-    Page,
-    PageTable,
-    PlayerPosition,
-    PlayerScene,
-)
-from trackmark.reports.page.film import thumbnail
-from trackmark.reports.page.svg import CROWDED, TOP
+from trackmark.bench.pages.content import Page, PageTable, PlayerScene
+from trackmark.bench.pages.player_frames import thumbnail
+from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
+from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.reports.charts import Chart, PlayerPosition
 from trackmark.reports.printable import one_line
+from trackmark.reports.svg import CROWDED, TOP
 from trackmark.reports.tables import MISSING, Table
 
 SHOWN_SEQUENCES = 12
@@ -57,7 +52,7 @@ def leaderboard(
     """Return the trackers by mean overlap.
 
     Scores and times come from `summary`, the table of means. `notes` gives the text for trackers
-    with failed runs. For `time_mark` and `time_notes`, see `bench.reporting.times`.
+    with failed runs. For `time_mark` and `time_notes`, see `bench.analysis.times`.
     """
     rows = []
     for tracker, measures in means_by_tracker(summary).items():

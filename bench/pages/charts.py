@@ -7,15 +7,15 @@ from math import isfinite, nan
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.comparing.run_summary import means_by_tracker
+from trackmark.bench.analysis.run_summary import means_by_tracker
+from trackmark.bench.analysis.run_tables import SUMMARY
+from trackmark.bench.analysis.times import TIME
 from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRun, PageRuns
-from trackmark.bench.reporting.tables import SUMMARY
-from trackmark.bench.reporting.times import TIME
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.statistics.survival import kaplan_meier
 from trackmark.bench.statistics.units import units_of
-from trackmark.reports.page.content import Chart, Line, PlayerPosition
-from trackmark.reports.page.svg import CROWDED, TOP, at_reference
+from trackmark.reports.charts import Chart, Line, PlayerPosition
+from trackmark.reports.svg import CROWDED, TOP, at_reference
 from trackmark.reports.tables import Table
 
 _MAX_POINTS = 120

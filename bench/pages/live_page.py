@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import State
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.pages.content import Page, PageSection
+from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
-from trackmark.bench.reporting.stored_runs import judged_runs
-from trackmark.reports.page.content import Page, PageSection
-from trackmark.reports.page.page import write_page
 from trackmark.reports.temporary_paths import temporary_folder
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only

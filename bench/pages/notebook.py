@@ -77,10 +77,11 @@ def player(
     ResultsError
         If there are no results, or they are damaged.
     """
+    from trackmark.bench.analysis.stored_runs import judged_runs
+    from trackmark.bench.pages.content import Page, PageSection
+    from trackmark.bench.pages.page import write_page
     from trackmark.bench.pages.player_runs import collect_runs, scenes
-    from trackmark.bench.reporting.stored_runs import judged_runs
-    from trackmark.reports.page.content import Page, PageSection, PlayerPosition
-    from trackmark.reports.page.page import write_page
+    from trackmark.reports.charts import PlayerPosition
 
     folder = Path(results) if isinstance(results, str | Path) else results.stored_folder
     experiment, name = _find_sequence(folder, sequence)

@@ -8,10 +8,10 @@ from itertools import accumulate, count
 from typing import Any, NamedTuple
 
 from trackmark import datasets
+from trackmark.bench.analysis.stored_runs import open_sequence
+from trackmark.bench.pages.content import Film
+from trackmark.bench.pages.player_frames import encode_film
 from trackmark.bench.pages.player_layers import mask_shapes
-from trackmark.bench.reporting.stored_runs import open_sequence
-from trackmark.reports.page.content import Film
-from trackmark.reports.page.film import encode_film
 
 Watch = Callable[[int, int | None], None]
 """Callback with the number of processed frames and the number of all frames."""

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.comparing.comparison import means_in_part, parts_of
+from trackmark.bench.analysis.comparison import means_in_part, parts_of
+from trackmark.bench.pages.content import PageTable
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.statistics.rules import interval_or_none
 from trackmark.bench.statistics.units import units_of
-from trackmark.reports.page.content import PageTable
 from trackmark.reports.tables import MISSING, text_table
 
 

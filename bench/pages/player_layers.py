@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.analysis.outlines import mask_outlines
 from trackmark.bench.evaluation.recorder import MAP
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.reporting.outlines import mask_outlines
+from trackmark.bench.pages.content import Film
+from trackmark.bench.pages.player_frames import encode_film
 from trackmark.bench.store.truth import StoredTruth
-from trackmark.reports.page.content import Film
-from trackmark.reports.page.film import encode_film
 
 _MAX_PARTICLES = 300  # per frame, approximately
 

@@ -11,19 +11,20 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.analysis.outlines import is_round
+from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.pages.content import PlayerRun, PlayerScene
 from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, film_all
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
 from trackmark.bench.protocols import STORED_ONE_PASS
-from trackmark.bench.reporting.outlines import is_round
-from trackmark.bench.reporting.stored_runs import StoredRun
 from trackmark.bench.store.truth import StoredTruth
-from trackmark.reports.page.content import PlayerPosition, PlayerRun, PlayerScene
+from trackmark.reports.charts import PlayerPosition
 
 _SUPERVISION = {
     FrameState.SKIPPED: "skipped",

@@ -11,11 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from trackmark.bench.comparing.answer import Answer
-from trackmark.bench.comparing.comparable_runs import ComparisonError, same_boxes
-from trackmark.bench.comparing.comparison import Comparison
-from trackmark.bench.comparing.run_summary import answer_on, means_by_tracker
+from trackmark.bench.analysis.by_metrics import table_prefix
+from trackmark.bench.analysis.comparable_runs import ComparisonError, same_boxes
+from trackmark.bench.analysis.comparison import Comparison
+from trackmark.bench.analysis.corner_boxes import corner_boxes
+from trackmark.bench.analysis.decisions import Answer
+from trackmark.bench.analysis.failed_runs import failed_runs, with_worst_scores
+from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
+from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
+from trackmark.bench.analysis.stored_runs import judged_runs
+from trackmark.bench.analysis.times import time_mark, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trace
+from trackmark.bench.pages.card_types import GLOSSARY, Fold
 from trackmark.bench.pages.cards import (
     failures,
     hardest_moments,
@@ -30,29 +37,17 @@ from trackmark.bench.pages.charts import (
     survival_charts,
     timeline_charts,
 )
+from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerScene
+from trackmark.bench.pages.page import write_chunk, write_page
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.parts_table import parts_table
 from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
 from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.reporting.by_preset import table_prefix
-from trackmark.bench.reporting.corner_boxes import corner_boxes
-from trackmark.bench.reporting.failed_runs import failed_runs, with_worst_scores
-from trackmark.bench.reporting.stored_runs import judged_runs
-from trackmark.bench.reporting.tables import not_repeatable, summary_of
-from trackmark.bench.reporting.times import time_mark, time_notes, with_times
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
-from trackmark.reports.page.cards import GLOSSARY, Fold
-from trackmark.reports.page.content import (
-    Page,
-    PageSection,
-    PageTable,
-    PlayerPosition,
-    PlayerScene,
-)
-from trackmark.reports.page.page import write_chunk, write_page
-from trackmark.reports.page.svg import CROWDED
+from trackmark.reports.charts import PlayerPosition
+from trackmark.reports.svg import CROWDED
 from trackmark.reports.tables import MISSING, Table, complete, text_table
 
 if TYPE_CHECKING:

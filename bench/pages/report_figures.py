@@ -6,15 +6,15 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from trackmark.bench.analysis.by_annotation import MIN_AXES, AnnotationReport
+from trackmark.bench.analysis.by_attribute import AttributeReport, plot_attributes
+from trackmark.bench.analysis.by_metrics import PresetScores
+from trackmark.bench.analysis.film_strips import TRACE_WORDS, write_strips
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import heading
 from trackmark.bench.pages.player_runs import PageRuns
-from trackmark.bench.reporting.by_annotation import MIN_AXES, AnnotationReport
-from trackmark.bench.reporting.by_attribute import AttributeReport, plot_attributes
-from trackmark.bench.reporting.by_preset import PresetScores
-from trackmark.bench.reporting.film_strips import TRACE_WORDS, write_strips
+from trackmark.reports.charts import Chart, Line
 from trackmark.reports.figures import write_figure
-from trackmark.reports.page.content import Chart, Line
 from trackmark.reports.plots import chart_plot, radar_plot
 
 

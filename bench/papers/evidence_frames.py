@@ -10,20 +10,21 @@ from typing import NamedTuple
 import numpy as np
 
 from trackmark import datasets
+from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.pages.content import PlayerScene
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.papers.description import MainRow
 from trackmark.bench.papers.measures import find_measure
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.reporting.stored_runs import StoredRun
 from trackmark.bench.store.layout import RunKey
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import run_row
 from trackmark.bench.store.truth import read_truth
-from trackmark.reports.page.content import PlayerPosition, PlayerScene
+from trackmark.reports.charts import PlayerPosition
 
 # kind of the worst frame, by unit of the measure; otherwise the frame with the largest error
 KINDS = {"overlap": "overlap", "frames": "loss"}

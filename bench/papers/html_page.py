@@ -8,7 +8,12 @@ import numpy as np
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, effect_text
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.pages import card_types
+from trackmark.bench.pages.card_types import Fold, Still
+from trackmark.bench.pages.content import Page, PageSection, PageTable
+from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Watch
+from trackmark.bench.pages.player_frames import compress_picture, encode_film
 from trackmark.bench.papers.evidence_frames import (
     Footage,
     claim_run,
@@ -23,11 +28,6 @@ from trackmark.bench.papers.plan import tracker_text
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.runs import Context
 from trackmark.datasets.spec_string import parse_text
-from trackmark.reports.page import cards
-from trackmark.reports.page.cards import Fold, Still
-from trackmark.reports.page.content import Page, PageSection, PageTable
-from trackmark.reports.page.film import compress_picture, encode_film
-from trackmark.reports.page.page import write_page
 from trackmark.reports.tables import MISSING
 
 FACTS = {
@@ -98,7 +98,7 @@ def _sections(report: Report, footage: Footage) -> Iterator[PageSection]:
     """Yield the parts of the page in their order."""
     groups = _groups(report, footage)
     if groups:
-        counts = [cards.VerdictCount(g.title, g.tone, len(g.claims), g.key) for g in groups]
+        counts = [card_types.VerdictCount(g.title, g.tone, len(g.claims), g.key) for g in groups]
         yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[counts])
     caption = "A number of ours opens the worst run behind it."
     table = _main_table(report, footage)
@@ -117,7 +117,7 @@ def _sections(report: Report, footage: Footage) -> Iterator[PageSection]:
     yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
 
 
-def _main_table(report: Report, footage: Footage) -> cards.SideTable:
+def _main_table(report: Report, footage: Footage) -> card_types.SideTable:
     """Return the main table; a value opens its worst run and shows the verdict on its claim."""
     main, verdicts = report.description.main_table, {row.claim.name: row for row in report.verdicts}
     rows = []
@@ -131,7 +131,7 @@ def _main_table(report: Report, footage: Footage) -> cards.SideTable:
             texts = [[row.separator.join(values)] for values in texts]
         ours = [
             [
-                cards.SideCell(
+                card_types.SideCell(
                     texts[k][i],
                     _share(texts[k][i]),
                     *_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
@@ -141,11 +141,11 @@ def _main_table(report: Report, footage: Footage) -> cards.SideTable:
             ]
             for i in range(len(texts[0]))
         ]
-        rows.append(cards.SideRow(row.labels, row.paper, ours))
+        rows.append(card_types.SideRow(row.labels, row.paper, ours))
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
     videos = "Our videos are not those of the paper: compare orders, not numbers."
     notes = [main.caption, *([colours] if verdicts else []), videos]
-    return cards.SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
+    return card_types.SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
 
 
 def _mark(row: VerdictRow | None, setting: str) -> tuple[str, str]:
@@ -161,7 +161,7 @@ def _share(text: str) -> float | None:
     return int(number[1]) / 100 if number else None
 
 
-def _panels(figures: Sequence[Drawing]) -> list[cards.FigurePanel]:
+def _panels(figures: Sequence[Drawing]) -> list[card_types.FigurePanel]:
     """Return the figures of the paper; all files of a figure share a panel."""
     panels: dict[str, list[Drawing]] = {}
     for figure in figures:
@@ -169,7 +169,7 @@ def _panels(figures: Sequence[Drawing]) -> list[cards.FigurePanel]:
     return [_panel(label, drawings) for label, drawings in panels.items()]
 
 
-def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
+def _panel(label: str, figures: Sequence[Drawing]) -> card_types.FigurePanel:
     """Return a figure: a strip as frames with one row per tracker, other figures as pictures."""
     figure, strip = figures[0], figures[0].strip
     caption = f"{figure.caption[:1].upper()}{figure.caption[1:].rstrip('.')}."
@@ -178,7 +178,7 @@ def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
         pictures = [
             compress_picture(drawing.path.read_bytes()) for drawing in figures if drawing.path
         ]
-        return cards.FigurePanel(label, caption, words, pictures=pictures)
+        return card_types.FigurePanel(label, caption, words, pictures=pictures)
     colours = "; green: on or off as in the paper; red: not" if figure.entry.paper else ""
     words = (
         f"Ours: {figure.words} White: true {figure.entry.shape}; solid: as written; dashed: "
@@ -192,9 +192,9 @@ def _panel(label: str, figures: Sequence[Drawing]) -> cards.FigurePanel:
             _tile(strip.sequence[frame], frame, runs, state, figure.entry.shape, number)
             for frame, state in zip(strip.frames, paper, strict=True)
         ]
-        rows.append(cards.StripRow(tracker, number, tiles))
+        rows.append(card_types.StripRow(tracker, number, tiles))
     frames = [f"frame {number}" for number in figure.entry.frames]
-    return cards.FigurePanel(label, caption, words, frames, rows)
+    return card_types.FigurePanel(label, caption, words, frames, rows)
 
 
 def _tile(
@@ -204,7 +204,7 @@ def _tile(
     paper: str,
     shape: str,
     tracker: int,
-) -> cards.StripTile:
+) -> card_types.StripTile:
     """Return a frame with the boxes of both settings; `paper`: its `on` or `off`, or empty."""
     notes = [("paper", paper, "")] if paper else []
     for setting, judged in runs:
@@ -223,10 +223,10 @@ def _tile(
         ", ".join(f"{name}: {text}" for name, text, _ in notes),
         shape == "ellipse",
     )
-    return cards.StripTile(still, notes)
+    return card_types.StripTile(still, notes)
 
 
-def _groups(report: Report, footage: Footage) -> list[cards.VerdictGroup]:
+def _groups(report: Report, footage: Footage) -> list[card_types.VerdictGroup]:
     """Return the claims by their verdicts in both settings; groups without claims are left out."""
     groups = {
         "both": ("Holds in both settings", "good"),
@@ -235,7 +235,7 @@ def _groups(report: Report, footage: Footage) -> list[cards.VerdictGroup]:
         "inconclusive": ("Inconclusive in both settings", "undecided"),
         "numbers": ("Not testable", "none"),
     }
-    items: dict[str, list[cards.VerdictItem]] = {key: [] for key in groups}
+    items: dict[str, list[card_types.VerdictItem]] = {key: [] for key in groups}
     for row in report.verdicts:
         verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
         key = ("neither", "one", "both")[verdicts.count("holds")]
@@ -245,13 +245,13 @@ def _groups(report: Report, footage: Footage) -> list[cards.VerdictGroup]:
             key = "inconclusive"
         items[key].append(_item(row, report.context, footage))
     return [
-        cards.VerdictGroup(f"group-{key}", *groups[key], claims)
+        card_types.VerdictGroup(f"group-{key}", *groups[key], claims)
         for key, claims in items.items()
         if claims
     ]
 
 
-def _item(row: VerdictRow, context: Context, footage: Footage) -> cards.VerdictItem:
+def _item(row: VerdictRow, context: Context, footage: Footage) -> card_types.VerdictItem:
     """Return a claim: its verdicts open the worst runs, and it unfolds quote and reasons."""
     claim, cells = row.claim, []
     facts = {head: text for head, name in FACTS.items() if (text := str(getattr(claim, name)))}
@@ -264,10 +264,10 @@ def _item(row: VerdictRow, context: Context, footage: Footage) -> cards.VerdictI
         facts[name] = f"{verdict.verdict}: {effect}; {verdict.reason}"
         tone, remarks = TONES.get(verdict.verdict, "none"), "; ".join(row.remarks(setting))
         place = footage.places.get(claim_run(claim, setting, context))
-        cells.append(cards.VerdictCell(name, verdict.verdict, tone, effect, remarks, place))
+        cells.append(card_types.VerdictCell(name, verdict.verdict, tone, effect, remarks, place))
     quote = f"“{claim.quote}” ({claim.source})"
     title = f"{claim.short[:1].upper()}{claim.short[1:]}"
-    return cards.VerdictItem(f"claim-{claim.name}", title, claim.paper, cells, quote, facts)
+    return card_types.VerdictItem(f"claim-{claim.name}", title, claim.paper, cells, quote, facts)
 
 
 def _measure_words(measure: str, context: Context) -> str:

@@ -8,13 +8,13 @@ from typing import Any
 from urllib.parse import quote
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VERDICTS
+from trackmark.bench.pages.card_types import PaperRow, VerdictCount
+from trackmark.bench.pages.content import Page, PageSection
+from trackmark.bench.pages.page import write_page
 from trackmark.bench.papers import Effort, paper_names
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.html_page import NAMES, TONES
 from trackmark.bench.store.files import ResultsError
-from trackmark.reports.page.cards import PaperRow, VerdictCount
-from trackmark.reports.page.content import Page, PageSection
-from trackmark.reports.page.page import write_page
 
 
 def write_front_page(output: Path) -> Path:

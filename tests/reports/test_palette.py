@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.reports.contrast import contrast, linear, rgb
-from trackmark.reports import page
+from trackmark.bench.pages import page
 from trackmark.reports.figures import line_style
 from trackmark.reports.overlay import BACKGROUND
 from trackmark.reports.palette import DARK, LIGHT, colour
@@ -41,7 +41,7 @@ def test_line_colours_contrast_with_backgrounds(ground):
 
 
 def test_backgrounds_are_those_of_pages():
-    css = Path(page.__file__).with_name("page.css").read_text()
+    css = (Path(page.__file__).parent / "templates" / "page.css").read_text()
     light, dark = css.split("prefers-color-scheme: dark")
     for theme, (ground, card) in zip((light, dark), GROUNDS.values(), strict=False):
         assert f"--page: {ground}; --paper: {card.replace('#ffffff', '#fff')};" in theme

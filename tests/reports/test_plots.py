@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
+from trackmark.reports.charts import Chart, Line
 from trackmark.reports.figures import Panel, fold, map_plot, write_figure
-from trackmark.reports.page.content import Chart, Line
 from trackmark.reports.palette import LIGHT, colour
 from trackmark.reports.plots import chart_plot, series_plot
 from trackmark.reports.printable import printable

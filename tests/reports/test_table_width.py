@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackmark.bench.reporting.tables import PER_SEQUENCE, SUMMARY, TIMES
+from trackmark.bench.analysis.run_tables import PER_SEQUENCE, SUMMARY, TIMES
 from trackmark.reports.printable import MAX_WIDTH
 from trackmark.reports.renderers import terminal_lines, to_markdown, to_text
 from trackmark.reports.tables import sequence_table, summary_table

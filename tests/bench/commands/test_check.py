@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.bench.commands.conftest import SMALL, TINY, unwrapped
-from trackmark.bench.comparing.baseline import read_baseline, write_baseline
+from trackmark.bench.regression.baseline import read_baseline, write_baseline
 
 SEQUENCES = ("--sequences", f"data/Small,{TINY}")
 BASELINE = ("baseline", "own", "--trackers", "static,knob.py:as=mine", *SEQUENCES, "--seeds", 6)

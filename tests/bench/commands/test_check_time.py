@@ -55,7 +55,7 @@ def timed_setups(monkeypatch):
         ratios = np.array([ratio(setup) for setup in setups])
         return ratios[:, None, None] * generator.normal(1, 0.01, (2, 5, 4))
 
-    monkeypatch.setattr("trackmark.bench.comparing.speed_check.time_interleaved", time_interleaved)
+    monkeypatch.setattr("trackmark.bench.regression.speed.time_interleaved", time_interleaved)
     return setups_seen
 
 
@@ -65,7 +65,7 @@ def committed_baseline(trackmark, workspace, timed_setups, git, monkeypatch):
     package = workspace / "trackers"
     package.mkdir()
     (package / "static.py").write_text("# as it was\n")
-    monkeypatch.setattr("trackmark.bench.comparing.speed_check._PACKAGE", package)
+    monkeypatch.setattr("trackmark.bench.regression.speed._PACKAGE", package)
     git("init", "--quiet")
     git("add", "knob.py", "trackers")
     git("commit", "--quiet", "--message", "before")
@@ -133,7 +133,7 @@ def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, committed_basel
     def time_interleaved(setups, clips):
         raise TurnError("its process ended")
 
-    monkeypatch.setattr("trackmark.bench.comparing.speed_check.time_interleaved", time_interleaved)
+    monkeypatch.setattr("trackmark.bench.regression.speed.time_interleaved", time_interleaved)
     printed = trackmark("check", "own", *AGAINST, "--strict", status=3).stdout
     assert "static: the tracker cannot be timed: its process ended." in printed
     printed = trackmark("check", "own", *AGAINST, "--strict", "--json", status=3).stdout
@@ -168,7 +168,7 @@ def test_missing_git_is_reported(trackmark, baseline_without_runs, monkeypatch):
 def test_budget_is_refused_with_the_least_possible_one(trackmark, committed_baseline, monkeypatch):
     """A session takes 10 s on a simulated clock: two trackers need six sessions each."""
     clock = iter(range(0, 100_000, 10))
-    monkeypatch.setattr("trackmark.bench.comparing.speed_check.monotonic", lambda: next(clock))
+    monkeypatch.setattr("trackmark.bench.regression.speed.monotonic", lambda: next(clock))
     options = ("--time", "--against", "HEAD", "--budget")
     result = trackmark("check", committed_baseline, *options, "90s", status=2)
     assert "6 sessions of 2 trackers take about 120 s. Use --budget 144s" in result.stderr

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.bench.commands.conftest import assert_tables_have_rows
-from trackmark.bench.comparing import breaking_points
+from trackmark.bench.stress import breaking_points
 
 SMALL = "plain/target:length=20:width=64:height=64"
 STRESS = ("--sequences", SMALL, "--runs", "20", "--jobs", "1", "--knob")  # no processes

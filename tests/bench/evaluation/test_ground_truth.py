@@ -5,11 +5,11 @@ import pytest
 
 import trackmark as tm
 from trackmark import bench
+from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import collect_runs
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.reporting.stored_runs import judged_runs
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import write_truth

@@ -7,11 +7,11 @@ import pytest
 
 import trackmark as tm
 from trackmark import bench, datasets
+from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results

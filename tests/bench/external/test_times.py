@@ -6,9 +6,9 @@ import pytest
 
 import trackmark as tm
 from trackmark import bench
-from trackmark.bench.comparing.run_summary import summarise, summarise_times
+from trackmark.bench.analysis.run_summary import summarise, summarise_times
+from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.pages.report import Commands, write_report_page
-from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.results import Results
 
 WAITING = """

@@ -8,8 +8,8 @@ from urllib.parse import urlencode
 import numpy as np
 
 from trackmark import datasets
+from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.pages.report import Commands, write_report_page
-from trackmark.bench.reporting.tables import tables
 
 
 class Cells(HTMLParser):

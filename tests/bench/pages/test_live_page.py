@@ -12,10 +12,10 @@ import pytest
 from tests import browser
 from tests.bench.pages.reading import data_of
 from trackmark import bench, datasets
+from trackmark.bench.analysis.stored_runs import one_pass_runs
 from trackmark.bench.commands import show
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.pages.live_page import write_live_page
-from trackmark.bench.reporting.stored_runs import one_pass_runs
 
 SEEING = '''
 """Returns all kinds of estimates at the init box."""

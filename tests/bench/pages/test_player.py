@@ -21,11 +21,11 @@ from tests.bench.pages.reading import (
     write_experiment_page,
 )
 from trackmark import bench, datasets
+from trackmark.bench.analysis.stored_runs import one_pass_runs
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.reporting.stored_runs import one_pass_runs
-from trackmark.reports.page import page as pages
+from trackmark.bench.pages import page as pages
 
 pytestmark = browser.needs_browser
 

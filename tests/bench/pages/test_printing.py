@@ -6,9 +6,10 @@ import pytest
 
 from tests import browser
 from tests.bench.pages.reading import open_frame, state
-from trackmark.reports.page.cards import Fold
-from trackmark.reports.page.content import Chart, Line, Page, PageSection, PageTable
-from trackmark.reports.page.page import write_page
+from trackmark.bench.pages.card_types import Fold
+from trackmark.bench.pages.content import Page, PageSection, PageTable
+from trackmark.bench.pages.page import write_page
+from trackmark.reports.charts import Chart, Line
 from trackmark.reports.tables import Cell, Table
 
 pytestmark = browser.needs_browser

@@ -3,8 +3,8 @@
 import pytest
 
 from tests.bench.pages.reading import write_experiment_page
+from trackmark.bench.analysis.by_metrics import preset_report
 from trackmark.bench.pages.report_figures import FigureFiles
-from trackmark.bench.reporting.by_preset import preset_report
 
 
 @pytest.mark.slow

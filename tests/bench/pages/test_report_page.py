@@ -20,14 +20,14 @@ from tests.bench.pages.reading import (
     write_experiment_page,
 )
 from trackmark import bench
+from trackmark.bench.analysis.stored_runs import one_pass_runs
+from trackmark.bench.analysis.times import time_text
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.reporting.stored_runs import one_pass_runs
-from trackmark.bench.reporting.times import time_text
-from trackmark.reports.page.cards import HeatRow, HeatTable
-from trackmark.reports.page.content import Page, PageSection, PageTable
-from trackmark.reports.page.page import write_page
+from trackmark.bench.pages.card_types import HeatRow, HeatTable
+from trackmark.bench.pages.content import Page, PageSection, PageTable
+from trackmark.bench.pages.page import write_page
 from trackmark.reports.tables import Cell, Table
 
 HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"

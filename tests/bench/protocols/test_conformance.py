@@ -9,6 +9,7 @@ import pytest
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench, datasets
 from trackmark.bench import metrics, protocols
+from trackmark.bench.analysis.by_metrics import preset_report
 from trackmark.bench.engine.work_unit import Failure
 from trackmark.bench.engine.worker import record_failure
 from trackmark.bench.evaluation.loop import run_protocol
@@ -19,7 +20,6 @@ from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import STORED_ONE_PASS, ProtocolError, parse_protocol
-from trackmark.bench.reporting.by_preset import preset_report
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results

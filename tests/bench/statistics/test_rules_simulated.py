@@ -7,9 +7,9 @@ the documentation states. They come from another implementation of the same popu
 import numpy as np
 import pytest
 
-from trackmark.bench.comparing.baseline import DECIMALS, Baseline, BaselineEntry
-from trackmark.bench.comparing.regression_check import check
 from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineEntry
+from trackmark.bench.regression.check import check
 from trackmark.bench.statistics import verdict_rules
 from trackmark.bench.statistics.intervals import interval_ends
 from trackmark.bench.statistics.rules import (

@@ -67,7 +67,7 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
         ("protocols/one_pass.py", True),
         ("store/truth.py", True),
         ("pages/report.py", False),
-        ("comparing/comparison.py", False),
+        ("analysis/comparison.py", False),
     ],
 )
 def test_scorer_digest_covers_all_modules_that_score(copy, file, is_used):

@@ -22,11 +22,11 @@ from hypothesis.stateful import (
 )
 
 from trackmark import bench
+from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.engine.worker import perform
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
-from trackmark.bench.reporting.tables import tables
 from trackmark.bench.store.database import Database
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.maintenance import find_damage

@@ -1,0 +1,334 @@
+"""Comparison of trackers on stored runs: differences of pairs with intervals and decisions.
+
+Repetitions on a sequence are averaged first, then the sequences of a unit. Trackers are paired by
+sequence, not by seed, because equal seeds have no common effect on two methods.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from math import inf, nan
+from typing import TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from trackmark.bench.analysis.comparable_runs import (
+    AllFailedError,
+    check_runs,
+    selected_trackers,
+)
+from trackmark.bench.analysis.failed_runs import failed_runs
+from trackmark.bench.analysis.families import Families
+from trackmark.bench.analysis.run_tables import without_undefined
+from trackmark.bench.analysis.times import TIME, clock_of, time_mark, time_notes, with_times
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.rules import (
+    MIN_UNITS,
+    Decision,
+    decide,
+    interval_or_none,
+    loser_of,
+)
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
+from trackmark.reports.tables import ScoreMeasure
+
+Means: TypeAlias = Mapping[str, NDArray[np.float64]]
+"""Means over repetitions, shape (n_sequences,), by tracker."""
+
+DEFAULT = "default"
+"""Label of a parameter value that the sequence's name omits because it is the default."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Tracker in a comparison; `mean` and `interval` are not multiplied by the measure's scale."""
+
+    tracker: str
+    mean: float
+    interval: tuple[float, float] | None  # interval of the mean at 95 %; None for too few units
+    contender: bool  # True: no answer calls another tracker better; the tracker gets a star
+    kept: float  # share of runs that never lost the target; the name is a key of --json
+    ms_per_frame: float  # mean over the sequences [ms]
+    fps: float  # frames per second of this mean
+    clock: str  # only times of equal clocks are comparable
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Pair of trackers; differences are score of the first minus score of the second.
+
+    Mean and interval of `answer` are positive if the first is better. `interval` is the interval of
+    the plain differences, which are negative if lower scores are better.
+    """
+
+    first: str
+    second: str
+    differences: NDArray[np.float64]  # shape (n_sequences,), in the order of the sequences
+    by_unit: NDArray[np.float64]  # shape (n_units,): mean differences
+    answer: Decision  # whether the first tracker is better
+    interval: Interval | None  # corrected for all pairs; None for too few units
+    wins: int  # units on which the first is better
+    same_boxes: int  # number of sequences with equal boxes in all runs
+
+    @property
+    def label(self) -> str:
+        """Names of the trackers: `first - second`."""
+        return f"{self.first} - {self.second}"
+
+    @property
+    def difference(self) -> float:
+        """Mean over the units."""
+        return float(self.by_unit.mean())
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison:
+    """Comparison of trackers by one measure; differences up to its margin are irrelevant."""
+
+    measure: ScoreMeasure
+    units: StatisticalUnits
+    sequences: Sequence[str]
+    # scores of the repetitions, by tracker and sequence
+    scores: Mapping[str, Sequence[NDArray[np.float64]]]
+    standings: Sequence[Standing]
+    pairs: Sequence[Pair]
+    main: str  # tracker `against`, or the one with the best mean
+    against: bool  # True: only pairs with the main tracker are compared
+    failures: Mapping[str, str]  # sentence on failed runs by tracker
+    left_out: Collection[str]  # trackers whose runs all failed
+    not_repeatable: Collection[str]  # trackers that gave different boxes with equal seeds
+    attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
+    time_mark: str = ""  # mark of the times per frame; see `reporting.times`
+    time_notes: Sequence[str] = ()
+    undefined: Sequence[str] = ()  # sequences without a score of any tracker, which are left out
+
+    @property
+    def sign(self) -> float:
+        """1 if higher scores are better, else -1."""
+        return _sign(self.measure)
+
+    @property
+    def unit_suffix(self) -> str:
+        """Unit behind a score, such as ` px`; empty for pure numbers."""
+        return f" {self.measure.unit}" if self.measure.unit else ""
+
+    @property
+    def main_pairs(self) -> list[Pair]:
+        """Pairs with the main tracker."""
+        return [pair for pair in self.pairs if self.main in (pair.first, pair.second)]
+
+    @property
+    def main_answers(self) -> dict[str, tuple[str, str]]:
+        """Label and reason of the decision whether the main tracker is better, by other tracker."""
+        opposites = {"better": "worse", "worse": "better"}
+        answers = {}
+        for pair in self.main_pairs:
+            label, reason = str(pair.answer.label), pair.answer.reason
+            if pair.first == self.main:
+                answers[pair.second] = label, reason
+            else:
+                answers[pair.first] = opposites.get(label, label), reason
+        return answers
+
+    def __repr__(self) -> str:
+        names = ", ".join(standing.tracker for standing in self.standings)
+        return f"<Comparison of {names} by {self.measure.name} on {len(self.sequences)} sequences>"
+
+    @property
+    def repetitions(self) -> tuple[int, int]:
+        """Minimum and maximum number of repetitions over trackers and sequences."""
+        counts = [len(runs) for by_sequence in self.scores.values() for runs in by_sequence]
+        return min(counts), max(counts)
+
+
+def parts_of(
+    sequences: Sequence[str], attributes: Sequence[Collection[str]] = ()
+) -> dict[tuple[str, str], NDArray[np.bool_]]:
+    """Return masks of the subsets of the sequences, shape (n_sequences,), by parameter and value.
+
+    A subset has one value of a parameter in the names of sequences (`:light=dappled`), or `DEFAULT`
+    if a name does not contain it. Parameters with one value and `scene` give no subset. Attributes
+    that only some sequences have are values of the parameter `attribute`. `attributes`: attributes
+    of each sequence, if known.
+    """
+    families = [name.partition(":")[0] for name in sequences]
+    options = [
+        dict(part.split("=", 1) for part in name.split(":")[1:] if "=" in part)
+        for name in sequences
+    ]
+    parts = {}
+    for parameter in sorted({parameter for row in options for parameter in row} - {"scene"}):
+        # A canonical name omits default values.
+        varied = {family for family, row in zip(families, options, strict=True) if parameter in row}
+        values = [
+            row.get(parameter, DEFAULT if family in varied else None)
+            for family, row in zip(families, options, strict=True)
+        ]
+        distinct = sorted({value for value in values if value is not None}, key=_in_order)
+        for value in distinct if len(distinct) > 1 else ():
+            parts[parameter, value] = np.array([row_value == value for row_value in values])
+    for name in sorted({name for names in attributes for name in names}):
+        occurs = np.array([name in names for names in attributes])
+        if not occurs.all():
+            parts["attribute", name] = occurs
+    return parts
+
+
+def means_in_part(
+    units: StatisticalUnits, by_sequence: NDArray[np.float64], selected: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return the mean over the selected sequences of each unit that has any.
+
+    `by_sequence`, `selected`: shape (n_sequences,).
+    """
+    members = [member[selected[member]] for member in units.members]
+    return np.array([by_sequence[member].mean() for member in members if len(member)])
+
+
+def _in_order(value: str) -> tuple[bool, float, str]:
+    """Return the sort key of a parameter's value: default, numbers by size, texts."""
+    try:
+        number = float(value)
+    except ValueError:
+        number = inf
+    return value != DEFAULT, number, value
+
+
+def compare(
+    runs: pd.DataFrame,
+    measure: ScoreMeasure,
+    trackers: Sequence[str] | None = None,
+    against: str | None = None,
+    *,
+    by_scene: bool = False,
+    families: Families | None = None,
+    attributes: Mapping[str, Collection[str]] | None = None,
+    same_boxes: Mapping[tuple[str, str], int] | None = None,
+    not_repeatable: Collection[str] = (),
+) -> Comparison:
+    """Compare trackers on the sequences that all of them ran on.
+
+    `runs`: as `load_runs` returns them, of one experiment; failed runs have the worst scores.
+    `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
+    stored trackers. `against`: tracker to compare with every other tracker. `by_scene`: units are
+    scenes, also for several families. `families`: declared families, which are then the units.
+    `attributes`: by sequence. `same_boxes`: number of sequences with equal boxes, by pair of
+    trackers. `not_repeatable`: trackers that gave different boxes with the same seed.
+
+    Sequences on which no run has a score, such as those of one frame, are left out.
+
+    Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
+    """
+    scored = runs[runs["protocol"] == STORED_ONE_PASS]
+    labels = selected_trackers(scored, trackers, against)
+    scored = scored[scored["tracker"].isin(labels)]
+    failures = failed_runs(scored, "0" if measure.direction == "higher" else "the worst score")
+    scored = scored[~scored["tracker"].isin(failures.left_out)]
+    labels = [name for name in labels if name not in failures.left_out]
+    if not labels:
+        raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
+    scored, undefined = without_undefined(scored, measure.name)
+    runs = runs[~runs["sequence"].astype(str).isin(undefined)]
+    sequences = [str(name) for name in scored["sequence"].unique()]
+    check_runs(scored, labels, sequences, measure)
+    grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)[measure.name]
+    cells = {key: values.to_numpy(np.float64) for key, values in grouped}
+    scores = {name: [cells[name, sequence] for sequence in sequences] for name in labels}
+    means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
+    declared = None if families is None else families.by_name(sequences)
+    units = units_of(sequences, "scene" if by_scene else None, declared)
+    pairs = _pairs(means, units, measure, against, same_boxes or {})
+    compared = runs[runs["tracker"].isin(labels)]
+    one_pass, timed = (compared[compared["protocol"] == p] for p in (STORED_ONE_PASS, TIMING))
+    times, measured = with_times(one_pass, timed)
+    unbeaten = _unbeaten(means, pairs, units)
+    standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)
+    best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
+    return Comparison(
+        measure=measure,
+        units=units,
+        sequences=sequences,
+        scores=scores,
+        standings=standings,
+        pairs=pairs,
+        main=against or best.tracker,
+        against=against is not None,
+        failures=failures.notes,
+        left_out=failures.left_out,
+        not_repeatable=[name for name in labels if name in not_repeatable],
+        attributes=[(attributes or {}).get(name, ()) for name in sequences],
+        undefined=undefined,
+        time_mark=time_mark(measured),
+        time_notes=time_notes(measured),
+    )
+
+
+def _unbeaten(means: Means, pairs: Sequence[Pair], units: StatisticalUnits) -> Collection[str]:
+    """Return the trackers that no answer calls worse; none without answers."""
+    if not pairs or len(units) < MIN_UNITS:
+        return ()
+    beaten = {loser_of(pair.first, pair.second, pair.answer) for pair in pairs}
+    return [name for name in means if name not in beaten]
+
+
+def _standings(
+    runs: pd.DataFrame,
+    clocks: Mapping[str, str],
+    means: Means,
+    units: StatisticalUnits,
+    measure: ScoreMeasure,
+    unbeaten: Collection[str],
+) -> list[Standing]:
+    by_sequence = runs.groupby(["tracker", "sequence"], observed=True)[TIME.name].mean()
+    times = by_sequence.groupby("tracker", observed=True).mean().to_dict()
+    standings = []
+    for name, values in zip(means, units.means(list(means.values())), strict=True):
+        interval = interval_or_none(values, 1, measure.least, measure.most)
+        own_runs = runs[runs["tracker"] == name]
+        mean, mark, survival = float(values.mean()), name in unbeaten, _survival(own_runs)
+        time = times.get(name, nan)
+        fps, clock = 1e3 / time if time > 0 else nan, clocks.get(name, "")
+        standings.append(Standing(name, mean, interval, mark, survival, time, fps, clock))
+    return standings
+
+
+def _pairs(
+    means: Means,
+    units: StatisticalUnits,
+    measure: ScoreMeasure,
+    against: str | None,
+    same_boxes: Mapping[tuple[str, str], int],
+) -> list[Pair]:
+    """Compare all pairs, or `against` (if it has a mean) with every other tracker."""
+    names = list(combinations(means, 2))
+    if against is not None:
+        names = [(against, name) for name in means if name != against and against in means]
+    sign, limit = _sign(measure), measure.most - measure.least
+    pairs = []
+    for first, second in names:
+        differences = means[first] - means[second]
+        by_unit = units.means(differences)
+        answer = decide(sign * by_unit, measure.margin, len(names), limit=limit, unit=units.plural)
+        interval = answer.interval
+        if interval is None:
+            answer = replace(answer, reason=answer.reason + units.remedy)
+        elif sign < 0:
+            interval = Interval(0.0 - interval.high, 0.0 - interval.low)  # without -0
+        same = same_boxes.get((first, second), same_boxes.get((second, first), 0))
+        wins = int((sign * by_unit > 0).sum())
+        pairs.append(Pair(first, second, differences, by_unit, answer, interval, wins, same))
+    return pairs
+
+
+def _sign(measure: ScoreMeasure) -> float:
+    """Return 1 if higher scores are better, else -1."""
+    return 1.0 if measure.direction == "higher" else -1.0
+
+
+def _survival(runs: pd.DataFrame) -> float:
+    """Return the share of one-pass runs that never lost the target; NaN if it is unknown."""
+    ended = runs.reindex(columns=["first_loss", "frames"]).dropna()
+    return float((ended["first_loss"] >= ended["frames"]).mean())

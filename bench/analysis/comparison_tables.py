@@ -1,0 +1,522 @@
+"""Tables, JSON and a text paragraph of a comparison."""
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from math import isfinite, nan
+from typing import Any
+
+import pandas as pd
+
+from trackmark.bench.analysis.comparison import Comparison, Pair, Standing, means_in_part, parts_of
+from trackmark.bench.analysis.decisions import answer_of, undefined_note
+from trackmark.bench.analysis.times import TIME, fps_text, time_text
+from trackmark.bench.statistics.rules import (
+    MIN_UNITS,
+    corrected_level,
+    interval_or_none,
+    p_value,
+    units_for_small,
+)
+from trackmark.reports.printable import width, wrap
+from trackmark.reports.renderers import terminal_lines
+from trackmark.reports.tables import MISSING, Cell, Table, text_table
+
+LONGEST_PAIR = 40
+"""Maximum length of a pair's names on one line of a screen."""
+
+SHOWN_PAIRS = 6
+"""Maximum number of pairs on a screen and in the paragraph. If there are more, only those with the
+main tracker are shown.
+"""
+
+MAX_LINES = 10
+"""Maximum number of trackers or of pairs on a screen, unless all are requested."""
+
+_SCREEN_LINES = 20
+"""Number of lines up to which reasons of answers are printed."""
+
+VERBS = {
+    "better": "was better than",
+    "worse": "was worse than",
+    "equivalent": "was equivalent to",
+    "inconclusive": "compared with",
+}
+
+Limits = tuple[float, float] | None
+"""Interval of scores or differences; None for too few units."""
+
+
+def screen_lines(
+    comparison: Comparison, *, verbose: bool = False, quiet: bool = False
+) -> list[str]:
+    """Return lines for a terminal: answer, standings and pairs.
+
+    With too few units for intervals, differences by unit replace the answers on pairs. `verbose`:
+    all pairs with their reasons, and the paragraph for a paper. `quiet`: the answer only.
+    """
+    sentence = answer_of(comparison)
+    if quiet:
+        return [sentence.heading]
+    failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
+    # If there are enough units, the table of pairs has the details.
+    details = sentence.details if verbose or _too_few(comparison) else ()
+    left_out = [undefined_note(comparison)] if comparison.undefined and not details else []
+    lines = [*failures, *([""] if failures else []), sentence.heading, *details, *left_out]
+    lines = [line for text in lines for line in wrap(text).splitlines()]
+    lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose))]
+    if _too_few(comparison) and comparison.pairs:
+        lines += ["", *terminal_lines(_differences(comparison))]
+    elif comparison.pairs:
+        for reasons in ("all", "main", "none"):  # as many reasons as fit
+            pairs = _screen_pairs(comparison, reasons, verbose=verbose)
+            pair_lines = ["", *terminal_lines(pairs)]
+            if verbose or len(lines) + len(pair_lines) <= _SCREEN_LINES:
+                break
+        lines += pair_lines
+    if verbose:
+        lines += ["", *textwrap.wrap(paragraph(comparison), width(), break_on_hyphens=False)]
+    return lines
+
+
+def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
+    """Return the standings for a terminal: means have one decimal less, the best is first."""
+    measure, few = comparison.measure, _too_few(comparison)
+    short = replace(comparison, measure=replace(measure, decimals=max(0, measure.decimals - 1)))
+    ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
+    standings = ranked if verbose else ranked[:MAX_LINES]
+    rows = [_standing_cells(short, standing, digits=2) for standing in standings]
+    heads, ranks = _standing_heads(comparison)
+    if few:  # there are no intervals
+        del heads[2], ranks[1]
+        for row in rows:
+            del row[2]
+    notes = [*_star_notes(comparison), *comparison.time_notes]
+    others = len(ranked) - len(standings)
+    notes += [f"{others} more trackers: --verbose"] if others else []
+    caption = _standings_caption(comparison)
+    return Table("comparison", caption, heads, 1, rows, notes, ranks=ranks)
+
+
+def files(comparison: Comparison) -> list[Table]:
+    """Return all tables for a folder, with scores by sequence and differences by subset."""
+    pairs = [pair_table(comparison)] if comparison.pairs else []
+    parts = _subset_table(comparison)
+    tables = [_standings(comparison), *pairs, _sequences(comparison)]
+    return [*tables, parts] if parts.rows else tables
+
+
+def as_data(comparison: Comparison) -> dict[str, Any]:
+    """Return the comparison for `--json`: unscaled scores, null for missing values."""
+    units, measure = comparison.units, comparison.measure
+    sentence = answer_of(comparison)
+    return {
+        "answer": sentence.heading,
+        "answer_details": list(sentence.details),
+        "measure": measure.name,
+        "title": measure.title,
+        "direction": measure.direction,
+        "margin": measure.margin,
+        "unit": units.kind,
+        "units": list(units.labels),
+        "scope": units.scope,
+        "sequences": list(comparison.sequences),
+        "undefined": list(comparison.undefined),
+        "repetitions": list(comparison.repetitions),
+        "comparisons": len(comparison.pairs),
+        "trackers": [
+            _without_gaps(vars(standing))
+            | {
+                "failures": comparison.failures.get(standing.tracker),
+                "repeatable": standing.tracker not in comparison.not_repeatable,
+            }
+            for standing in comparison.standings
+        ],
+        "left_out": {name: comparison.failures[name] for name in comparison.left_out},
+        "pairs": [
+            _without_gaps(_pair_data(comparison, pair))
+            | {
+                "interval": pair.interval,
+                "differences": pair.differences.tolist(),
+                "unit_differences": pair.by_unit.tolist(),
+            }
+            for pair in comparison.pairs
+        ],
+        "parts": [*map(_without_gaps, _subset_table(comparison).data.to_dict("records"))],
+        "paragraph": paragraph(comparison),
+    }
+
+
+def shown_pairs(comparison: Comparison) -> list[Pair]:
+    """Return all pairs, or only pairs with the main tracker if there are too many."""
+    few = len(comparison.pairs) <= SHOWN_PAIRS
+    return list(comparison.pairs) if few else comparison.main_pairs
+
+
+def _standing_heads(comparison: Comparison) -> tuple[list[str], list[int]]:
+    """Return the headings of the table of trackers, and the ranks of its columns."""
+    heads = ["tracker", comparison.measure.head, "95 %", "survival [%]", TIME.head, "fps"]
+    return heads, [0, 1, 3, 2, 4]
+
+
+def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> list[Cell]:
+    """Return the cells of a tracker; its time has a number of digits."""
+    remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
+    return [
+        Cell(standing.tracker + remark),
+        Cell(_number(comparison, standing.mean), standing.contender),
+        Cell(_interval(comparison, standing.interval)),
+        Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
+        Cell(time_text(standing.ms_per_frame, comparison.time_mark, digits)),
+        Cell(fps_text(standing.ms_per_frame)),
+    ]
+
+
+def _standings(comparison: Comparison) -> Table:
+    rows, data = [], []
+    for standing in comparison.standings:
+        rows.append(_standing_cells(comparison, standing, digits=3))
+        failures = comparison.failures.get(standing.tracker, "")
+        data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
+    notes = [*_star_notes(comparison), *comparison.time_notes]
+    notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
+    heads, ranks = _standing_heads(comparison)
+    return Table(
+        name="comparison",
+        caption=_standings_caption(comparison),
+        heads=heads,
+        n_labels=1,
+        rows=rows,
+        ranks=ranks,
+        notes=notes,
+        data=pd.DataFrame(data).drop(columns="interval"),
+    )
+
+
+def _star_notes(comparison: Comparison) -> list[str]:
+    """Return the meaning of the star, or that there are too few units for stars."""
+    if few := _too_few(comparison):
+        return [few]
+    if not any(standing.contender for standing in comparison.standings):
+        return []
+    pairs = f", in the pairs with {comparison.main}" if comparison.against else ""
+    return [f"*: no other tracker is better{pairs}"]
+
+
+def _standings_caption(comparison: Comparison) -> str:
+    """Return score and counts; each interval of a tracker's own mean holds alone."""
+    text = f"{comparison.measure.head}, {_counts(comparison)}"
+    if _too_few(comparison):
+        return text
+    return f"{text}; 95 % intervals {comparison.units.scope}"
+
+
+def _joint_level(comparison: Comparison) -> str:
+    """Return the level of the intervals of differences; empty with too few units."""
+    m = len(comparison.pairs)
+    if not m or _too_few(comparison):
+        return ""
+    intervals = "interval holds" if m == 1 else f"{m} intervals hold together"
+    return f"; the {intervals} at 95 %"
+
+
+def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Table:
+    """Return the answers on pairs. Reasons are on separate lines; pairs of long names are numbered.
+
+    `reasoned`: pairs with reasons: `all`, `main` (those with the main tracker) or `none`.
+    """
+    pairs = list(comparison.pairs) if verbose else shown_pairs(comparison)[:MAX_LINES]
+    labels, notes = _pair_labels(pairs)
+    rows: list[list[str]] = []
+    explained: list[Pair] = []  # pairs whose reasons are shown
+    hidden: list[str] = []
+    for label, pair in zip(labels, pairs, strict=True):
+        texts = [*_pair_texts(comparison, pair), pair.answer.label]
+        rows.append([label, *texts])
+        reasons = "; ".join(filter(None, [pair.answer.reason, _same_boxes(comparison, pair)]))
+        is_main = reasoned == "main" and comparison.main in (pair.first, pair.second)
+        if verbose or is_main or reasoned == "all":
+            empty = [""] * len(texts)
+            rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
+            explained.append(pair)
+        elif reasons:
+            hidden = ["reasons: --verbose"]
+    notes += _advice_notes(explained, comparison.units.plural) + hidden
+    others = len(comparison.pairs) - len(pairs)
+    notes += [f"{others} more pairs: --verbose"] if others else []
+    table = _table_of_pairs(comparison, rows)
+    table.heads[1] = table.heads[1].replace("difference", "diff.")
+    caption = f"differences, first minus second{_joint_level(comparison)}"
+    return replace(table, caption=caption, notes=notes)
+
+
+def _advice_notes(pairs: Sequence[Pair], plural: str) -> list[str]:
+    """Return a note if an answer states how many units are needed.
+
+    If one looks at the answers after every 6 sequences up to 60 and stops at the first decision, 18
+    % of the answers between equal trackers are false.
+    """
+    advised = any(pair.answer.needed for pair in pairs)
+    return [f"Fix the number of {plural} before you look at new scores."] if advised else []
+
+
+def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:
+    """Return labels of pairs, and notes; if a label is too long, labels are numbers.
+
+    The notes then state the trackers of each number.
+    """
+    labels = [pair.label for pair in pairs]
+    if max(map(len, labels)) <= LONGEST_PAIR:
+        return labels, []
+    numbers = [f"pair {number}" for number in range(1, len(pairs) + 1)]
+    return numbers, [f"{n}: {label}" for n, label in zip(numbers, labels, strict=True)]
+
+
+def pair_table(comparison: Comparison) -> Table:
+    """Return the answers on all pairs with their reasons."""
+    rows = [
+        [
+            pair.label,
+            *_pair_texts(comparison, pair),
+            "; ".join(filter(None, [_answer(pair), _same_boxes(comparison, pair)])),
+        ]
+        for pair in comparison.pairs
+    ]
+    level = _joint_level(comparison)
+    level = f"{level}, {comparison.units.scope}" if level else ""
+    caption = (
+        f"Differences, first minus second: {comparison.measure.head}, {_counts(comparison)}{level}."
+        f" Margin {_margin(comparison)}."
+    )
+    data = [_pair_data(comparison, pair) | _ends(pair.interval) for pair in comparison.pairs]
+    table = _table_of_pairs(comparison, rows)
+    notes = _advice_notes(comparison.pairs, comparison.units.plural)
+    return replace(table, caption=caption, data=pd.DataFrame(data), notes=notes)
+
+
+def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
+    heads = ["pair", _difference_head(comparison), "interval", "better on", "the first is"]
+    return replace(text_table("comparison-pairs", "", heads, rows), ranks=[1, 1, 2, 0])
+
+
+def _pair_texts(comparison: Comparison, pair: Pair) -> list[str]:
+    """Return difference, interval and number of wins."""
+    interval = _interval(comparison, pair.interval, signed=True)
+    return [_number(comparison, pair.difference, signed=True), interval, _wins(pair)]
+
+
+def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
+    return {
+        "first": pair.first,
+        "second": pair.second,
+        "answer": pair.answer.label,
+        "reason": pair.answer.reason,
+        "difference": pair.difference,
+        "better_on": pair.wins,
+        "units": len(pair.by_unit),
+        "p": p_value(pair.by_unit, len(comparison.pairs)) if pair.interval else nan,
+        **dict(zip(("needed_from", "needed_to"), pair.answer.needed or (nan, nan), strict=True)),
+        "same_boxes": pair.same_boxes,
+    }
+
+
+def _differences(comparison: Comparison) -> Table:
+    """Return the differences of pairs by unit; pairs with long names are numbered."""
+    pairs, kind = shown_pairs(comparison), comparison.units.kind
+    labels, notes = _pair_labels(pairs)
+    remarks = [_same_boxes(comparison, pair) for pair in pairs]
+    notes += [f"{label}: {same}" for label, same in zip(labels, remarks, strict=True) if same]
+    columns = [[*pair.by_unit.tolist(), pair.difference] for pair in pairs]
+    rows = [
+        [unit, *(_number(comparison, value, signed=True) for value in values)]
+        for unit, *values in zip([*comparison.units.labels, "mean"], *columns, strict=True)
+    ]
+    caption = f"Differences of {comparison.measure.head} by {kind}."
+    return text_table("comparison-differences", caption, [kind, *labels], rows, notes=notes)
+
+
+def _sequences(comparison: Comparison) -> Table:
+    """Return means and spread over repetitions of every tracker on every sequence."""
+    rows, data = [], []
+    for position, sequence in enumerate(comparison.sequences):
+        row = [sequence]
+        for tracker, by_sequence in comparison.scores.items():
+            runs = by_sequence[position]
+            mean, spread = float(runs.mean()), float(runs.std(ddof=1)) if len(runs) > 1 else nan
+            text = f" ±{_number(comparison, spread)}" if isfinite(spread) else ""
+            row.append(f"{_number(comparison, mean)}{text}")
+            numbers = {"mean": mean, "standard_deviation": spread, "runs": len(runs)}
+            data.append({"sequence": sequence, "tracker": tracker, **numbers})
+        rows.append(row)
+    return Table(
+        name="comparison-sequences",
+        caption=f"{comparison.measure.head} by sequence, ± standard deviation over repetitions.",
+        heads=["sequence", *comparison.scores],
+        n_labels=1,
+        rows=_cells(rows),
+        data=pd.DataFrame(data),
+    )
+
+
+def _subset_table(comparison: Comparison) -> Table:
+    """Return a table of pairwise differences, one row per parameter value or attribute."""
+    rows, data = [], []
+    widest = comparison.measure.most - comparison.measure.least
+    parts = parts_of(comparison.sequences, comparison.attributes)
+    for pair, ((parameter, value), selected) in product(shown_pairs(comparison), parts.items()):
+        by_unit = means_in_part(comparison.units, pair.differences, selected)
+        interval = interval_or_none(by_unit, 1, -widest, widest)
+        n, mean = int(selected.sum()), float(by_unit.mean())
+        text = _number(comparison, mean, signed=True)
+        limits = _interval(comparison, interval, signed=True)
+        rows.append([pair.label, f"{parameter}={value}", str(n), text, limits])
+        part = {"first": pair.first, "second": pair.second, "knob": parameter, "value": value}
+        data.append(part | {"sequences": n, "difference": mean, **_ends(interval)})
+    return Table(
+        name="comparison-parts",
+        caption=(
+            f"Differences of {comparison.measure.head} by parameter and by attribute (of sequences "
+            f"in which it occurs), first minus second, on n sequences; 95 % intervals over "
+            f"{comparison.units.plural}, not corrected for multiple comparisons."
+        ),
+        heads=["pair", "part", "n", _difference_head(comparison), "95 %"],
+        n_labels=2,
+        rows=_cells(rows),
+        data=pd.DataFrame(data),
+    )
+
+
+def paragraph(comparison: Comparison) -> str:
+    """Return the comparison in sentences for a paper: methods, failed runs and answers."""
+    units, n = comparison.units, len(comparison.standings)
+    sentences = [
+        f"{n} tracker{'s were' if n > 1 else ' was'} compared by {comparison.measure.title} on "
+        f"{_counts(comparison)}; the unit is the {units.kind}.",
+        *_methods(comparison),
+        *(f"{name}: {note}." for name, note in comparison.failures.items()),
+        *([undefined_note(comparison)] if comparison.undefined else []),
+    ]
+    if comparison.not_repeatable:
+        names = ", ".join(comparison.not_repeatable)
+        sentences.append(f"Not repeatable (other boxes with the same seed): {names}.")
+    pairs = shown_pairs(comparison)
+    sentences += [_sentence(comparison, pair) for pair in pairs]
+    if others := len(comparison.pairs) - len(pairs):
+        sentences.append(f"The other {others} pairs are in the table of pairs.")
+    return " ".join(sentences)
+
+
+def _methods(comparison: Comparison) -> list[str]:
+    """Return sentences on the intervals and on the meaning of the answers."""
+    if reason := _too_few(comparison):
+        return [f"{reason[:1].upper()}{reason[1:]}."]
+    m, units, margin = len(comparison.pairs), comparison.units, _margin(comparison)
+    if not m:
+        return []
+    measure = comparison.measure
+    enough = units_for_small(measure.margin, measure.most - measure.least)
+    level = f"{100 * corrected_level(m):.4g} %"
+    if m > 1:
+        level += f" each (Bonferroni over {m} comparisons, together 95 %)"
+    equivalence = f"an interval inside {margin} and {enough} {units.plural}"
+    if not isfinite(enough):
+        equivalence = "a margin above 0"
+    return [
+        f"Each end of an interval of a mean difference over {units.plural} is the wider one of "
+        "Student's t interval and of Hall's skewness-corrected interval, "
+        f"at {level}, {units.scope}.",
+        f"A tracker is better if its interval excludes 0 and is not inside {margin}; equivalence "
+        f"needs {equivalence}.",
+    ]
+
+
+def _sentence(comparison: Comparison, pair: Pair) -> str:
+    difference = _with_interval(comparison, pair.difference, pair.interval)
+    details = [f"difference {difference}", f"better on {_wins(pair)}"]
+    details += filter(None, [_same_boxes(comparison, pair)])
+    text = f"{pair.first} {VERBS[pair.answer.label]} {pair.second}"
+    if pair.answer.reason and pair.interval is not None:
+        text += f" was {_answer(pair)}"
+    return f"{text} ({', '.join(details)})."
+
+
+def _counts(comparison: Comparison) -> str:
+    """Return a text such as `8 sequences, 5 runs each`, also with the units if these differ."""
+    n, sequences = len(comparison.sequences), _unit_count(comparison)
+    if n > len(comparison.units):
+        sequences = f"{n} sequences ({sequences})"
+    fewest, most = comparison.repetitions
+    runs = f"{most}" if fewest == most else f"{fewest} to {most}"
+    return f"{sequences}, {runs} run{'s' if most > 1 else ''} each"
+
+
+def _unit_count(comparison: Comparison) -> str:
+    units = comparison.units
+    return f"{len(units)} {units.plural if len(units) != 1 else units.kind}"
+
+
+def _too_few(comparison: Comparison) -> str:
+    """Return why there are no intervals; empty if there are enough units."""
+    if len(comparison.units) >= MIN_UNITS:
+        return ""
+    remedy = comparison.units.remedy
+    return f"{_unit_count(comparison)}: too few for intervals ({MIN_UNITS} needed){remedy}"
+
+
+def _answer(pair: Pair) -> str:
+    return ": ".join(filter(None, [pair.answer.label, pair.answer.reason]))
+
+
+def _wins(pair: Pair) -> str:
+    return f"{pair.wins} of {len(pair.by_unit)}"
+
+
+def _same_boxes(comparison: Comparison, pair: Pair) -> str:
+    n = len(comparison.sequences)
+    return f"same boxes on {pair.same_boxes} of {n} sequences" if pair.same_boxes else ""
+
+
+def _margin(comparison: Comparison) -> str:
+    """Return the margin with its unit: `±0.5 px`."""
+    return f"±{comparison.measure.margin * comparison.measure.scale:g}{comparison.unit_suffix}"
+
+
+def _number(comparison: Comparison, value: float, *, signed: bool = False) -> str:
+    """Return a score or a difference, scaled and rounded as the measure states."""
+    measure = comparison.measure
+    return f"{value * measure.scale:{'+' if signed else ''}.{measure.decimals}f}"
+
+
+def _interval(comparison: Comparison, interval: Limits, *, signed: bool = False) -> str:
+    if interval is None:
+        return MISSING
+    low, high = (_number(comparison, end, signed=signed) for end in interval)
+    return f"[{low}, {high}]"
+
+
+def _with_interval(comparison: Comparison, difference: float, interval: Limits) -> str:
+    """Return a difference with its unit and its interval, if there is one."""
+    text = f"{_number(comparison, difference, signed=True)}{comparison.unit_suffix}"
+    return text if interval is None else f"{text} {_interval(comparison, interval, signed=True)}"
+
+
+def _cells(rows: Iterable[Sequence[str]]) -> list[list[Cell]]:
+    return [[Cell(text) for text in row] for row in rows]
+
+
+def _difference_head(comparison: Comparison) -> str:
+    return replace(comparison.measure, title="difference").head
+
+
+def _ends(interval: Limits) -> dict[str, float]:
+    low, high = interval or (nan, nan)
+    return {"low": low, "high": high}
+
+
+def _without_gaps(row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Replace NaN and infinity, which JSON does not have, by None."""
+    return {
+        key: None if isinstance(value, float) and not isfinite(value) else value
+        for key, value in row.items()
+    }

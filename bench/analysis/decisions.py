@@ -1,0 +1,199 @@
+"""Answer of a comparison in one sentence, for pages, terminal, Markdown and JSON."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from math import isfinite
+from typing import NamedTuple
+
+from trackmark.bench.analysis.comparison import Comparison, Standing
+from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.bench.statistics.units import StatisticalUnits
+
+_MAX_NAMES = 3
+"""Maximum number of trackers that a sentence names; more are counted."""
+
+_NUMBERS = ("No", "One", "Two", "Three", "Four", "Five")
+
+_RELATIONS = {
+    "better": "it is better than {}",
+    "worse": "it is worse than {}",
+    "inconclusive": "it is not clearly better than {}",
+    "equivalent": "it is equivalent to {}",
+}
+"""Relation of the first tracker to others, by the decision on the pair."""
+
+
+class Answer(NamedTuple):
+    """Answer in one sentence, and details: second-best tracker, wins, too few units."""
+
+    heading: str
+    details: tuple[str, ...] = ()
+
+
+def answer_of(comparison: Comparison) -> Answer:
+    """Return the answer of a comparison, on its main tracker against every other tracker.
+
+    With fewer than `MIN_UNITS` units no tracker is called better.
+    """
+    measure, units = comparison.measure, comparison.units
+    standings = [_in_printed_unit(entry, measure.scale) for entry in comparison.standings]
+    ranked = sorted(standings, key=lambda entry: -comparison.sign * entry.mean)
+    first = next((entry for entry in ranked if entry.tracker == comparison.main), ranked[0])
+    others = [entry for entry in ranked if entry is not first]
+    digits = _digits(ranked, max(0, measure.decimals - 1))
+    heading = _heading(comparison, first, others, digits)
+    details = [*_runner_up(comparison, first, others, digits), *_wins(comparison)]
+    if len(units) < MIN_UNITS:
+        details.append(_limit(units))
+    if comparison.undefined:
+        details.append(undefined_note(comparison))
+    if comparison.left_out:
+        details.append(f"{_names(comparison.left_out)} left out: all runs failed.")
+    return Answer(heading, tuple(details))
+
+
+def undefined_note(comparison: Comparison) -> str:
+    """Return a sentence on the sequences that are left out because no run has a score."""
+    names = comparison.undefined
+    return f"{_names(names)} left out: {comparison.measure.title} is undefined for all trackers."
+
+
+def _in_printed_unit(entry: Standing, scale: float) -> Standing:
+    interval = entry.interval and (entry.interval[0] * scale, entry.interval[1] * scale)
+    return replace(entry, mean=entry.mean * scale, interval=interval)
+
+
+def _heading(
+    comparison: Comparison, first: Standing, others: Sequence[Standing], digits: int
+) -> str:
+    title, units = comparison.measure.title, comparison.units
+    value = _value(comparison, first, digits)
+    few = len(units) < MIN_UNITS
+    where = f"{'these' if few else 'all'} {len(units)} {units.plural}"
+    where = f"this {units.kind}" if len(units) == 1 else where
+    if not others:
+        return f"{first.tracker} has a {title} of {value} on {where}."
+    best = "highest" if comparison.sign > 0 else "lowest"
+    winners = []
+    if comparison.sign * (others[0].mean - first.mean) > _tie(digits):
+        # The user named a main tracker that is not the best one.
+        text = f"{first.tracker} has a {title} of {value} on {where}"
+        winners = [entry for entry in others if abs(entry.mean - others[0].mean) <= _tie(digits)]
+    elif few:
+        ties = [entry.tracker for entry in others if abs(entry.mean - first.mean) <= _tie(digits)]
+        verb = "have" if ties else "has"
+        names = _names([first.tracker, *ties])
+        return f"{names} {verb} the {best} {title} on {where}: {value}."
+    else:
+        text = f"{first.tracker} has the {best} {title}, {value}"
+    groups: dict[str, list[str]] = {}
+    for entry in others:
+        label, _ = comparison.main_answers.get(entry.tracker, ("", ""))
+        groups.setdefault(label, []).append(entry.tracker)
+    if groups.keys() == {"better"}:
+        names = _names(groups["better"], _counted(len(others), len(others)))
+        return f"{first.tracker} is better than {names}: {title} {value}."
+    parts = [
+        words.format(_names(groups[label], _counted(len(groups[label]), len(others))))
+        for label, words in _RELATIONS.items()
+        if label in groups and not few
+    ]
+    if winners:
+        verb, highest = "has" if len(winners) == 1 else "have", f"{others[0].mean:.{digits}f}"
+        names = _names([entry.tracker for entry in winners])
+        parts.append(f"{names} {verb} the {best}, {highest}{comparison.unit_suffix}")
+    return f"{'; '.join([text, *parts])}."
+
+
+def _counted(n: int, others: int) -> str:
+    """Return the number of trackers, of all others, that have one relation to the first."""
+    return f"{n} of the other {others} trackers" if n < others else f"the other {n} trackers"
+
+
+def _runner_up(
+    comparison: Comparison, first: Standing, others: Sequence[Standing], digits: int
+) -> list[str]:
+    """Return a sentence on the second-best mean and its time; none after a tie."""
+    sign = comparison.sign
+    behind = [entry for entry in others if sign * (first.mean - entry.mean) > _tie(digits)]
+    if not behind:
+        return []
+    second = behind[0]
+    text = f"{second.tracker} follows with {second.mean:.{digits}f}{comparison.unit_suffix}"
+    _, reason = comparison.main_answers.get(second.tracker, ("", ""))
+    if reason and second.interval:
+        text += f" ({reason.replace('interval', 'the interval of the difference', 1)})"
+    if first.clock != second.clock:
+        return [f"{text}."]
+    if faster := _times_faster(first.ms_per_frame / second.ms_per_frame):
+        text += f" and is {faster} faster"
+    elif slower := _times_faster(second.ms_per_frame / first.ms_per_frame):
+        text += f" and is {slower} slower"
+    return [f"{text}."]
+
+
+def _wins(comparison: Comparison) -> list[str]:
+    """Return a sentence on the numbers of units on which one tracker leads."""
+    units = comparison.units
+    if len(comparison.scores) < 2 or len(units) < 2:
+        return []
+    means = [[run.mean() for run in runs] for runs in comparison.scores.values()]
+    by_unit = comparison.sign * units.means(means)
+    leads = by_unit == by_unit.max(axis=0)
+    counts = (leads & (leads.sum(axis=0) == 1)).sum(axis=1).tolist()
+    wins = zip(comparison.scores, counts, strict=True)
+    winners = sorted((win for win in wins if win[1]), key=lambda win: -win[1])
+    if not winners:
+        return []
+    (name, count), *rest = winners[:_MAX_NAMES]
+    parts = [f"{name} leads on {count} of {len(units)} {units.plural}"]
+    parts += [f"{name} on {count}" for name, count in rest]
+    if others := sum(count for _, count in winners[_MAX_NAMES:]):
+        parts.append(f"other trackers on {others}")
+    return [f"{', '.join(parts)}."]
+
+
+def _limit(units: StatisticalUnits) -> str:
+    n = len(units)
+    words = f"{_NUMBERS[n]} {units.plural} are" if n != 1 else f"One {units.kind} is"
+    return f"{words} too few to generalise ({MIN_UNITS} needed{units.remedy})."
+
+
+def _value(comparison: Comparison, entry: Standing, digits: int) -> str:
+    text = f"{entry.mean:.{digits}f}{comparison.unit_suffix}"
+    if entry.interval is not None:
+        text += " [{:.{d}f}, {:.{d}f}]".format(*entry.interval, d=digits)
+    return text
+
+
+def _digits(ranked: Sequence[Standing], decimals: int) -> int:
+    """Return the number of decimals: one more if the two best means differ only in that digit."""
+    if len(ranked) < 2:
+        return decimals
+    first, second = ranked[0].mean, ranked[1].mean
+    equal = f"{first:.{decimals}f}" == f"{second:.{decimals}f}"
+    return decimals + (equal and abs(first - second) > _tie(decimals + 1))
+
+
+def _tie(digits: int) -> float:
+    """Return the largest difference of means that are printed as equal."""
+    return float(0.5 * 10.0 ** -(digits + 1))
+
+
+def _names(names: Collection[str], if_many: str = "") -> str:
+    """Return names joined to a phrase, or `if_many` if there are too many."""
+    listed = list(names)
+    if len(listed) > _MAX_NAMES:
+        return if_many or f"{', '.join(listed[:_MAX_NAMES])} and {len(listed) - _MAX_NAMES} more"
+    return " and ".join(filter(None, [", ".join(listed[:-1]), listed[-1]]))
+
+
+def _times_faster(ratio: float) -> str:
+    """Return how many times faster in words, with one digit; empty below twice as fast.
+
+    >>> _times_faster(1.9), _times_faster(2.6), _times_faster(337)
+    ('', 'about 3 times', 'about 300 times')
+    """
+    if not isfinite(ratio) or ratio < 2:
+        return ""
+    return f"about {float(f'{ratio:.1g}'):.0f} times"

@@ -1,0 +1,232 @@
+"""Short summary of stored one-pass runs for a terminal: answer, failed runs and one table."""
+
+import re
+import shlex
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import pandas as pd
+
+from trackmark.bench.analysis.comparison import Comparison, compare
+from trackmark.bench.analysis.decisions import Answer, answer_of
+from trackmark.bench.analysis.failed_runs import failed_runs, with_worst_scores
+from trackmark.bench.analysis.run_tables import (
+    PRESET,
+    SUMMARY,
+    mean_table,
+    not_repeatable,
+    summary_of,
+)
+from trackmark.bench.analysis.times import (
+    TIME,
+    TIMES,
+    clock_of,
+    fps_text,
+    time_mark,
+    time_notes,
+    time_text,
+    with_fps,
+    with_times,
+)
+from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.store.data_frames import load_runs
+from trackmark.bench.store.layout import RunKey
+from trackmark.reports.printable import one_line, wrap
+from trackmark.reports.renderers import terminal_lines
+from trackmark.reports.tables import MISSING, Cell, Table
+
+MAX_ROWS = 10
+"""Maximum number of trackers in a short table."""
+
+_MAX_FAILURES = 3
+"""Maximum number of trackers whose first failure is printed."""
+
+_BAR = 10
+"""Length of a bar for a mean overlap of 1 [characters]."""
+
+_CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
+
+
+MeansByTracker: TypeAlias = dict[str, dict[str, Mapping[Any, Any]]]
+"""Data rows of a table by tracker and measure."""
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """Answer and table on the one-pass runs of an experiment."""
+
+    answer: Answer
+    failures: list[str]  # lines on failed runs
+    table: Table  # a row per tracker, the best mean overlap first
+    warnings: list[str]
+
+    def lines(self, *, quiet: bool = False) -> list[str]:
+        """Return the lines for a terminal; if `quiet`, without the table."""
+        sentences = [self.answer.heading, *([] if quiet else self.answer.details)]
+        head = [*self.failures, *([""] if self.failures else [])]
+        head += [line for sentence in sentences for line in wrap(sentence).splitlines()]
+        return head if quiet else [*head, "", *terminal_lines(self.table)]
+
+
+def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSummary | None:
+    """Return the summary of the one-pass runs of an experiment; None without such runs.
+
+    `folder`: folder of the results. `cells`: selected runs, all by default. Times come from timing
+    runs if these exist. Raises `ResultsError` if a file cannot be read.
+    """
+    selected = load_runs(folder, cells)
+    runs = selected[selected["protocol"] == STORED_ONE_PASS]
+    if runs.empty:
+        return None
+    every = selected if cells is None else load_runs(folder)
+    timed = every[every["protocol"] == TIMING]
+    scored = with_worst_scores(folder, runs)
+    means = summary_of(scored, timed, "")
+    by_tracker = means_by_tracker(means)
+    _, measured = with_times(scored, timed)
+    notes = [note for note in means.notes if " runs failed (" not in note]
+    comparable = pd.concat([scored, timed[timed["tracker"].isin(list(by_tracker))]])
+    warnings = [*not_repeatable(selected).values()]
+    answered, _ = answer_on(comparable, by_tracker)
+    return RunSummary(
+        answered,
+        failure_lines(runs, folder),
+        _table(by_tracker, time_mark(measured), notes),
+        warnings,
+    )
+
+
+def answer_on(
+    runs: pd.DataFrame, means: MeansByTracker, **details: Any
+) -> tuple[Answer, Comparison | None]:
+    """Return which tracker has the best mean overlap, and the comparison of trackers with all runs.
+
+    `runs`: failed ones have the worst scores. `means`: rows of the table of means. `details`:
+    further arguments of `compare`.
+    """
+    ranked = [name for name, entry in means.items() if isfinite(entry["mean_overlap"]["mean"])]
+    left_out = failed_runs(runs[runs["protocol"] == STORED_ONE_PASS]).left_out
+    if ranked:
+        comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
+        return answer_of(comparison), comparison
+    if any(not entry["mean_overlap"]["lacking"] for entry in means.values()):
+        return Answer("There is no answer: no sequence has a target after its first frame."), None
+    if len(left_out) < len(means):
+        return Answer("There is no answer: no tracker has runs on all sequences."), None
+    return Answer("There is no answer: all runs failed."), None
+
+
+def means_by_tracker(table: Table) -> MeansByTracker:
+    """Return the rows of a table of means by tracker and measure."""
+    means: MeansByTracker = {}
+    for entry in table.data.to_dict("records"):
+        means.setdefault(str(entry["tracker"]), {})[str(entry["measure"])] = entry
+    return means
+
+
+def _interval(entry: Mapping[Any, Any]) -> tuple[float, float] | None:
+    return (entry["low"], entry["high"]) if isfinite(entry["low"]) else None
+
+
+def _table(means: MeansByTracker, mark: str, notes: Sequence[str]) -> Table:
+    """Return the short table; a narrow terminal shows no bar, a narrower one no centre error."""
+    rows = []
+
+    def order(name: str) -> float:
+        mean = means[name]["mean_overlap"]["mean"]
+        return -mean if isfinite(mean) else inf
+
+    for name in sorted(means, key=order)[:MAX_ROWS]:
+        entry = means[name]["mean_overlap"]
+        values = {measure: value["mean"] for measure, value in means[name].items()}
+        mean, interval = entry["mean"], _interval(entry)
+        missing = f" ({entry['lacking']})" if entry["lacking"] else ""
+        texts = [
+            name,
+            f"{_number(mean, '.2f')}{missing}",
+            f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
+            "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
+            _number(100 * values["success_share"], ".0f", " %"),
+            _number(values["centre_error"], ".1f", " px"),
+            time_text(values[TIME.name], mark),
+            fps_text(values[TIME.name]),
+        ]
+        rows.append([Cell(text) for text in texts])
+    heads = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
+    heads += [TIME.head, "fps"]
+    ranks = [0, 9, 3, 1, 4, 2, 5]
+    if not any(_interval(entries["mean_overlap"]) for entries in means.values()):
+        del heads[3], ranks[2]
+        for row in rows:
+            del row[3]
+    others = len(means) - len(rows)
+    more = [f"{others} more trackers: --verbose"] if others else []
+    return Table("short", "", heads, 1, rows, [*more, *notes], ranks=ranks)
+
+
+def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
+    """Return lines on timing runs: the fastest tracker, and a table of the times."""
+    runs = load_runs(folder, cells)
+    lines = failure_lines(runs, folder)
+    mark, notes = time_mark(runs), time_notes(runs)
+    table = replace(with_fps(mean_table(runs, TIMES, "", PRESET), mark), caption="")
+    table = replace(table, notes=[*table.notes, *notes])
+    times = table.data[table.data["measure"] == TIME.name].set_index("tracker")["mean"].dropna()
+    if times.empty:
+        head = "There is no answer: the timing runs failed."
+    else:
+        clocks = clock_of(runs)
+        most_used = max(clocks.values(), key=list(clocks.values()).count)
+        comparable = times[[name for name in times.index if clocks.get(name) == most_used]]
+        fastest = str(comparable.idxmin())
+        verb = "is the fastest" if len(comparable) > 1 else "was timed"
+        head = f"{fastest} {verb}: {time_text(comparable.min())} ms per frame."
+    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table)]
+
+
+def _number(value: float, form: str, unit: str = "") -> str:
+    return f"{value:{form}}{unit}" if isfinite(value) else MISSING
+
+
+def failure_lines(runs: pd.DataFrame, folder: Path) -> list[str]:
+    """Return lines on failed runs: their number, and frame, reason and code line of the first ones.
+
+    `runs`: as `load_runs` returns them.
+    """
+    failed = runs[runs["status"] == "failed"]
+    if failed.empty:
+        return []
+    notes = failed_runs(runs, "0").notes
+    lines = [f"{len(failed)} of {len(runs)} run{'s' * (len(runs) != 1)} FAILED:"]
+    first = failed.drop_duplicates("tracker")
+    with_scores = set(runs["tracker"][runs["status"] != "failed"])
+    for row in first.head(_MAX_FAILURES).to_dict("records"):
+        reason = str(row["failure"]).partition("\n")[0]
+        lines.append(one_line(f"        {row['tracker']} on {row['sequence']}, {reason}"))
+        if place := tracker_line(str(row["failure"])):
+            lines.append(one_line(f"        {place}"))
+        if row["tracker"] in with_scores:  # the answer names the other trackers
+            lines.append(f"        {notes[row['tracker']].partition(':')[0]}")
+    others = len(first) - _MAX_FAILURES
+    lines += [f"        and runs of {others} more trackers"] if others > 0 else []
+    return [*lines, f"Log     {shlex.join(['trackmark', 'results', 'failures', str(folder)])}"]
+
+
+def tracker_line(failure: str) -> str:
+    """Return file, line and function of the tracker's own code in a failure; empty if unknown.
+
+    This is the innermost line outside of the harness and of installed packages.
+    """
+    harness, library = Path(__file__).resolve().parents[1], Path(re.__file__).parents[1]
+    adapters = harness.with_name("trackers") / "base"
+    for file, line, function in reversed(_CODE_LINE.findall(failure)):
+        path = Path(file)
+        outside = "site-packages" in path.parts or file.startswith("<")
+        if not outside and not {harness, adapters, library} & set(path.resolve().parents):
+            folder = Path.cwd()
+            path = path.relative_to(folder) if path.is_relative_to(folder) else path
+            return f"{path}, line {line}, in {function}"
+    return ""

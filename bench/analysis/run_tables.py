@@ -1,0 +1,263 @@
+"""Tables of stored results."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from trackmark.bench.analysis import MARGINS
+from trackmark.bench.analysis.failed_runs import with_worst_scores
+from trackmark.bench.analysis.times import (
+    TIME,
+    TIMES,
+    time_mark,
+    time_notes,
+    with_fps,
+    with_times,
+)
+from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
+from trackmark.bench.store.data_frames import load_runs, with_revised_scores
+from trackmark.bench.store.layout import RunKey
+from trackmark.bench.store.results import Results
+from trackmark.reports.tables import (
+    ScoreMeasure,
+    Table,
+    Uncertainty,
+    sequence_table,
+    summary_table,
+)
+
+PRESET = "native"
+
+SUMMARY = tuple(
+    replace(measure, least=0.0, margin=MARGINS[measure.name])
+    for measure in (
+        ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3, most=1.0),
+        ScoreMeasure("success_share", "success", "%", "higher", 1, scale=100, most=1.0),
+        ScoreMeasure("inside_share", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
+        ScoreMeasure("centre_error", "centre error", "px", "lower", 2),
+        ScoreMeasure("centre_error_median", "median", "px", "lower", 2, rank=2),
+    )
+)
+"""Columns over several sequences: shares, so that all sequences have equal weights."""
+
+PER_SEQUENCE = (
+    ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3),
+    ScoreMeasure("success_frames", "success", "frames", "higher", 1, out_of="evaluated_frames"),
+    ScoreMeasure(
+        "frames_inside", "inside", "frames", "higher", 1, out_of="evaluated_frames", rank=2
+    ),
+    ScoreMeasure(
+        "first_loss", "first loss", "frame", "higher", 1, out_of="frames", never="none", rank=1
+    ),
+    ScoreMeasure("centre_error", "centre error", "px", "lower", 2),
+    ScoreMeasure("centre_error_p90", "90th percentile", "px", "lower", 2, rank=3),
+)
+"""Columns of one sequence: counts of frames, as in papers."""
+
+MASKS = (
+    ScoreMeasure(
+        "mean_region_similarity", "region similarity J", "", "higher", 3, least=0.0, most=1.0
+    ),
+    ScoreMeasure(
+        "mean_contour_accuracy", "contour accuracy F", "", "higher", 3, least=0.0, most=1.0
+    ),
+)
+"""Columns of runs with masks, in addition to the scores of boxes."""
+
+SEGMENTATION = (
+    ScoreMeasure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
+    ScoreMeasure("region_recall", "J, recall", "%", "higher", 1, scale=100),
+    ScoreMeasure("region_decay", "J, decay", direction="lower", decimals=3, rank=1),
+    ScoreMeasure("mean_contour_accuracy", "F, mean", direction="higher", decimals=3),
+    ScoreMeasure("contour_recall", "F, recall", "%", "higher", 1, scale=100),
+    ScoreMeasure("contour_decay", "F, decay", direction="lower", decimals=3, rank=1),
+)
+"""Columns of runs with masks: mean, recall and decay of J and F, as DAVIS defines them."""
+
+
+def title_of(folder: Path, *, named: bool = False) -> str:
+    """Return the title of an experiment's results; `named`: start with the name of its folder."""
+    title = Results(folder).manifest().title or folder.name
+    return f"{folder.name}: {title}" if named and title != folder.name else title
+
+
+def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "") -> list[Table]:
+    """Make the tables of one experiment: summary and sequences, masks if there are any, and times.
+
+    `cells`: selected runs, all by default; times come from all timing runs. `title`: title of the
+    experiment by default. If a tracker revised boxes, there are tables of the online boxes and of
+    the revised boxes, which captions distinguish.
+    """
+    runs = load_runs(folder, cells)
+    title = title or title_of(folder)
+    scored = with_worst_scores(folder, runs[runs["protocol"] == "accuracy"])
+    every = runs if cells is None else load_runs(folder)
+    timed, all_timed = (frame[frame["protocol"] == "timing"] for frame in (runs, every))
+    revised = with_revised_scores(scored)
+    if revised is None:
+        result = score_tables(scored, all_timed, title)
+    else:
+        result = score_tables(scored, all_timed, f"{title}, online boxes")
+        again = score_tables(revised, all_timed, f"{title}, revised boxes")
+        result += [replace(table, name=f"{table.name}-revised") for table in again]
+    segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
+    masks = f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them"
+    result += _table_of("segmentation", segmenting, SEGMENTATION, masks)
+    notes = not_repeatable(runs).values()
+    result = [replace(table, notes=[*table.notes, *notes]) for table in result]
+    for table in _table_of("times", timed, TIMES, f"{title}, timing runs"):
+        marked = with_fps(table, time_mark(timed))
+        result.append(replace(marked, notes=[*table.notes, *time_notes(timed)]))
+    return result
+
+
+def _table_of(
+    name: str, runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str
+) -> list[Table]:
+    """Make a table of scores by sequence with the given name; an empty list without runs."""
+    if runs.empty:
+        return []
+    return [replace(sequence_table(runs, measures, title, PRESET), name=name)]
+
+
+def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
+    """Return a note for each tracker whose accuracy and timing runs of one seed differ in scores.
+
+    `runs`: as `load_runs` returns them. Scores are compared, as equal boxes have equal scores.
+    """
+    key, scores = ["tracker", "sequence", "repetition"], ["mean_overlap", "centre_error"]
+    finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])
+    first, second = (
+        finished[finished["protocol"] == name].astype(dict.fromkeys(key[:2], str)).set_index(key)
+        for name in ("accuracy", "timing")
+    )
+    both = first.index.intersection(second.index)
+    before, again = (frame.loc[both, scores].to_numpy(np.float64) for frame in (first, second))
+    differs = ~np.isclose(before, again, rtol=0, atol=1e-9, equal_nan=True).all(axis=1)
+    cells = {tracker: (sequence, seed) for tracker, sequence, seed in both[differs][::-1]}
+    return {
+        tracker: f"{tracker} is not repeatable: seed {seed} gave other boxes on {sequence} in a "
+        "timing run"
+        for tracker, (sequence, seed) in cells.items()
+    }
+
+
+def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:
+    """Make the summary, if there are several sequences, and the table of every sequence.
+
+    `scored`: runs with scores, failed runs with the worst ones. `timed`: timing runs.
+    """
+    several = len(scored["sequence"].unique()) > 1
+    result = [summary_of(scored, timed, title)] if several else []
+    if len(scored):
+        columns = PER_SEQUENCE + _mask_columns(scored)
+        result.append(sequence_table(scored, columns, title, PRESET))
+    return result
+
+
+def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
+    """Make the table of means over sequences; parameters as for `score_tables`."""
+    scored, undefined = without_undefined(scored, SUMMARY[0].name)
+    runs, measured = with_times(scored, timed)
+    table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), TIME), title, PRESET)
+    table = with_fps(table, time_mark(measured))
+    notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
+    return replace(table, notes=[*table.notes, *notes])
+
+
+def without_undefined(runs: pd.DataFrame, score: str) -> tuple[pd.DataFrame, list[str]]:
+    """Return the runs without sequences on which the score is undefined, and these sequences.
+
+    It is undefined for all trackers if a sequence has, for example, no target after its first
+    frame. A sequence with a missing or stale run is kept. If there is no other sequence, the runs
+    are unchanged.
+    """
+    if score not in runs:
+        return runs, []
+    ended = runs["status"].isin(["finished", "failed"]) & runs[score].isna()
+    by_sequence = runs["sequence"].astype(str)
+    undefined = ended.groupby(by_sequence).transform("all")
+    undefined &= (runs["status"] == "finished").groupby(by_sequence).transform("any")
+    if not undefined.any() or undefined.all():
+        return runs, []
+    return runs[~undefined], list(by_sequence[undefined].unique())
+
+
+def undefined_notes(sequences: Sequence[str], measure: ScoreMeasure) -> list[str]:
+    """Return a note on the sequences that `without_undefined` leaves out."""
+    if not sequences:
+        return []
+    return [f"left out: {', '.join(sequences)}; {measure.title} is undefined for all trackers"]
+
+
+def _mask_columns(scored: pd.DataFrame) -> tuple[ScoreMeasure, ...]:
+    return MASKS if _segmenting(scored) else ()
+
+
+def mean_table(
+    scored: pd.DataFrame,
+    measures: Sequence[ScoreMeasure],
+    title: str,
+    preset: str,
+    *,
+    skip_undefined: bool = False,
+) -> Table:
+    """Make a table of means over units with their intervals and marks; see `summary_table`."""
+    sequences = [str(name) for name in scored["sequence"].unique()]
+    units = units_of(sequences)
+    unit_of = {
+        sequences[i]: label
+        for label, members in zip(units.labels, units.members, strict=True)
+        for i in members
+    }
+    runs = scored.assign(unit=scored["sequence"].astype(str).map(unit_of))
+    how = uncertainty_of, meaning_of_intervals(units)
+    return summary_table(runs, measures, title, preset, *how, skip_undefined=skip_undefined)
+
+
+def meaning_of_intervals(units: StatisticalUnits) -> str:
+    """Return the part of a caption that explains intervals and marks."""
+    if len(units) < MIN_UNITS:
+        plural = units.plural if len(units) != 1 else units.kind
+        return (
+            f"{len(units)} {plural}: too few for intervals and marks ({MIN_UNITS} needed). "
+            "± standard deviation over repetitions."
+        )
+    return (
+        f"[from, to]: 95 % interval of the mean {units.scope}. * or bold: no other tracker is "
+        "better, by the interval of the difference, corrected for all pairs."
+    )
+
+
+def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncertainty:
+    """Return the interval and the mark of each tracker's mean.
+
+    `values`: shape (trackers, units). A tracker with an infinite value has neither.
+    """
+    if measure.direction is None:
+        return Uncertainty([None] * len(values), [False] * len(values))
+    finite = np.asarray(np.isfinite(values).all(axis=1))
+    intervals = [
+        interval_or_none(row, 1, measure.least, measure.most) if is_finite else None
+        for row, is_finite in zip(values, finite.tolist(), strict=True)
+    ]
+    marks = np.zeros(len(values), bool)
+    if finite.any():
+        marks[finite] = star_marks(
+            values[finite],
+            measure.margin,
+            higher=measure.direction == "higher",
+            limit=measure.most - measure.least,
+        )
+    return Uncertainty(intervals, marks.tolist())
+
+
+def _segmenting(scored: pd.DataFrame) -> set[str]:
+    """Return the trackers with scores of masks."""
+    columns = [measure.name for measure in MASKS if measure.name in scored]
+    return set(scored["tracker"][scored[columns].notna().any(axis=1)])

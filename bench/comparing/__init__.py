@@ -1,1 +1,0 @@
-"""Comparisons of trackers on stored runs: better or worse, breaking points, regressions."""

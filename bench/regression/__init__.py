@@ -1,0 +1,1 @@
+"""Accuracy and time of trackers against a stored baseline or another revision."""

@@ -1,0 +1,275 @@
+"""Speed of trackers compared with a git revision of their files."""
+
+import io
+import subprocess
+import tarfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+from math import ceil
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from trackmark import datasets, trackers
+from trackmark.bench.evaluation.ground_truth import select_ground_truth
+from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
+from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.tracker_spec import BOXES, split_text
+from trackmark.bench.external.definition import is_external
+from trackmark.bench.regression.baseline import Baseline, BaselineError
+from trackmark.bench.statistics.speed import (
+    MIN_SESSIONS,
+    Pace,
+    Sample,
+    judge_pace,
+    log_ratio,
+    missing_sessions,
+    sample_of,
+)
+from trackmark.reports.tables import MISSING, Cell, Table
+from trackmark.reports.temporary_paths import temporary_folder
+from trackmark.trackers.base.catalogue import in_file, is_outside
+from trackmark.trackers.base.seeds import run_seed
+
+CLIPS = 4
+"""Number of evenly spread sequences of a tracker on which it is timed."""
+
+FRAMES = 20
+
+
+_PACKAGE = Path(str(trackers.__file__)).resolve().parent
+_ORDER = ("slower", "inconclusive", "faster", "not 5 % slower")
+
+
+def check_speeds(
+    baseline: Baseline,
+    labels: Sequence[str],
+    revision: str,
+    budget: float,
+    report: Callable[[str], None],
+) -> dict[str, Pace]:
+    """Time trackers of a baseline against a git revision of their files; slower ones come first.
+
+    `labels`: timed trackers; they run on the first frames of their sequences. `budget`: total time
+    after which no session is added [s]. `report`: called with a sentence on the progress.
+
+    Raises `BaselineError` if a tracker is not in the revision or has no sequence for timing, or if
+    the budget is too small for the least number of sessions.
+    """
+    paces = {}
+    ends = monotonic() + budget
+    with temporary_folder() as folder:
+        # Extract all trackers first: a missing revision is then reported before any timing.
+        olds = {
+            label: _older_setup(revision, _setup(baseline, label), Path(folder, str(number)))
+            for number, label in enumerate(labels)
+        }
+        for number, (label, old) in enumerate(olds.items()):
+            deadline = monotonic()
+            deadline += (ends - deadline) / (len(labels) - number)
+            clips = _clips(baseline, label, Path(folder, f"clips-{number}"))
+            try:
+                setups = [old, _setup(baseline, label)]
+                sample = _sample(label, setups, clips, deadline, len(labels), report)
+                paces[label] = judge_pace(sample, len(labels))
+            except TurnError as error:
+                reason = f"the tracker cannot be timed: {error}"
+                paces[label] = Pace("inconclusive", reason=reason)
+            except _BudgetError as error:
+                if not paces:
+                    least = ceil(error.seconds * len(labels))
+                    raise BaselineError(
+                        f"--budget {budget:g}s: {MIN_SESSIONS} sessions of {len(labels)} trackers "
+                        f"take about {least} s. Use --budget {least + least // 5}s, or select "
+                        "trackers with --trackers."
+                    ) from None
+                reason = f"--budget: its {MIN_SESSIONS} sessions take {error.seconds:.0f} s"
+                paces[label] = Pace("inconclusive", reason=reason)
+    return dict(sorted(paces.items(), key=lambda item: _ORDER.index(item[1].state)))
+
+
+class _BudgetError(Exception):
+    """Error: the least number of sessions takes too long; `seconds` is their time."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        super().__init__(seconds)
+
+
+def _setup(baseline: Baseline, label: str) -> Setup:
+    name, options = split_text(baseline.texts[label])
+    return Setup(name, {key: text for key, text in options.items() if key != "init"})
+
+
+def _sample(
+    label: str,
+    setups: Sequence[Setup],
+    clips: Sequence[Clip],
+    deadline: float,
+    tests: int,
+    report: Callable[[str], None],
+) -> Sample:
+    """Run sessions until there are enough for their spread, or the time is over.
+
+    Raises `_BudgetError` after the first session if there is no time for `MIN_SESSIONS`.
+    """
+    started_at = monotonic()
+    logs = [log_ratio(time_interleaved(setups, clips))]
+    seconds = monotonic() - started_at
+    if MIN_SESSIONS * seconds > deadline - started_at:
+        raise _BudgetError(MIN_SESSIONS * seconds)
+    while n_missing := missing_sessions(logs, tests):
+        seconds = monotonic() - started_at
+        n_affordable = max(int((deadline - started_at - seconds) * len(logs) / seconds), 0)
+        if len(logs) >= MIN_SESSIONS:
+            report(
+                f"{label}: {len(logs)} sessions in {seconds:.0f} s with a spread "
+                f"of {sample_of(logs).spread:.1%}; {n_missing} more needed"
+                + (": use a larger --budget." if n_missing > n_affordable else ".")
+            )
+        else:  # the first sessions fit; a slow one must not make the sample too small
+            n_affordable = n_missing
+        logs += [
+            log_ratio(time_interleaved(setups, clips)) for _ in range(min(n_missing, n_affordable))
+        ]
+        if n_affordable < n_missing:
+            break
+    return sample_of(logs)
+
+
+def _clips(baseline: Baseline, label: str, folder: Path) -> list[Clip]:
+    """Write the first frames of a tracker's sequences into a new folder."""
+    folder.mkdir()
+    _, options = split_text(baseline.texts[label])
+    sources = [entry.source for entry in baseline.entries[label].values()]
+    indices = np.linspace(0, len(sources) - 1, min(CLIPS, len(sources))).round().astype(int)
+    clips = [
+        clip
+        for index in indices.tolist()
+        if (clip := _clip(sources[index], options.get("init", BOXES), label, folder / str(index)))
+    ]
+    if not clips:
+        raise BaselineError(
+            f"{label} cannot be timed: its sequences have one frame. Add a longer sequence."
+        )
+    return clips
+
+
+def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | None:
+    """Write the first frames of a sequence; None if it has one frame."""
+    sequence = datasets.load(source.text, truth=source.truth)
+    sequence.check_runnable()
+    first = sequence.first_frame
+    begin, stop = max(0, first - FRAMES), min(first + 1 + FRAMES, len(sequence))
+    if stop < first + 2:
+        return None
+    images, mask = f"{stem}.npy", sequence.mask(first)
+    np.save(images, np.stack([sequence[frame] for frame in range(begin, stop)]))
+    if mask is not None:
+        np.save(f"{stem}-mask.npy", mask)
+    return Clip(
+        images=images,
+        first=first - begin,
+        frames=stop - first - 1,
+        box=select_ground_truth(sequence, init, sequence.name).boxes[first].tolist(),
+        mask="" if mask is None else f"{stem}-mask.npy",
+        seed=run_seed(label, sequence.name, 0).spawn_key,
+    )
+
+
+def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
+    """Extract a tracker of a git revision, with the files next to it, into a folder.
+
+    The extracted folder replaces the folder of the tracker's file on the module path. Modules of
+    other packages are the current ones. For a tracker of trackmark the whole package `trackers` is
+    extracted. Raises `BaselineError` if the tracker is not in the revision.
+    """
+    name = now.name
+    place = in_file(name)
+    if is_external(name, now.options or {}) or (place is None and is_outside(name)):
+        raise BaselineError(
+            f"{name} cannot be taken from {revision}: it runs in a process of its own, or comes "
+            "from an installed package. --against takes trackers in files and of trackmark itself."
+        )
+    if place is None:
+        file, class_name = _PACKAGE / f"{name.replace('-', '_')}.py", ""
+    else:
+        file, class_name = place[0].resolve(), place[1]
+    options = ("--verify", "--end-of-options", f"{revision}^{{commit}}")
+    commit = _git(file.parent, "rev-parse", *options)
+    # git packs only the files of the folder in which it runs, with paths relative to it.
+    packed = _git(file.parent, "archive", "--format=tar", commit.decode().strip())
+    target = folder / "trackers" if place is None else folder
+    try:
+        with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+            archive.extractall(target, filter="data")
+    except (tarfile.TarError, OSError) as error:
+        raise BaselineError(f"{revision} of {file.parent} cannot be extracted: {error}") from error
+    then = target / file.name
+    if not then.is_file():
+        raise BaselineError(
+            f"{revision} has no {file.name} in {file.parent}. Commit it first (git add "
+            f"{file.name}; git commit), or give a revision that contains it."
+        )
+    if place is None:
+        return replace(now, home=str(folder), revision=revision)
+    name = f"{then}:{class_name}" if class_name else str(then)
+    # The repository's packages are imported in their current version.
+    swapped = () if file.parent == _PACKAGE.parent else (str(file.parent), str(folder))
+    return replace(now, name=name, revision=revision, swapped=swapped)
+
+
+def _git(folder: Path, *arguments: str) -> bytes:
+    command = ["git", "-C", str(folder), *arguments]
+    try:
+        process = subprocess.run(command, capture_output=True, check=False)  # noqa: S603  # the user's arguments
+    except OSError as error:
+        raise BaselineError(f"--against: cannot run git ({error}). Install git.") from error
+    if process.returncode:
+        message = "".join(process.stderr.decode(errors="replace").strip().splitlines()[-1:])
+        if "single revision" in message:
+            message = f"unknown revision {arguments[-1].removesuffix('^{commit}')!r}"
+        raise BaselineError(f"--against: git failed in {folder}: {message or 'no message'}.")
+    return process.stdout
+
+
+def speed_table(paces: Mapping[str, Pace]) -> Table:
+    """Return the table of speeds."""
+    return Table(
+        name="speeds",
+        caption="Change of the time of updates since the revision, with 95 % intervals.",
+        heads=["", "tracker", "time", "95 %", "sessions"],
+        n_labels=2,
+        rows=[
+            [Cell(text) for text in (pace.state, label, *_figures(pace))]
+            for label, pace in paces.items()
+        ],
+        notes=[f"{label}: {pace.reason}." for label, pace in paces.items() if pace.reason],
+        data=pd.DataFrame(speed_data(paces)),
+    )
+
+
+def _figures(pace: Pace) -> tuple[str, str, str]:
+    if pace.reason:
+        return MISSING, MISSING, MISSING
+    return f"{pace.change:+.1%}", f"{pace.low:+.1%} to {pace.high:+.1%}", str(pace.sessions)
+
+
+def speed_cases(paces: Mapping[str, Pace]) -> list[tuple[str, str, str]]:
+    """Return tracker, state and message of each test case for JUnit's XML."""
+    return [
+        (label, pace.state, pace.reason or "time {} ({})".format(*_figures(pace)))
+        for label, pace in paces.items()
+    ]
+
+
+def speed_data(paces: Mapping[str, Pace]) -> list[dict[str, Any]]:
+    """Return the entries of `--json`; only a tracker that was timed has numbers."""
+    return [
+        {"tracker": label, "state": pace.state, "reason": pace.reason}
+        | ({} if pace.reason else asdict(pace))
+        for label, pace in paces.items()
+    ]

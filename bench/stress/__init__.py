@@ -1,0 +1,1 @@
+"""Levels of difficulty at which trackers lose the target."""

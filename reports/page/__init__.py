@@ -1,1 +1,0 @@
-"""HTML pages in one file: tables, charts and a player of frames."""

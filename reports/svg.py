@@ -1,0 +1,241 @@
+"""Charts as SVG: complete without JavaScript and in print; scripts only add a readout.
+
+Colours are CSS variables of the page, so that charts follow its light or dark theme. Coordinates of
+paths are absolute; `page.js` reads the points of a line from them.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import compress
+from math import ceil, floor, isfinite, log10
+
+import numpy as np
+from markupsafe import Markup
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from trackmark.reports.charts import Chart, Line
+from trackmark.reports.palette import DASHES, MARKER_PATHS, colour_index
+from trackmark.reports.printable import one_line
+
+CROWDED = 7
+"""Maximum number of lines in full colour; of more, only the first `TOP` are not grey."""
+
+TOP = 5
+_MAX_TICKS = 6
+_MAX_LABEL = 24  # characters of a direct label
+_LETTER = 7.0  # mean width of a letter of a label [px]
+_COLUMNS = 80  # possible places of a direct label along the abscissa
+_DISTANCE = 11.0  # of the middle of a label from its line [px]
+_HEIGHT = 13.0  # of a label [px]
+_LEFT, _TOP, _BOTTOM = 42, 10, 38  # margins [px]
+
+_NAME = Markup('<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """Linear or logarithmic axis: limits in data and in pixels, and ticks."""
+
+    limits: tuple[float, float]
+    pixels: tuple[float, float]
+    log: bool = False
+
+    def __call__(self, values: Array | float) -> Array:
+        low, high = np.log10(self.limits) if self.log else self.limits
+        shares = ((np.log10(values) if self.log else np.asarray(values)) - low) / (high - low)
+        return np.asarray(self.pixels[0] + shares * (self.pixels[1] - self.pixels[0]))
+
+    @property
+    def ticks(self) -> list[float]:
+        """At most six round values within the limits."""
+        low, high = self.limits
+        if self.log:
+            powers = range(round(log10(low)), round(log10(high)) + 1)
+            return [10.0**power for power in powers[:: ceil(len(powers) / _MAX_TICKS)]]
+        power = 10.0 ** floor(log10((high - low) / (_MAX_TICKS - 1)))
+        steps = [digit * power for digit in (1, 2, 2.5, 5, 10)]
+        step = next(step for step in steps if (high - low) / step <= _MAX_TICKS - 1)
+        first = ceil(low / step - 1e-9)
+        count = floor((high + 1e-9 * step) / step) - first + 1
+        return [round((first + n) * step, 10) for n in range(count)]
+
+
+def chart_svg(chart: Chart, height: int = 300, width: int = 440) -> Markup:
+    """Return a chart as an SVG element; its points open frames."""
+    lines = [line for line in chart.lines if np.isfinite(np.asarray(line.y, float)).any()]
+    x, y = _scales(chart, lines, width, height)
+    parts = [*_axes(chart, x, y, width, height)]
+    if chart.kind == "dots":
+        parts += [_dot(line, x, y) for line in lines]
+    else:
+        crowded = len(lines) > CROWDED
+        parts += [_line(line, x, y, chart.kind, crowded=crowded) for line in reversed(lines)]
+        labelled = lines[:TOP] if crowded else lines
+        parts += _labels(labelled, x, y) if chart.named else []
+    scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
+    role, words = "group" if chart.kind == "dots" else "img", one_line(chart.words)
+    svg = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">{}</svg>')
+    return svg.format(width, height, role, words, scales, Markup("").join(parts))
+
+
+def at_reference(chart: Chart, line: Line) -> str:
+    """Return the value of a line at the reference of a chart, else the line's own value."""
+    values = np.asarray(line.y, float)
+    if chart.reference is None or not np.isfinite(values).any():
+        return line.value
+    value = values[np.nanargmin(np.abs(np.asarray(line.x, float) - chart.reference))]
+    return f"{100 * value:.0f} %" if chart.percent else f"{value:.2f}"
+
+
+def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tuple[_Scale, _Scale]:
+    xs, ys = (
+        np.concatenate([[], *(np.asarray(getattr(line, name), float) for line in lines)])
+        for name in ("x", "y")
+    )
+    xs, ys = xs[np.isfinite(xs)], ys[np.isfinite(ys)]
+    across, down = (float(_LEFT), width - 14.0), (height - float(_BOTTOM), float(_TOP))
+    low, high = (xs.min(), xs.max()) if len(xs) else (0.0, 1.0)
+    if chart.logarithmic:
+        low, high = floor(log10(max(low, 1e-9) / 1.2)), ceil(log10(max(high, 1e-9) * 1.2))
+        limits = 10.0 ** (low - (high - low < 2)), 10.0**high  # two decades at least
+    else:
+        limits = float(min(0.0, low)), float(high if high > low else low + 1)
+    top = chart.top if chart.top is not None else float(ys.max(initial=1e-9)) * 1.05
+    bottom = min(0.0, float(ys.min(initial=0.0)))
+    return _Scale(limits, across, chart.logarithmic), _Scale((bottom, top), down)
+
+
+def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterator[Markup]:
+    """Yield grid lines with their numbers, the names of the axes, and the reference line."""
+    (left, right), (bottom, top) = x.pixels, y.pixels
+    text = Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
+    for tick in y.ticks:
+        position = float(y(tick))
+        label = f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.percent else f"{tick:g}"
+        yield Markup('<path class="grid" d="M{},{:.1f}H{}"/>').format(left, position, right)
+        yield text.format(left - 6, position + 4, "end", label)
+    for tick in x.ticks:
+        position = float(x(tick))
+        label = _time(tick) if chart.logarithmic else f"{tick:g}"
+        if chart.kind == "dots":
+            yield Markup('<path class="grid" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
+        yield text.format(position, bottom + 17, "middle", label)
+    name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
+    yield text.format((left + right) / 2, height - 4, "middle", one_line(name))
+    if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
+        position = float(x(chart.reference))
+        yield Markup('<path class="reference" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
+        if chart.reference_label:
+            yield text.format(position - 4, bottom - 6, "end", chart.reference_label)
+
+
+def _time(milliseconds: float) -> str:
+    """Return a time with the unit in which it is short."""
+    for factor, unit in ((1e6, "ns"), (1e3, "µs"), (1, "ms"), (1e-3, "s")):
+        if 0.99 <= milliseconds * factor < 999 or unit == "s":
+            return f"{milliseconds * factor:g} {unit}"
+    return f"{milliseconds:g} ms"
+
+
+def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Markup:
+    """Return a line with its band.
+
+    The attribute `data-places` lists the player position that a click on each point opens.
+    """
+    xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
+    grey = crowded and line.position >= TOP
+    index = "rest" if grey else f"c{colour_index(line.position)}"
+    dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
+    has_place = [True] if len(line.places) == 1 else np.isfinite(ys)
+    opened = compress(line.places, has_place)
+    places = " ".join(place._replace(show=()).link[1:] if place else "-" for place in opened)
+    band = Markup("")
+    if np.size(line.low) and not crowded and kind == "step":
+        low, high = np.asarray(line.low, float), np.asarray(line.high, float)
+        finite = np.isfinite(low) & np.isfinite(high)
+        upper, lower = (_corners(xs[finite], end[finite]) for end in (high, low))
+        across, down = (
+            np.append(ends, others[::-1]) for ends, others in zip(upper, lower, strict=True)
+        )
+        rim = _trace(x(across), y(down))
+        band = Markup('<path class="band {}" d="{}Z"/>').format(index, rim) if rim else band
+    gaps = np.flatnonzero(~np.isfinite(ys))
+    path = ""
+    for piece in np.split(np.arange(len(ys)), gaps):
+        its = piece[np.isfinite(ys[piece])]
+        across, down = _corners(xs[its], ys[its]) if kind == "step" else (xs[its], ys[its])
+        path += _trace(x(across), y(down))
+    link = Markup(' data-places="{}"').format(places) if places else ""
+    curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')
+    return band + curve.format(index, line.position, dash, path, link)
+
+
+def _corners(xs: Array, ys: Array) -> tuple[Array, Array]:
+    """Return the corners of a step line, which keeps its value until the next point."""
+    return np.repeat(xs, 2)[1:], np.repeat(ys, 2)[:-1]
+
+
+def _trace(xs: Array, ys: Array) -> str:
+    """Return the path through points [px]: a move, then relative lines; empty without points."""
+    points = np.column_stack([xs, ys]).round(1)
+    steps = np.diff(points, axis=0, prepend=np.zeros((1, 2))).round(1) + 0.0  # no -0
+    return "M" * bool(len(points)) + "l".join(f"{dx:g},{dy:g}" for dx, dy in steps.tolist())
+
+
+def _dot(line: Line, x: _Scale, y: _Scale) -> Markup:
+    """Return the mark, the interval and the name of a tracker; they open its worst frame."""
+    across, down = float(x(np.asarray(line.x, float))[0]), float(y(np.asarray(line.y, float))[0])
+    ends = [float(np.asarray(end, float)[0]) for end in (line.low, line.high) if np.size(end)]
+    index, path = colour_index(line.position), MARKER_PATHS[line.position % len(MARKER_PATHS)]
+    content = Markup("")
+    if ends and all(map(isfinite, ends)):
+        bar = Markup('<path class="bar c{}" d="M{:.1f},{:.1f}V{:.1f}"/>')
+        content += bar.format(index, across, *(float(y(end)) for end in ends))
+    mark = Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>')
+    content += mark.format(index, across, down, path)
+    side, anchor = (-10, "end") if across > sum(x.pixels) / 2 else (10, "start")
+    content += _NAME.format(index, across + side, down + 4, anchor, _short(line.label))
+    place = next(filter(None, line.places), None)
+    if place is None:
+        return content
+    return Markup('<a href="{}" aria-label="{}">{}</a>').format(
+        place.link, one_line(line.label), content
+    )
+
+
+def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
+    """Yield the name of each line, next to it where other lines and names are farthest."""
+    grid = np.linspace(*x.pixels, _COLUMNS)
+    rows = []  # heights of lines and names by column of the grid [px]; NaN where there are none
+    for line in lines:
+        xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
+        finite = np.isfinite(ys)
+        rows.append(np.interp(grid, x(xs[finite]), y(ys[finite])))
+    for number, line in enumerate(lines):
+        name = _short(line.label)
+        wide = min(_COLUMNS, ceil(_LETTER * len(name) / (grid[1] - grid[0])) + 1)
+        near = np.stack([sliding_window_view(row, wide) for row in rows])
+        its_line = near[number]
+        middles = np.stack([its_line.min(axis=1) - _DISTANCE, its_line.max(axis=1) + _DISTANCE])
+        gaps = np.abs(near[:, None] - middles[..., None])
+        gaps[len(lines) :] -= _HEIGHT  # names must not overlap, but may cross a line
+        room = np.nanmin(gaps, axis=(0, 3)).clip(max=_HEIGHT)
+        room[(middles < y.pixels[1] + 8) | (middles > y.pixels[0] - 8)] = -np.inf
+        score = room - np.abs(middles - its_line[:, wide // 2]) / 5
+        side, start = np.unravel_index(np.argmax(score), score.shape)
+        if room[side, start] < 0:
+            continue
+        middle, columns = middles[side, start], np.arange(start, start + wide)
+        rows.append(np.full(_COLUMNS, np.nan))
+        rows[-1][columns] = middle
+        centre = grid[columns].mean()
+        yield _NAME.format(colour_index(line.position), centre, middle + 4, "middle", name)
+
+
+def _short(label: str) -> str:
+    """Return a name of limited length for a chart."""
+    label = one_line(label)
+    return label if len(label) <= _MAX_LABEL else f"{label[: _MAX_LABEL - 1]}…"
