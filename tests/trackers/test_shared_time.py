@@ -19,4 +19,4 @@ def test_cached_result_is_charged_with_its_time():
     frame.compute(compute)
     assert frame.saved_seconds == 0
     frame.compute(compute)
-    assert 0.01 <= frame.saved_seconds < 0.1
+    assert frame.saved_seconds >= 0.01

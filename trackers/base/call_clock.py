@@ -11,7 +11,7 @@ import resource
 import sys
 import threading
 import time
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Tuple
 
 _SCHEDSTAT = "/proc/thread-self/schedstat"
 _MAX_BYTES = 64  # of its content
@@ -19,6 +19,9 @@ _NANOSECOND = 1e-9
 
 SHORT_CALL = 1e-4
 """Duration of a call below which its run delay is not looked up [s]."""
+
+_UNINTERRUPTED = 5e-5  # longest time in which both clocks are read without an interruption [s]
+_MAX_READINGS = 10
 
 MAX_RUN_DELAY = 0.1
 """Run delay as a fraction of the wall time above which other load has disturbed a measurement."""
@@ -68,9 +71,7 @@ class CallClock:
             self._open()
         if not self._was_short:
             self._cpu, self._children = time.process_time(), _read_children()
-        if self._schedstat >= 0:
-            self._counters = os.pread(self._schedstat, _MAX_BYTES, 0)
-        self._started = time.perf_counter()
+        self._started, self._counters = self._read_clocks()
 
     def stop(self) -> CallTime:
         """Return the times of the call that ends now."""
@@ -80,14 +81,30 @@ class CallClock:
             return CallTime(wall, 0.0, wall, 0.0)
         delay = 0.0
         if self._schedstat >= 0:
-            counters = os.pread(self._schedstat, _MAX_BYTES, 0)
-            # A delay between reading the counters and the clock is not part of the call.
+            ended, counters = self._read_clocks()
+            wall = ended - self._started
             delay = min(_run_delay(counters) - _run_delay(self._counters), wall)
         if self._was_short:  # the counters of `start` were not read
             self._was_short = False
             return CallTime(wall - delay, delay, wall - delay, 0.0)
         cpu = time.process_time() - self._cpu
         return CallTime(wall - delay, delay, cpu, _read_children() - self._children)
+
+    def _read_clocks(self) -> Tuple[float, bytes]:
+        """Return the time and the counters of the same moment.
+
+        If the thread loses its processor between both, the counters contain a delay that the time
+        does not, and the time of the call would be wrong by this delay. They are read again.
+        """
+        now, counters = time.perf_counter(), b""
+        if self._schedstat < 0:
+            return now, counters
+        for _ in range(_MAX_READINGS):
+            now = time.perf_counter()
+            counters = os.pread(self._schedstat, _MAX_BYTES, 0)
+            if time.perf_counter() - now < _UNINTERRUPTED:
+                break
+        return now, counters
 
     def _open(self) -> None:
         """Open the counters of the current thread; the descriptor works in this thread only."""
