@@ -65,7 +65,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
     published: Path | None = option(
         "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
     )
-    seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
+    repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     metrics: list[str] = metrics_option("Statistics")
     metric: str | None = option(
         f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
@@ -105,7 +105,7 @@ def command(options: CompareOptions) -> int:
     worst score.
 
     For example:
-      trackmark compare camshift opencv-mil --sequences 'samples/*' --seeds 5
+      trackmark compare camshift opencv-mil --sequences 'samples/*' --repetitions 5
       trackmark compare --results results/windows --folder paper
 
     Exit codes: 0 success; 1 all runs of a tracker failed, which is left out; 2 invalid usage or
@@ -216,7 +216,7 @@ def _run(
         name=options.name or default_name(trackers, split_list(sequences), None),
         trackers=tuple(trackers),
         sequences=matching_sequences(sequences),
-        repetitions=options.seeds or Experiment.repetitions,
+        repetitions=options.repetitions or Experiment.repetitions,
         protocol=options.protocol or Experiment.protocol,
     )
     execution = run_experiment(experiment, options)
