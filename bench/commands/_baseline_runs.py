@@ -12,7 +12,7 @@ from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.protocols import STORED_ONE_PASS
-from trackmark.reports.temporary_paths import temporary_folder
+from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences, Plan

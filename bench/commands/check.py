@@ -319,7 +319,7 @@ def _text(table: "Table") -> str:
 
 
 def _write(file: Path, text: str) -> None:
-    from trackmark.reports.files import write_file
+    from trackmark.bench.output_files import write_file
     from trackmark.reports.printable import printable
 
-    write_file(file, lambda temporary: temporary.write_text(printable(text), encoding="utf-8"))
+    write_file(file, printable(text))

@@ -335,11 +335,11 @@ def _write(comparison: "Comparison", folder: Path) -> list[str]:
     """Write tables, the figure and the paragraph; return lines that list the files."""
     from trackmark.bench.analysis.comparison_figures import write_differences
     from trackmark.bench.analysis.comparison_tables import files, paragraph
-    from trackmark.reports.files import write_file
-    from trackmark.reports.write import list_written_files, write_tables
+    from trackmark.bench.commands._table_files import list_written_files, write_tables
+    from trackmark.bench.output_files import write_file
 
     paths = [*write_tables(folder, files(comparison)), *write_differences(comparison, folder)]
     file = folder / "paragraph.txt"
     text = f"{paragraph(comparison)}\n"
-    paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))
+    paths.append(write_file(file, text))
     return list_written_files(paths, file.name)

@@ -135,14 +135,14 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
 
 def _write(report: "Report", content: Mapping[str, object], folder: Path) -> None:
     """Write the report as HTML and Markdown pages, tables in every format, and JSON."""
+    from trackmark.bench.commands._table_files import write_tables
+    from trackmark.bench.output_files import write_file
     from trackmark.bench.papers.html_page import write_html_page
     from trackmark.bench.papers.markdown_page import write_page
-    from trackmark.reports.files import write_file
-    from trackmark.reports.write import write_tables
 
     text = json.dumps(content, indent=1, allow_nan=False)
     write_tables(folder, report.tables)
     write_page(folder / "report.md", report)
-    write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
+    write_file(folder / "report.json", text)
     with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

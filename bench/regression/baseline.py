@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from trackmark.bench.experiments.experiment import SequenceSource, check_folder_name, read_toml
+from trackmark.bench.output_files import write_file
 from trackmark.bench.statistics.accuracy_drop import MAX_REPETITIONS
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.store.files import ResultsError
@@ -26,7 +27,6 @@ from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.datasets.source_digest import library_version
-from trackmark.reports.files import write_file
 
 FORMAT = 2
 
@@ -198,7 +198,7 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
             f"{path}: {text[error.start - 20 : error.end]!r} is not valid UTF-8. Rename the file "
             "or folder, or give another reason."
         ) from None
-    write_file(path, lambda file: file.write_bytes(content))
+    write_file(path, content)
 
 
 def _lines(baseline: Baseline) -> Iterator[str]:
