@@ -20,12 +20,12 @@ from numpy.lib.introspect import opt_func_info
 from trackmark import datasets, trackers
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.experiments.tracker_spec import GOLDEN, PACKAGE
+from trackmark.bench.output_files import write_file
 from trackmark.datasets.golden import golden_digests
 from trackmark.datasets.metadata import stored_metadata
 from trackmark.datasets.source_digest import imported_libraries, tree_digest
 from trackmark.datasets.synthetic.suite import suites
 from trackmark.datasets.versioning import VersionEntry, read_versions, write_versions
-from trackmark.reports.files import write_file
 
 Golden = dict[str, Mapping[str, str]]
 
