@@ -196,7 +196,7 @@ def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Map
 def segment_writer(protocol: str) -> SegmentWriter | None:
     """Return the writer of runs by TRE, or by SRE with the default shifts."""
     evaluation = {"tre": "TRE", "sre": "SRE"}.get(parse_protocol(protocol).name)
-    if evaluation is None or (evaluation == "SRE" and parse_protocol(protocol).text != "sre"):
+    if evaluation is None or (evaluation == "SRE" and parse_protocol(protocol).key != "sre"):
         return None
 
     def write_segments(
