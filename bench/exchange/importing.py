@@ -42,8 +42,8 @@ from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.datasets.interface import group_remarks
-from trackmark.reports.temporary_paths import temporary_folder
 
 
 @dataclass(frozen=True)

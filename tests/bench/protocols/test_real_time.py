@@ -50,7 +50,7 @@ quarters = st.integers(0, 24).map(lambda quarter: Fraction(quarter, 8))
 
 
 @given(st.integers(1, 40), st.lists(quarters, min_size=1, max_size=6), st.integers(0, 3))
-def test_source_frames_equal_slow_simulation(n, times, first):
+def test_estimate_frames_equal_slow_simulation(n, times, first):
     estimate_frames, visited = controlled(n, times, first)
     sources, expected = simulated(n, times)
     assert estimate_frames[:first].tolist() == [-1] * first
@@ -58,7 +58,7 @@ def test_source_frames_equal_slow_simulation(n, times, first):
     assert [frame - first for frame in visited] == expected
 
 
-def test_rows_hold_boxes_of_their_source_frames(make_sequence):
+def test_rows_hold_boxes_of_their_estimate_frames(make_sequence):
     sequence = make_sequence(n=16, absent=(0,))
     numbers = {sequence[frame].tobytes(): frame for frame in range(16)}
 
