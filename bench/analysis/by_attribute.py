@@ -20,7 +20,7 @@ from trackmark.bench.analysis.by_metrics import measures_of, runs_by
 from trackmark.bench.analysis.failed_runs import with_worst_scores
 from trackmark.bench.analysis.run_tables import PRESET
 from trackmark.bench.analysis.stored_runs import open_sequence
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
@@ -103,7 +103,7 @@ def _scored_runs(folder: Path, preset: str) -> tuple[ScoreMeasure, pd.DataFrame]
     """Return the first score of a preset, and an experiment's one-pass runs with this score."""
     measure = next(measure for measure in measures_of(preset) if measure.direction)
     runs = load_runs(folder)
-    runs = runs[runs["protocol"] == STORED_ONE_PASS]
+    runs = runs[runs["protocol"] == ONE_PASS]
     if preset != PRESET:
         measure = replace(measure, title=f"{measure.title} ({preset})")
         runs = runs_by(folder, preset, runs)

@@ -38,7 +38,7 @@ class ReproduceOptions(ScreenOptions, EngineOptions):
     all_papers: bool = option("Reproduce every paper, and write a page that lists all of them.")
     quick: bool = option("Main table and figure strips in a minute, without verdicts.")
     everything: bool = option("Add the sensitivity table.", "--all")
-    seeds: int | None = option("Maximum number of repetitions.", minimum=1)
+    repetitions: int | None = option("Maximum number of repetitions.", minimum=1)
     page: Path | None = output_option(
         "Markdown file for the page of the paper.", type=click.Path(path_type=Path, dir_okay=False)
     )
@@ -80,7 +80,10 @@ def command(options: ReproduceOptions) -> int:
         reports = {str(folder / name): folder / name for name in ("report.html", "report.json")}
         check_outputs({"--page": page, **reports})
     effort = Effort(
-        quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
+        quick=quick,
+        everything=options.everything,
+        repetitions=options.repetitions,
+        jobs=options.jobs,
     )
     fails = False
     for name in paper_names() if options.paper is None else [options.paper]:

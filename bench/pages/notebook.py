@@ -10,7 +10,7 @@ from typing import Protocol
 
 from trackmark import datasets
 from trackmark.bench.output_files import write_file
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store import data_frames
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.bench.temporary_paths import temporary_folder
@@ -115,7 +115,7 @@ def _find_sequence(folder: Path, sequence: str | Path | Sequence) -> tuple[Path,
     names: dict[str, Path] = {}
     for experiment in reversed(experiment_folders(folder)):
         runs = data_frames.load_runs(experiment)
-        scored = runs[(runs["protocol"] == STORED_ONE_PASS) & (runs["status"] != "missing")]
+        scored = runs[(runs["protocol"] == ONE_PASS) & (runs["status"] != "missing")]
         names |= dict.fromkeys(map(str, scored["sequence"].unique()), experiment)
     requested = sequence.name if isinstance(sequence, Sequence) else str(sequence)
     name = complete_name(requested, names)

@@ -42,7 +42,7 @@ from trackmark.bench.pages.page import GLOSSARY, card, write_chunk, write_page
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
 from trackmark.bench.pages.subset_table import subset_table
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
@@ -114,7 +114,7 @@ class _Content:
         self.experiment, self.commands = experiment, commands
         self.tables = {table.name: table for table in tables}
         self.all_runs = with_worst_scores(experiment, load_runs(experiment))
-        self.scored = complete(self.all_runs[self.all_runs["protocol"] == STORED_ONE_PASS])
+        self.scored = complete(self.all_runs[self.all_runs["protocol"] == ONE_PASS])
         self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
@@ -166,7 +166,7 @@ class _Content:
     @cached_property
     def protocols(self) -> list[str]:
         """Stored names of the protocols other than one-pass, longest first."""
-        stored = {*map(str, self.all_runs["protocol"])} - {STORED_ONE_PASS, TIMING}
+        stored = {*map(str, self.all_runs["protocol"])} - {ONE_PASS, TIMING}
         return sorted(stored, key=len, reverse=True)
 
     def page(self, title: str, sequences: Sequence[PlayerSequence]) -> Page:
@@ -262,7 +262,7 @@ class _Content:
             "failed run": (runs["status"] == "failed").sum(),
         }
         parts = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
-        days = sorted({entry["date"] for entry in self.runs.circumstances if entry["date"]})
+        days = sorted({entry["date"] for entry in self.runs.metadata if entry["date"]})
         parts.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
         return " · ".join(filter(None, parts))
 
@@ -303,7 +303,7 @@ class _Content:
         places = []
         for row in data[::columns].to_dict("records"):
             sequence = row["sequence"] if row.get("sequence") in names else None
-            tracker = name_on_page(row["tracker"], [*protocols, STORED_ONE_PASS][0])
+            tracker = name_on_page(row["tracker"], [*protocols, ONE_PASS][0])
             places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
         return PageTable(table, places)
 
@@ -328,7 +328,7 @@ class _Content:
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
         hosts = [
             {**entry, "libraries": ", ".join(map(" ".join, entry["libraries"].items()))}
-            for entry in self.runs.circumstances
+            for entry in self.runs.metadata
         ]
         tables = [
             _listed(
@@ -342,7 +342,7 @@ class _Content:
                 sequences[["sequence", "source", "fingerprint", "frames"]].astype({"frames": int}),
             ),
             _listed(
-                "circumstances",
+                "metadata",
                 "Where and when runs were made.",
                 pd.DataFrame(hosts, columns=["host", "date", "platform", "python", "libraries"]),
             ),
