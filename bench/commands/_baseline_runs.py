@@ -11,7 +11,7 @@ from trackmark.bench.commands._execution import execute_runs, plan_experiment, p
 from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ class BaselineRunner:
         }
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         if not temporary:
-            cells = [(*pair, 0, STORED_ONE_PASS) for pair in pairs]
+            cells = [(*pair, 0, ONE_PASS) for pair in pairs]
             print_corner_hints(self.folder, cells)
         return stored_entries(self.folder, {pair: counts[pair[0]] for pair in pairs}, self.sources)
 

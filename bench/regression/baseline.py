@@ -160,7 +160,7 @@ def stored_entries(
     rows: dict[tuple[str, str], dict[int, Mapping[str, Any]]] = {pair: {} for pair in runs}
     for row in list_scored_runs(results):  # the runs of the current versions were just stored
         pair = row["tracker"], row["sequence"]
-        if row["protocol"] == "accuracy" and row["repetition"] < runs.get(pair, 0):
+        if row["protocol"] == "one-pass" and row["repetition"] < runs.get(pair, 0):
             rows[pair][row["repetition"]] = row
     entries: dict[str, dict[str, BaselineEntry]] = {}
     for (tracker, name), by_repetition in rows.items():

@@ -28,10 +28,10 @@ from trackmark.bench.statistics.psychometric import (
     next_difficulties,
     threshold,
 )
+from trackmark.bench.stress.breaking_plot import SurvivalCurve, breaking_plot
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
 from trackmark.datasets.spec_string import format_text, name_hint, parse_text
 from trackmark.reports.figures import save_figure
-from trackmark.reports.plots import SurvivalCurve, breaking_plot
 from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
 
 ENOUGH = 0.05
