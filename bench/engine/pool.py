@@ -36,8 +36,8 @@ from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.files import ResultsError
+from trackmark.bench.temporary_paths import remove_abandoned
 from trackmark.datasets import SequenceError
-from trackmark.reports.temporary_paths import remove_abandoned
 
 _POLL_SECONDS = 0.1
 _SPARE_SECONDS = 30.0  # after the time limit of a tracker in a process of its own
@@ -375,8 +375,8 @@ def _restore_types(run: Run, output: str) -> Run:
         run,
         arrays={int(frame): named for frame, named in run.arrays.items()},
         segments=tuple(run.segments),
-        output=run.output or output,
-        circumstances={**run.circumstances, "host": socket.gethostname()},
+        tracker_output=run.tracker_output or output,
+        metadata={**run.metadata, "host": socket.gethostname()},
     )
 
 

@@ -22,7 +22,7 @@ from typing import IO, NamedTuple
 
 from trackmark.bench.machine_errors import machine_fault
 from trackmark.bench.process_tree import ProcessTree
-from trackmark.reports.temporary_paths import TemporaryPath
+from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.estimate_check import MalformedEstimateError
 

@@ -18,7 +18,7 @@ from trackmark.bench.external.process import (
     ExternalTrackerError,
     LineProcess,
 )
-from trackmark.reports.temporary_paths import TemporaryPath
+from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
 
 HOME = str(Path(__file__).parents[3])

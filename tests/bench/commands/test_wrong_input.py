@@ -36,7 +36,7 @@ run --trackers static --sequences nowhere | nowhere
 {STATIC} --frame-limit 0 | a value above 0
 {STATIC} --engine dusk | Did you mean 'dask'
 {STATIC} --address tcp://nowhere:1 | --address is only valid with
-{STATIC} --seeds 0 | x>=1
+{STATIC} --repetitions 0 | x>=1
 {STATIC} --quiet --verbose | exclude each other
 rum --trackers static {SMALL} | unknown command 'rum'. Did you mean 'run'?
 {STATIC} --memory-limit much | 'much' is not a valid size
@@ -49,7 +49,7 @@ run nonsense | unknown experiment 'nonsense'
 run missing.toml | missing.toml
 run sweep.toml | sequences expands to 1000000000 combinations
 run many.toml | an experiment has at most 1000000
-run --trackers static,knob.py:Knob {SMALL} --seeds 1000000000000 | 1000000000001 runs are requested
+run --trackers static,knob.py:Knob {SMALL} --repetitions 1000000000000 | 1000000000001 runs are
 run lists.toml | nested too deeply
 run tables.toml | nested too deeply
 run nul-tracker.toml | a\\u0000.py: this tracker file does not exist
@@ -113,7 +113,7 @@ show data/Small --output a.png --trace revised | requires --results
 show data/Small --live static --first 1 | exclude each other
 check nowhere | baseline not found
 baseline a/b --trackers static {SMALL} | 'a/b' is not a valid name of a baseline
-baseline own --trackers static {SMALL} --detect nan | nan is not a finite number
+baseline own --trackers static {SMALL} --detectable-drop nan | nan is not a finite number
 {STATIC} --memory-limit 511.9MB | is 511,900,000, below the minimum of 512,000,000 (512 MB)
 {STATIC} --name '' | '' is not a valid name of a results folder
 {STATIC} --name ' ' | ' ' is not a valid name of a results folder

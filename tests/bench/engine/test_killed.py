@@ -76,7 +76,7 @@ def start(data_folder, begin):
     def start_one(name, jobs=2, **variables):
         sequences = ",".join(str(data_folder / sequence) for sequence in SEQUENCES)
         command = [*TRACKMARK, "run", "--trackers", f"static,{data_folder}/walk.py:Draws"]
-        command += ["--seeds", str(SEEDS), "--sequences", sequences, "--name", name]
+        command += ["--repetitions", str(SEEDS), "--sequences", sequences, "--name", name]
         command += ["--jobs", str(jobs), "--output", str(data_folder / "results")]
         command += ["--frame-limit", "600"]
         return begin(command, data_folder, TRACKMARK_CACHE=str(data_folder / "cache"), **variables)
@@ -85,9 +85,9 @@ def start(data_folder, begin):
 
 
 def stamps(folder):
-    """Return the circumstances of every finished run, with date and times."""
+    """Return the metadata of every finished run, with date and times."""
     results = Results(folder)
-    return {cell: dict(results.read(cell).circumstances) for cell in results.list_keys()}
+    return {cell: dict(results.read(cell).metadata) for cell in results.list_keys()}
 
 
 @pytest.fixture(scope="module")

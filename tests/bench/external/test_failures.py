@@ -15,6 +15,7 @@ import pytest
 
 from tests.bench.external.conftest import DRIFT, HOME, TRAX, living
 from trackmark import bench, datasets
+from trackmark.bench import temporary_paths
 from trackmark.bench.engine.pool import Pool
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSource
@@ -25,7 +26,6 @@ from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.worker_process import START, WORKER
-from trackmark.reports import temporary_paths
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -250,7 +250,7 @@ def perform(texts, options=""):
         version = run_identity(spec, datasets.load("Noise"), 0).version
         entries, seconds = (Entry(text + options, 0, version),), spec.call_seconds
         source = SequenceSource("Noise")
-        units.append(Unit(source, entries, "accuracy", 8, owner=text, call_seconds=seconds))
+        units.append(Unit(source, entries, "one-pass", 8, owner=text, call_seconds=seconds))
     with closing(Pool(Limits())) as pool:
         outcomes = {unit.owner: outcome for unit, outcome in pool.perform(units)}
     wait_until(lambda: not living("plain"))  # killed processes end after their worker
