@@ -39,11 +39,11 @@ from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results as Store
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
 from trackmark.bench.store.truth import find_attributes, write_truth
+from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.datasets import Sequence
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table, sequence_table
-from trackmark.reports.temporary_paths import TemporaryPath
 
 RunName: TypeAlias = tuple[str, str, int]
 """Tracker, sequence and repetition of a run."""

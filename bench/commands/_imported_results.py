@@ -9,7 +9,7 @@ import click
 
 from trackmark.bench.commands._options import matching_sequences, option
 from trackmark.bench.commands._progress import print_message, score_stored_runs
-from trackmark.reports.temporary_paths import temporary_folder
+from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
     from trackmark.bench.exchange.importing import ImportedTracker

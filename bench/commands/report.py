@@ -122,8 +122,8 @@ def _report(experiment: Path, stored: Path | None, options: ReportOptions, sever
     """
     from trackmark.bench.analysis.by_metrics import preset_report
     from trackmark.bench.analysis.run_tables import title_of
+    from trackmark.bench.commands._table_files import list_written_files, write_tables
     from trackmark.bench.pages.report import Commands
-    from trackmark.reports.write import list_written_files, write_tables
 
     metrics, folder = options.metrics, options.folder
     title = title_of(experiment, named=several)

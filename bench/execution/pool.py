@@ -28,8 +28,8 @@ from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.operating_system import machine_memory
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.files import ResultsError
+from trackmark.bench.temporary_paths import remove_abandoned
 from trackmark.datasets import SequenceError
-from trackmark.reports.temporary_paths import remove_abandoned
 
 T = TypeVar("T")
 R = TypeVar("R")
