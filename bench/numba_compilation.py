@@ -90,7 +90,7 @@ def _locked(call: Callable[..., Any]) -> Callable[..., Any]:
         with ExitStack() as lock:
             with suppress(OSError):  # a read-only folder has no writers
                 file = lock.enter_context(Path(f"{cache._index_path}.lock").open("ab"))
-                lock_file(file)
+                lock_file(file.fileno())
             return call(cache, *arguments)
 
     return alone

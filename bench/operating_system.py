@@ -11,7 +11,6 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import IO
 
 try:
     import fcntl
@@ -58,13 +57,18 @@ def max_open_files() -> float:
     return float("inf") if limit == resource.RLIM_INFINITY else limit
 
 
-def lock_file(file: IO[bytes]) -> None:
-    """Wait for the only lock of a file, which is released when the file is closed.
+HAS_LOCKS = fcntl is not None
+"""True if `lock_file` locks files, and if folders can be opened and locked like files."""
 
-    Systems without such locks return at once.
+
+def lock_file(descriptor: int, *, wait: bool = True) -> None:
+    """Lock a file, which only one process can do at a time, until its descriptor is closed.
+
+    Without `wait`, raises `OSError` if another process has locked the file. Systems without such
+    locks do nothing.
     """
     if fcntl is not None:
-        fcntl.flock(file, fcntl.LOCK_EX)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
 
 
 def end_with_parent(parent: int) -> None:
