@@ -147,26 +147,24 @@ class _ProgressMessages(Observer):
     process, a limit for each step would need a message for each step.
     """
 
-    def __init__(
-        self, channel: _Channel, task: Task, specs: list[TrackerSpec], limits: Limits
-    ) -> None:
-        self._channel, self._n_runs = channel, len(specs)
-        # A process of a tracker has a time limit of its own, which comes first.
-        self._frame_seconds = max(limits.frame_seconds, *(spec.call_seconds for spec in specs))
-        self._silence = READING_SECONDS + self._frame_seconds
-        self._is_isolated = task.is_isolated
+    def __init__(self, channel: _Channel, specs: list[TrackerSpec], limits: Limits) -> None:
+        self._channel, self._specs, self._frame_seconds = channel, specs, limits.frame_seconds
+        limit = max(limits.frame_seconds, *(spec.call_seconds for spec in specs))
+        self._silence = READING_SECONDS + limit
         self._last_message = 0.0
         self.on_frames_done(0)
 
     def on_tracker_call(self, entry: int, frame: int) -> None:
         """See `Observer`."""
-        self._n_compiled, self._began = self._channel.n_compiled, monotonic()
+        self._spec, self._began = self._specs[entry], monotonic()
+        self._n_compiled = self._channel.n_compiled
 
     def on_tracker_return(self) -> None:
         """See `Observer`. Raises `RepeatError` after an update that took too long."""
         is_too_long = monotonic() - self._began > self._frame_seconds
         has_compiled = self._n_compiled != self._channel.n_compiled
-        if is_too_long and not has_compiled and not self._is_isolated:
+        # A process of a tracker has a time limit of its own.
+        if is_too_long and not has_compiled and not self._spec.call_seconds:
             raise RepeatError(f"an update took longer than {self._frame_seconds:g} s")
 
     def on_frames_done(self, frames: int) -> None:
@@ -174,7 +172,7 @@ class _ProgressMessages(Observer):
         now = monotonic()
         if now - self._last_message > _MESSAGE_SECONDS:
             self._last_message = now
-            self._channel.send("silence", (self._silence, frames * self._n_runs))
+            self._channel.send("silence", (self._silence, frames * len(self._specs)))
 
 
 def run_task(task: Task, limits: Limits) -> list[Run]:
@@ -184,7 +182,7 @@ def run_task(task: Task, limits: Limits) -> list[Run]:
     tracker differs from the plan. Raises `RepeatError` if the task has to be repeated.
     """
     sequence, specs = _open(task)
-    observer = _ProgressMessages(_channel, task, specs, limits) if _channel else NULL_OBSERVER
+    observer = _ProgressMessages(_channel, specs, limits) if _channel else NULL_OBSERVER
     result = run_protocol(
         [(spec, run.identity.repetition) for spec, run in zip(specs, task.runs, strict=True)],
         sequence,

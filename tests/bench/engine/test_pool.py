@@ -212,8 +212,8 @@ def test_update_that_takes_too_long_is_repeated_in_isolation(monkeypatch):
     monkeypatch.setattr(worker, "monotonic", lambda: now)
     channel = worker._Channel(None)
     monkeypatch.setattr(channel, "send", lambda *message: messages.append(message))
-    task, spec = SimpleNamespace(is_isolated=False), SimpleNamespace(call_seconds=0.0)
-    observer = worker._ProgressMessages(channel, task, [spec, spec], Limits(frame_seconds=2))
+    spec = SimpleNamespace(call_seconds=0.0)
+    observer = worker._ProgressMessages(channel, [spec, spec], Limits(frame_seconds=2))
     observer.on_tracker_call(0, 1)
     now = 1.9
     observer.on_tracker_return()
