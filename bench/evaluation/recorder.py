@@ -21,7 +21,7 @@ from trackmark.bench.evaluation.machine import machine_name
 from trackmark.bench.evaluation.run_context import RunContext
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
-from trackmark.bench.external.plugin import ExternalPlugin
+from trackmark.bench.external.plugin import RemoteTracker
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
@@ -148,7 +148,7 @@ class Recorder:
         self._clock_name = RUN_DELAY_CLOCK if self._clock.has_run_delay else WALL_CLOCK
         self._device = ""
         self._first_updates: list[int] = []  # index in `_updates` after each initialisation
-        self._external: ExternalPlugin | None = None
+        self._external: RemoteTracker | None = None
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._mask: Mask | None = None
@@ -299,7 +299,7 @@ class Recorder:
         self.note_drawn()
         if self._made is not None:
             self._device = device_name(self._made) or self._device
-        if isinstance(self._made, ExternalPlugin):
+        if isinstance(self._made, RemoteTracker):
             self._clock_name = self._made.clock or self._clock_name
             try:
                 self._made.close()
@@ -318,6 +318,8 @@ class Recorder:
             if self.may_draw and not self._spec.is_built_in:
                 self._context = RunContext(seed_number(seed), is_alone=self._alone)
             self._made = self._in_context(self._spec.make, seed)
+            if isinstance(self._made, RemoteTracker):
+                self._made.keeps_arrays = self._keep_arrays
         return self._made
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
@@ -329,12 +331,12 @@ class Recorder:
         """Note which global generators the tracker has drawn from, before others draw."""
         if isinstance(self._context, RunContext):
             self._drawn.update(self._context.drawn_generators())
-        if isinstance(self._made, ExternalPlugin):
+        if isinstance(self._made, RemoteTracker):
             self._drawn.update(self._made.drawn)
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
-        self._external = tracker if isinstance(tracker, ExternalPlugin) else None
+        self._external = tracker if isinstance(tracker, RemoteTracker) else None
         self._timed_by_itself = tracker if isinstance(tracker, SelfTimed) else None
         self._shared = self._shares and isinstance(tracker, SharingTracker)
         self._first_updates.append(len(self._updates))
@@ -467,7 +469,7 @@ class Recorder:
 
     def _fail(self, frame: int, error: BaseException) -> None:
         if self._external is not None and isinstance(error, MalformedEstimateError):
-            error = self._external.process.fail(f"returned an invalid estimate: {error}")
+            error = self._external.reject(error)
         if self._raise_errors:
             error.add_note(f"{self.identity.tracker} on {self._sequence.name}, frame {frame}")
             raise error
