@@ -35,7 +35,7 @@ from trackmark.bench.exchange.result_format import (
 )
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
-from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
+from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.database import open_database
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.manifest import Manifest
@@ -290,7 +290,7 @@ def _run(tracker: str, file: _ResultFile, boxes: NDArray[np.float64]) -> Run:
         np.full(len(boxes), np.nan) if rows.confidence is None else rows.confidence,
         states=rows.states,
         segments=tuple(file.segments) if rows.protocol else (),
-        circumstances={
+        metadata={
             "source": sequence.source,
             "truth": sequence.truth,
             "file": str(file.path.resolve()),
@@ -456,7 +456,7 @@ def _stored_protocol(
 ) -> str:
     """Return the protocol of a run; `tre` without options if the start frames differ from ours."""
     if rows.protocol != "tre":
-        return rows.protocol or STORED_ONE_PASS
+        return rows.protocol or ONE_PASS
     present = _present(sequence)
     starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
     for text in ("tre", f"tre:starts={len(segments)}"):

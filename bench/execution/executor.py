@@ -18,7 +18,7 @@ from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results, with_circumstances
+from trackmark.bench.store.results import Results, with_metadata
 from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
@@ -218,8 +218,7 @@ class Execution:
             )
         origin = {"source": source.text, "truth": str(source.truth or "")}
         complete = [
-            with_circumstances(replace(run, circumstances={**run.circumstances, **origin}))
-            for run in runs
+            with_metadata(replace(run, metadata={**run.metadata, **origin})) for run in runs
         ]
         replaced = [run.replaces for run in task.runs]
         # The ground truth is written with every task: another process can have removed it. A run

@@ -195,7 +195,7 @@ def run_task(task: Task, limits: Limits) -> list[Run]:
     metadata: dict[str, Any] = {"host": socket.gethostname()}
     if task.protocol != TIMING:
         metadata["frame_seconds"] = result.frame_seconds
-    return [replace(run, circumstances={**run.circumstances, **metadata}) for run in result.runs]
+    return [replace(run, metadata={**run.metadata, **metadata}) for run in result.runs]
 
 
 def _open(task: Task) -> tuple[Sequence, list[TrackerSpec]]:
@@ -245,7 +245,7 @@ def _difference(tracker: str, planned: Identity, current: Identity) -> SequenceE
     If the source is equal, it computes other values in each process.
     """
     value: object = None
-    if planned.tracker_version == current.tracker_version:
+    if planned.tracker_code == current.tracker_code:
         for name, default in planned.parameters.items():
             if default != current.parameters.get(name):
                 value, subject = default, f"the default of the argument {name!r}"

@@ -69,7 +69,7 @@ class ExternalPlugin(AdaptedTracker, RemoteTracker):
     digest : str
         Digest of the tracker's files; a process that has read other content is not used.
     version : dict
-        Value of `Identity.tracker_version`.
+        Value of `Identity.tracker_code`.
     process : LineProcess
         The tracker's process, until `close` is called.
     """

@@ -102,7 +102,7 @@ def wrong(runs, names, undisturbed):
         if not as_expected:
             differences.append((name, pattern, reason))
         assert len(run.failure) < 100_000
-        assert len(run.output) < 20_000
+        assert len(run.tracker_output) < 20_000
     return differences
 
 

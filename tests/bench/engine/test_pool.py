@@ -122,7 +122,7 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
 @pytest.mark.parametrize(
     "options",
     [
-        pytest.param({"protocol": "tre:starts=3:least=2"}, marks=pytest.mark.slow, id="tre"),
+        pytest.param({"protocol": "tre:starts=3:min_frames=2"}, marks=pytest.mark.slow, id="tre"),
         pytest.param({"timing": True}, id="timing"),
         pytest.param({"arrays": True}, marks=pytest.mark.slow, id="arrays"),
     ],
@@ -145,7 +145,7 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
         assert getattr(a, name).tobytes() == getattr(b, name).tobytes()
     assert [s.tolist() for s in a.segments] == [s.tolist() for s in b.segments]
     assert (a.times is None) == (b.times is None)
-    assert a.circumstances.keys() == b.circumstances.keys()
+    assert a.metadata.keys() == b.metadata.keys()
 
 
 def test_task_of_a_dead_worker_is_repeated_in_isolation(run_with):

@@ -28,7 +28,7 @@ def test_run_of_a_command_equals_that_of_static_in_process():
     assert not run.failure
     assert run.boxes.tobytes() == expected.boxes.tobytes()
     assert run.identity.tracker == "mine"
-    assert run.circumstances["clock"] == TraxPlugin.clock
+    assert run.metadata["clock"] == TraxPlugin.clock
     assert not bench.evaluate_run(trax(), "Noise", protocol="tre:starts=3").failure
     assert not living("plain.py")
 
