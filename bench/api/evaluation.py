@@ -11,13 +11,13 @@ from typing import Any
 
 from trackmark import datasets
 from trackmark.bench.analysis.run_summary import tracker_line
+from trackmark.bench.api.process_state import ProcessState
 from trackmark.bench.api.results import Results, load_experiment, preset_for
 from trackmark.bench.api.tracker_arguments import (
     resolve_trackers,
     tracker_texts,
     unsaved_reason,
 )
-from trackmark.bench.engine.process_state import ProcessState
 from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_protocol
 from trackmark.bench.evaluation.recorder import NotAttributableError
 from trackmark.bench.evaluation.run_record import Run, drawing_note

@@ -47,7 +47,7 @@ class BaselineRunner:
         if not sequences:
             return {}
         with temporary_folder() as folder, _other_hash_seed():
-            local = replace(self.options, output=folder, engine="local", address=None)
+            local = replace(self.options, output=folder, backend="local", address=None)
             return replace(self, options=local).run(sequences, 1, temporary=True)
 
     def run(

@@ -12,7 +12,6 @@ from trackmark.bench.commands._progress import (
     patience,
     print_event,
     print_message,
-    score_stored_runs,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
@@ -34,7 +33,6 @@ def plan_experiment(
     """
     from trackmark.bench.execution.executor import Execution
 
-    score_stored_runs(options.output / experiment.name)
     with patience("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
@@ -69,10 +67,10 @@ def execute_runs(
                 progress.expect(execution)
             progress.begin()
             execution.on_error = progress.warn
-            units = execution.units
+            tasks = execution.tasks
             for row in execution.rows(progress.update):
-                if execution.units is not units:  # a tracker has turned out to be stochastic
-                    units = execution.units
+                if execution.tasks is not tasks:  # a tracker has turned out to be stochastic
+                    tasks = execution.tasks
                     progress.expect(execution)
                 progress.add(row)
                 on_row(row)
@@ -89,7 +87,7 @@ def run_title(execution: "Execution") -> str:
     """Return the numbers of trackers, sequences and runs of an execution."""
     from trackmark.bench.execution.plan import State
 
-    plan, missing = execution.plan, execution.units.runs
+    plan, missing = execution.plan, execution.tasks.n_runs
     stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
     stale = plan.count(State.STALE)
     replaced = f" (replacing stale runs: {stale})" if stale else ""

@@ -111,7 +111,7 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
         for experiment in paper.experiments(effort)
     ]
-    runs = sum(execution.units.runs for execution in executions)
+    runs = sum(execution.tasks.n_runs for execution in executions)
     quick = ", quick look without verdicts" if effort.quick else ""
     with RunProgress(f"{paper.name}{quick}: {runs} runs", folder) as progress:
         progress.expect(*executions)

@@ -49,7 +49,7 @@ MAX_TIMED_PASSES = 3
 
 
 class Observer:
-    """Callbacks of the loop, empty by default; `bench.engine.heartbeat.Heartbeat` has others."""
+    """Callbacks of the loop, empty by default."""
 
     def rows(self, shape: tuple[int, int]) -> NDArray[np.float64]:
         """Return the buffer for the rows of a run that is alone in its process."""

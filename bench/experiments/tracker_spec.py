@@ -116,6 +116,11 @@ class TrackerSpec:
         """True for a tracker of the package: it keeps the state of the process."""
         return self.file is not None and self.file.parent == PACKAGE
 
+    @property
+    def is_isolated(self) -> bool:
+        """True if the tracker runs in a process of its own."""
+        return not self.is_built_in or self.randomness is Randomness.PROCESS
+
     def changed(self, **fields: Any) -> "TrackerSpec":
         """Return the tracker with other fields and the same version."""
         other = replace(self, **fields)

@@ -1,14 +1,14 @@
 """Frames of a page, read from sequences that have not changed since their runs."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import accumulate, count
 from typing import Any, NamedTuple
 
 from trackmark import datasets
 from trackmark.bench.analysis.stored_runs import open_sequence
+from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.pages.content import Film
 from trackmark.bench.pages.player_frames import encode_film
 from trackmark.bench.pages.player_layers import mask_shapes
@@ -54,24 +54,20 @@ def film_all(
     numbers = [frames for _, frames in rows]
     ends = [*accumulate(map(len, numbers))]
     film_one = partial(_film, keep=keep, height=height)
-    if len(rows) < 2 or ends[-1] + _OPENING_COST * len(rows) < _MIN_FRAMES_FOR_WORKERS:
-        films = map(film_one, count(), sources, numbers)
-        workers: AbstractContextManager[object] = nullcontext()
-    else:
-        from loky import ProcessPoolExecutor
-
-        workers = pool = ProcessPoolExecutor(min(os.cpu_count() or 1, len(rows)))
-        films = pool.map(film_one, range(len(rows)), sources, numbers)
-    with workers:
-        for end, filmed in zip(ends, films, strict=False):
-            watch(end, ends[-1])
-            yield filmed
+    requests = [*zip(count(), sources, numbers, strict=False)]
+    films: Iterable[Filmed] = map(film_one, requests)
+    if len(rows) > 1 and ends[-1] + _OPENING_COST * len(rows) >= _MIN_FRAMES_FOR_WORKERS:
+        films = map_in_workers(film_one, requests, min(os.cpu_count() or 1, len(rows)))
+    for end, filmed in zip(ends, films, strict=True):
+        watch(end, ends[-1])
+        yield filmed
 
 
 def _film(
-    number: int, row: Mapping[str, Any], frames: Sequence[int], *, keep: Keep | None, height: int
+    request: tuple[int, Mapping[str, Any], Sequence[int]], *, keep: Keep | None, height: int
 ) -> Filmed:
-    """Read and encode the frames of a sequence."""
+    """Read and encode the frames of a sequence: its index, its row and the frames."""
+    number, row, frames = request
     if not frames:
         return Filmed()
     sequence = open_sequence(row)

@@ -10,7 +10,7 @@ import pytest
 from trackmark import trackers
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.scheduling import missing_units
+from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.store.results import Results
 from trackmark.datasets import SequenceError
@@ -62,7 +62,7 @@ def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
     timed = experiment(workspace, timing=True)
     assert set(states(workspace, timing=True).values()) == {"disturbed"}
     plan = make_plan(timed, Results(workspace / "results" / timed.name))
-    assert missing_units(plan).runs == len(plan)
+    assert missing_tasks(plan).n_runs == len(plan)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
     assert set(states(workspace, timing=True).values()) == {"done"}
 
@@ -131,13 +131,13 @@ def test_external_and_timed_trackers_share_no_process(workspace):
     )
     plan = small_plan(workspace, 2, trackers=texts, repetitions=1)
     units = [
-        (unit.owner, *(entry.tracker for entry in unit.entries)) for unit in missing_units(plan)
+        (unit.owner, *(entry.tracker for entry in unit.entries)) for unit in missing_tasks(plan)
     ]
     knob, twin = ((f"{text.partition(':')[0]}:{Path(text).name}", text) for text in texts[1:4:2])
     mil, shared = ("", texts[4]), ("", texts[0], texts[2])
     assert units == [knob, knob, twin, twin, mil, mil, shared, shared]
     timed = small_plan(workspace, trackers=texts, repetitions=2, timing=True)
-    owners = [unit.owner for unit in missing_units(timed)]
+    owners = [unit.owner for unit in missing_tasks(timed)]
     assert len(owners) == 5 * 2 * 2
     assert len(set(owners)) == 5
     assert owners[:5] != owners[:1] * 5  # timed trackers take turns
@@ -180,8 +180,8 @@ def test_failed_runs_are_repeated_only_on_request(workspace):
     assert run_states["static", 0] == "done"
     assert run_states["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(workspace), Results(workspace / "results" / "trial"))
-    assert list(missing_units(plan)) == []
-    (unit,) = missing_units(plan, retry_failed=True)
+    assert list(missing_tasks(plan)) == []
+    (unit,) = missing_tasks(plan, retry_failed=True)
     assert len(unit.entries) == 3
     assert plan.count(State.FAILED) == 3
 
@@ -200,7 +200,7 @@ def small_plan(workspace, sequences=1, **changes):
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
 def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
     plan = small_plan(workspace, sequences)
-    units = missing_units(plan, workers=workers)
+    units = missing_tasks(plan, workers=workers)
     all_units = list(units)
     assert len(units) == len(all_units)
     assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in all_units)
@@ -222,7 +222,7 @@ def test_longest_sequences_are_planned_first(workspace, otb):
     sources = [SequenceSource(str(workspace / "data" / "Small"))]
     sources.append(SequenceSource(str(otb(workspace / "data" / "Longer", 9))))
     plan = make_plan(experiment(workspace, sequences=tuple(sources)), Results(workspace / "none"))
-    assert [unit.work for unit in missing_units(plan)] == [27, 15, 9, 5]
+    assert [unit.work for unit in missing_tasks(plan)] == [27, 15, 9, 5]
 
 
 def test_unit_has_the_replaced_version_of_each_run(finished):
@@ -230,7 +230,7 @@ def test_unit_has_the_replaced_version_of_each_run(finished):
     append(finished / "knob.py", "CHANGED = True\n")
     chosen = experiment(finished, repetitions=4)
     plan = make_plan(chosen, Results(finished / "results" / "trial"))
-    (unit,) = missing_units(plan)
+    (unit,) = missing_tasks(plan)
     old = before.versions[0][1]
     assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
     assert all(entry.version == plan.versions[0][1] != old for entry in unit.entries)

@@ -16,8 +16,8 @@ import pytest
 from tests.bench.external.conftest import DRIFT, HOME, TRAX, living
 from trackmark import bench, datasets
 from trackmark.bench import temporary_paths
-from trackmark.bench.engine.pool import Pool
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit, UnusableTrackerError
+from trackmark.bench.execution.pool import Pool
+from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import run_identity
@@ -244,15 +244,16 @@ def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypa
 
 def perform(texts, options=""):
     """Return the outcomes of runs in worker processes by specification; add options to these."""
-    specs, units = resolve_trackers(texts), []
+    specs, tasks = resolve_trackers(texts), []
     assert not living("plain")
     for text, spec in specs.items():
-        version = run_identity(spec, datasets.load("Noise"), 0).version
-        entries, seconds = (Entry(text + options, 0, version),), spec.call_seconds
-        source = SequenceSource("Noise")
-        units.append(Unit(source, entries, "one-pass", 8, owner=text, call_seconds=seconds))
-    with closing(Pool(Limits())) as pool:
-        outcomes = {unit.owner: outcome for unit, outcome in pool.perform(units)}
+        identity = run_identity(spec, datasets.load("Noise"), 0)
+        tasks.append(Task(SequenceSource("Noise"), (PlannedRun(text + options, identity),), 8))
+    with closing(Pool(1, Limits())) as pool:
+        outcomes = {
+            task.runs[0].tracker.removesuffix(options): outcome
+            for task, outcome in pool.run_tasks(tasks)
+        }
     wait_until(lambda: not living("plain"))  # killed processes end after their worker
     return outcomes
 
@@ -270,7 +271,7 @@ def test_worker_process_contains_failures(environment):
     outcomes = perform(texts) | perform([hang], ":frame_limit=3")
     texts[hang] = "plain.py 4 hang: the process did not answer in 3 s"
     for text, failure in texts.items():
-        (run,) = outcomes[text].values()
+        (run,) = outcomes[text]
         reason = run.failure
         assert bool(reason) == bool(failure)
         assert failure in reason
