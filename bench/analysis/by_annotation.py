@@ -47,9 +47,9 @@ def annotation_reports(experiment: Path, presets: Collection[str]) -> list[Annot
             sequences.setdefault(name, set()).add(sequence)
     groups = {name: sequences[name] for name in sorted(sequences)}
     return [
-        _report(experiment, preset, runs, groups, stored)
-        for stored in sorted(set(map(str, runs["protocol"].unique())) - {TIMING})
-        for preset in presets_for(list(presets), stored)
+        _report(experiment, preset, runs, groups, protocol_key)
+        for protocol_key in sorted(set(map(str, runs["protocol"].unique())) - {TIMING})
+        for preset in presets_for(list(presets), protocol_key)
         if groups
     ]
 
@@ -59,11 +59,11 @@ def _report(
     preset: str,
     runs: pd.DataFrame,
     groups: Mapping[str, Collection[str]],
-    stored: str,
+    protocol_key: str,
 ) -> AnnotationReport:
     columns = metrics_preset(preset).columns
     score = "eao" if "eao" in columns else next(key for key in columns if columns[key].better)
-    results = scores_by_group(experiment, preset, runs, groups, stored)
+    results = scores_by_group(experiment, preset, runs, groups, protocol_key)
     heads = [f"{group} ({len(members)})" for group, members in groups.items()]
     trackers = list(results[next(iter(groups))])
     values = {name: [results[group][name].scores[score] for group in groups] for name in trackers}
@@ -76,7 +76,7 @@ def _report(
         ]
     quantity = f"{heading(score)} ({preset})"
     table = Table(
-        name=f"{table_prefix(stored)}annotated-{preset}",
+        name=f"{table_prefix(protocol_key)}annotated-{preset}",
         caption=f"{quantity} over the sequences with an annotated attribute (number of sequences).",
         heads=["tracker", *heads],
         n_labels=1,

@@ -29,8 +29,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import Column, PresetResult, heading, mean_of_sequences
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, ProtocolError, parse_protocol
-from trackmark.bench.protocols import title as title_of_protocol
+from trackmark.bench.protocols import ONE_PASS, TIMING, ProtocolError, parse_protocol
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.data_frames import load_runs
@@ -102,65 +101,65 @@ def preset_report(
     runs = load_runs(folder, cells)
     stored_names = sorted(
         set(map(str, runs["protocol"].unique())) - {TIMING},
-        key=lambda name: (name != STORED_ONE_PASS, name),
+        key=lambda name: (name != ONE_PASS, name),
     )
     title = title or title_of(folder)
-    named = not set(stored_names) <= {STORED_ONE_PASS}  # True if captions name the protocol
+    named = not set(stored_names) <= {ONE_PASS}  # True if captions name the protocol
     scored: list[PresetScores] = []
-    for stored in stored_names:
-        presets = presets_for(names, stored)
-        if stored == STORED_ONE_PASS:
+    for protocol_key in stored_names:
+        presets = presets_for(names, protocol_key)
+        if protocol_key == ONE_PASS:
             presets = [name for name in presets if name != PRESET]
-        caption = _with_protocol(title, stored, named)
-        scored += [ScoredRuns(folder, name, runs, stored, caption).report() for name in presets]
+        caption = _with_protocol(title, protocol_key, named)
+        scored += [
+            ScoredRuns(folder, name, runs, protocol_key, caption).report() for name in presets
+        ]
     all_tables = [scores.table for scores in scored]
     if PRESET in names:
-        index = names.index(PRESET) if STORED_ONE_PASS in stored_names else 0
-        all_tables[index:index] = tables(
-            folder, cells, _with_protocol(title, STORED_ONE_PASS, named)
-        )
+        index = names.index(PRESET) if ONE_PASS in stored_names else 0
+        all_tables[index:index] = tables(folder, cells, _with_protocol(title, ONE_PASS, named))
     return PresetReport(all_tables, scored)
 
 
-def _with_protocol(title: str, stored: str, named: bool) -> str:
-    return f"{title}, protocol {title_of_protocol(stored)}" if named else title
+def _with_protocol(title: str, protocol_key: str, named: bool) -> str:
+    return f"{title}, protocol {protocol_key}" if named else title
 
 
-def presets_for(names: Sequence[str], stored: str) -> list[str]:
-    """Return the presets for runs by the protocol with the stored name `stored`.
+def presets_for(names: Sequence[str], protocol_key: str) -> list[str]:
+    """Return the presets for runs by the protocol with the stored name `protocol_key`.
 
     The preset of the protocol replaces `native`, which is kept if it can score such runs.
     """
-    if stored in (STORED_ONE_PASS, TIMING):
+    if protocol_key in (ONE_PASS, TIMING):
         return list(names)
     try:
-        defaults = [parse_protocol(stored).preset]
+        defaults = [parse_protocol(protocol_key).preset]
     except ProtocolError:  # protocol of a later version of trackmark
         return list(names)
-    defaults += [PRESET] if can_score(PRESET, stored) else []
+    defaults += [PRESET] if can_score(PRESET, protocol_key) else []
     presets = [preset for name in names for preset in (defaults if name == PRESET else [name])]
     return list(dict.fromkeys(presets))
 
 
-def table_prefix(stored: str) -> str:
+def table_prefix(protocol_key: str) -> str:
     """Return the start of the names of tables by a protocol; empty for one-pass."""
-    return "" if stored == STORED_ONE_PASS else re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
+    return "" if protocol_key == ONE_PASS else re.sub(r"[^a-z0-9.]+", "-", protocol_key) + "-"
 
 
 def runs_by(
     folder: Path,
     name: str,
     runs: pd.DataFrame,
-    stored: str = STORED_ONE_PASS,
+    protocol_key: str = ONE_PASS,
     *,
     strict: bool = True,
 ) -> pd.DataFrame:
     """Return runs with the scores of a preset as columns.
 
-    `runs`: as `load_runs` returns them; only runs by the protocol `stored` are scored. A run that
-    the preset cannot score raises `ResultsError`, or has the status `not scored` if not `strict`.
+    `runs`: as `load_runs` returns them; only runs with this protocol key are scored. A run that the
+    preset cannot score raises `ResultsError`, or has the status `not scored` if not `strict`.
     """
-    finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
+    finished = runs[(runs["protocol"] == protocol_key) & (runs["status"] == "finished")]
     results = _judge_runs(folder, name, finished)
     refused = {index: reason for index, reason in results.items() if isinstance(reason, str)}
     if refused and strict:
@@ -174,14 +173,18 @@ def runs_by(
 
 
 def scores_by_group(
-    folder: Path, name: str, runs: pd.DataFrame, groups: Mapping[str, Collection[str]], stored: str
+    folder: Path,
+    name: str,
+    runs: pd.DataFrame,
+    groups: Mapping[str, Collection[str]],
+    protocol_key: str,
 ) -> dict[str, dict[str, PresetResult]]:
     """Return the results of a preset over groups of sequences, by group and tracker.
 
-    `runs`: as `load_runs` returns them. `groups`: names of sequences by group. `stored`: stored
-    name of the protocol. A tracker is omitted if one of its runs has no score.
+    `runs`: as `load_runs` returns them. `groups`: names of sequences by group. A tracker is
+    omitted if one of its runs has no score.
     """
-    scored = ScoredRuns(folder, name, runs, stored)
+    scored = ScoredRuns(folder, name, runs, protocol_key)
     return {
         group: {
             str(tracker): scored.overall(rows[rows["sequence"].isin(members)])
@@ -257,10 +260,10 @@ def _judge_run(run: Run, truth: StoredTruth, name: str) -> ScoredRun:
         judged = score_run(run, truth, name)
     except ValueError as error:  # raised by a preset that cannot score the run
         return str(error)
-    if run.source_frames is None:
+    if run.estimate_frames is None:
         return judged
-    frames = np.flatnonzero(run.source_frames >= 0)[1:]
-    late = float(np.mean(run.source_frames[frames] != frames)) if len(frames) else nan
+    frames = np.flatnonzero(run.estimate_frames >= 0)[1:]
+    late = float(np.mean(run.estimate_frames[frames] != frames)) if len(frames) else nan
     return replace(judged, scores={**judged.scores, LATE.name: late})
 
 
@@ -273,17 +276,17 @@ def _scores(scored: Mapping[int, ScoredRun], columns: list[str]) -> pd.DataFrame
 class ScoredRuns:
     """Runs by one protocol with their scores by one preset.
 
-    `runs`: as `load_runs` returns them. `stored`: stored name of the protocol. `title`: start of
+    `runs`: as `load_runs` returns them. `protocol_key`: key of the protocol. `title`: start of
     the caption.
     """
 
     def __init__(
-        self, folder: Path, name: str, runs: pd.DataFrame, stored: str, title: str = ""
+        self, folder: Path, name: str, runs: pd.DataFrame, protocol_key: str, title: str = ""
     ) -> None:
-        runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
+        runs = complete(runs[runs["protocol"] == protocol_key]).reset_index(drop=True)
         runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
         scored = _judge_runs(folder, name, runs)
-        self.stored = stored
+        self.protocol_key = protocol_key
         self.name, self.title, self.preset = name, title, metrics_preset(name)
         self.judged = {row: run for row, run in scored.items() if isinstance(run, PresetResult)}
         self.refused = {row: run for row, run in scored.items() if isinstance(run, str)}
@@ -315,7 +318,7 @@ class ScoredRuns:
             table = self._with_means(table)
         reasons = dict.fromkeys(f"{NOT_SCORED}: {why}" for why in self.refused.values())
         notes = [*list(reasons)[:_MAX_NOTES], *self._undefined_notes()]
-        name = f"{table_prefix(self.stored)}metrics-{self.name}"
+        name = f"{table_prefix(self.protocol_key)}metrics-{self.name}"
         table = replace(table, name=name, notes=[*table.notes, *notes])
         if notes and not self.judged:  # the table would have no scores
             caption = f"{self.title}; metrics preset {self.name}: nothing scored."

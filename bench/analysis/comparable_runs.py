@@ -18,7 +18,7 @@ from trackmark.bench.analysis.failed_runs import with_worst_scores
 from trackmark.bench.analysis.run_tables import PRESET, without_undefined
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import mean_of_sequences
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, title
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.results import Results
 from trackmark.reports.tables import ScoreMeasure
@@ -73,31 +73,31 @@ def compared_measure(
 
 
 def scored_runs(
-    folder: Path, runs: pd.DataFrame, stored: str, preset: str, measure: ScoreMeasure
+    folder: Path, runs: pd.DataFrame, protocol_key: str, preset: str, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, ScoreMeasure]:
     """Return the runs by one protocol with scores of a preset, and the measure with a new title.
 
-    `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `stored`:
-    stored name of the protocol. Failed runs have the worst scores. The runs are relabelled as
+    `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `protocol_key`:
+    key of the protocol. Failed runs have the worst scores. The runs are relabelled as
     one-pass; timing runs are kept. `first_loss` is NaN except for one-pass runs. The title names
     the protocol, but one-pass evaluation only if runs by other protocols exist. Raises
     `ComparisonError` if no run used the protocol.
     """
     protocols = runs["protocol"].astype(str)
-    others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]
-    if stored not in protocols.unique():
+    others = [name for name in protocols.unique() if name not in (protocol_key, TIMING)]
+    if protocol_key not in protocols.unique():
         remedy = f" Stored runs used {', '.join(others)}. Select one with --protocol."
         raise ComparisonError(
-            f"no stored run used the protocol {title(stored)}.{remedy if others else ''}"
+            f"no stored run used the protocol {protocol_key}.{remedy if others else ''}"
         )
-    if others or stored != STORED_ONE_PASS:
-        measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
-    scored = runs if preset == PRESET else runs_by(folder, preset, runs, stored)
+    if others or protocol_key != ONE_PASS:
+        measure = replace(measure, title=f"{measure.title}, protocol {protocol_key}")
+    scored = runs if preset == PRESET else runs_by(folder, preset, runs, protocol_key)
     scored = with_worst_scores(folder, scored, preset)
-    if stored == STORED_ONE_PASS:
+    if protocol_key == ONE_PASS:
         return scored, measure
-    selected = protocols.isin([stored, TIMING])
-    renamed = protocols[selected].replace(stored, STORED_ONE_PASS)
+    selected = protocols.isin([protocol_key, TIMING])
+    renamed = protocols[selected].replace(protocol_key, ONE_PASS)
     return scored[selected].assign(protocol=renamed, first_loss=nan), measure
 
 
@@ -161,23 +161,23 @@ def _place(row: "pd.Series[str]") -> str:
 
 
 def same_boxes(
-    folder: Path, runs: pd.DataFrame, stored: str = STORED_ONE_PASS
+    folder: Path, runs: pd.DataFrame, protocol_key: str = ONE_PASS
 ) -> Counter[tuple[str, str]]:
     """Return the number of sequences on which two trackers gave equal boxes in all runs.
 
     Sequences whose overlap is undefined are not counted: they have no estimates to compare.
-    `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `stored`:
-    stored name of the protocol. Raises `ResultsError` if a file is damaged.
+    `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `protocol_key`:
+    key of the protocol. Raises `ResultsError` if a file is damaged.
     """
     results = Results(folder)
 
     @cache
     def boxes(tracker: str, sequence: str, seed: int) -> NDArray[np.float64]:
-        run = results.read((tracker, sequence, seed, stored))
+        run = results.read((tracker, sequence, seed, protocol_key))
         return np.round(run.boxes, DECIMALS)
 
     columns = ["sequence", "tracker", "repetition", "mean_overlap", "centre_error"]
-    finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
+    finished = runs[(runs["protocol"] == protocol_key) & (runs["status"] == "finished")]
     finished, _ = without_undefined(finished, "mean_overlap")
     rows = finished.reindex(columns=columns).astype({"sequence": str, "tracker": str}).round(9)
     scores: defaultdict[str, dict[str, dict[int, list[float]]]] = defaultdict(dict)

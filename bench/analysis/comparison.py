@@ -23,7 +23,7 @@ from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.families import Families
 from trackmark.bench.analysis.run_tables import without_undefined
 from trackmark.bench.analysis.times import TIME, clock_of, time_mark, time_notes, with_times
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
@@ -222,7 +222,7 @@ def compare(
 
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
-    scored = runs[runs["protocol"] == STORED_ONE_PASS]
+    scored = runs[runs["protocol"] == ONE_PASS]
     labels = selected_trackers(scored, trackers, against)
     scored = scored[scored["tracker"].isin(labels)]
     failures = failed_runs(scored, "0" if measure.direction == "higher" else "the worst score")
@@ -242,7 +242,7 @@ def compare(
     units = units_of(sequences, "scene" if by_scene else None, declared)
     pairs = _pairs(means, units, measure, against, same_boxes or {})
     compared = runs[runs["tracker"].isin(labels)]
-    one_pass, timed = (compared[compared["protocol"] == p] for p in (STORED_ONE_PASS, TIMING))
+    one_pass, timed = (compared[compared["protocol"] == p] for p in (ONE_PASS, TIMING))
     times, measured = with_times(one_pass, timed)
     unbeaten = _unbeaten(means, pairs, units)
     standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)

@@ -127,7 +127,7 @@ def _lost_run(run: Run) -> Run:
         confidence=np.full(n, nan),
         revised=None,
         segmentation=None,
-        source_frames=None,
+        estimate_frames=None,
         states=states,
     )
 

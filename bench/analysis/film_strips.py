@@ -21,7 +21,7 @@ from trackmark.bench.analysis.stored_runs import (
 )
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.output_files import file_names, write_file
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.layout import experiment_folders
 from trackmark.bench.store.results import Results
@@ -80,7 +80,7 @@ def _draw_strip(
     shades: Mapping[str, str],
 ) -> NDArray[np.uint8]:
     """Return the film strip of a sequence with the one-pass runs among `rows`."""
-    one_pass = [row for row in rows if row["protocol"] == STORED_ONE_PASS]
+    one_pass = [row for row in rows if row["protocol"] == ONE_PASS]
     runs = list(read_runs(experiment, one_pass))
     boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}
     for tracker, run in _select_repetition(runs, 0).items():

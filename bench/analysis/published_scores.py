@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from trackmark.bench.analysis.comparable_runs import ComparisonError
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.reports.tables import ScoreMeasure
 
 
@@ -47,7 +47,7 @@ def with_published(
     published = scores.assign(
         tracker=scores["tracker"] + " (published)",
         repetition=0,
-        protocol=STORED_ONE_PASS,
+        protocol=ONE_PASS,
         status="finished",
     )
     whole = pd.concat([runs, published], ignore_index=True)

@@ -31,7 +31,7 @@ from trackmark.bench.analysis.times import (
     with_fps,
     with_times,
 )
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.layout import RunKey
 from trackmark.reports.printable import one_line, wrap
@@ -78,7 +78,7 @@ def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSumma
     runs if these exist. Raises `ResultsError` if a file cannot be read.
     """
     selected = load_runs(folder, cells)
-    runs = selected[selected["protocol"] == STORED_ONE_PASS]
+    runs = selected[selected["protocol"] == ONE_PASS]
     if runs.empty:
         return None
     every = selected if cells is None else load_runs(folder)
@@ -108,7 +108,7 @@ def answer_on(
     further arguments of `compare`.
     """
     ranked = [name for name, entry in means.items() if isfinite(entry["mean_overlap"]["mean"])]
-    left_out = failed_runs(runs[runs["protocol"] == STORED_ONE_PASS]).left_out
+    left_out = failed_runs(runs[runs["protocol"] == ONE_PASS]).left_out
     if ranked:
         comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
         return answer_of(comparison), comparison

@@ -95,7 +95,7 @@ def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "
     """
     runs = load_runs(folder, cells)
     title = title or title_of(folder)
-    scored = with_worst_scores(folder, runs[runs["protocol"] == "accuracy"])
+    scored = with_worst_scores(folder, runs[runs["protocol"] == "one-pass"])
     every = runs if cells is None else load_runs(folder)
     timed, all_timed = (frame[frame["protocol"] == "timing"] for frame in (runs, every))
     revised = with_revised_scores(scored)
@@ -134,7 +134,7 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
     finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])
     first, second = (
         finished[finished["protocol"] == name].astype(dict.fromkeys(key[:2], str)).set_index(key)
-        for name in ("accuracy", "timing")
+        for name in ("one-pass", "timing")
     )
     both = first.index.intersection(second.index)
     before, again = (frame.loc[both, scores].to_numpy(np.float64) for frame in (first, second))

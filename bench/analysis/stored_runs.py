@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
@@ -19,7 +19,7 @@ StoredRun: TypeAlias = tuple[Mapping[str, Any], Run, StoredTruth]
 
 def one_pass_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
     """Yield the one-pass runs of an experiment; `only`: required values of columns."""
-    return judged_runs(folder, protocol=STORED_ONE_PASS, **only)
+    return judged_runs(folder, protocol=ONE_PASS, **only)
 
 
 def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:

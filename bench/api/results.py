@@ -31,7 +31,7 @@ from trackmark.bench.analysis.run_tables import (
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.pages.notebook import complete_name
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, parse_protocol, title
+from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, experiment_folders, run_key
@@ -311,13 +311,13 @@ def load_experiment(folder: Path, metrics: str, protocol: str | None) -> Results
     store = Store(folder)
     stored = list(dict.fromkeys(key[3] for key in store.list_keys()))
     untimed = [name for name in stored if name != TIMING]
-    selected = STORED_ONE_PASS if protocol is None else parse_protocol(protocol).text
+    selected = ONE_PASS if protocol is None else parse_protocol(protocol).key
     if protocol is None and len(untimed) == 1:
         selected = untimed[0]
     if selected not in stored:
-        others = ", ".join(map(title, untimed)) or "none"
+        others = ", ".join(untimed) or "none"
         raise ResultsError(
-            f"{folder}: no run used the protocol {title(selected)}. Stored protocols: {others}."
+            f"{folder}: no run used the protocol {selected}. Stored protocols: {others}."
         )
     return Results(_StoredRuns(store, selected), selected, metrics, folder=folder)
 

@@ -113,7 +113,7 @@ def command(options: CompareOptions) -> int:
     """
     from trackmark.bench.analysis.comparable_runs import AllFailedError
     from trackmark.bench.analysis.families import read_families
-    from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
+    from trackmark.bench.protocols import ONE_PASS, parse_protocol
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
@@ -124,8 +124,10 @@ def command(options: CompareOptions) -> int:
     if options.families is not None and options.unit is not None:
         raise click.UsageError("Give either --families or --unit.")
     families = None if options.families is None else read_families(options.families)
-    filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
-    measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
+    protocol_key = ONE_PASS if options.protocol is None else parse_protocol(options.protocol).key
+    measures = {
+        preset: _measure(preset, options) for preset in _presets(options.metrics, protocol_key)
+    }
     imported_trackers = parse_imported(options.results_of)
     imported = [entry.tracker for entry in imported_trackers]
     trackers, against = _trackers(options, imported)
@@ -142,7 +144,7 @@ def command(options: CompareOptions) -> int:
         experiments = [folder]
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
     with with_imported(experiments, imported_trackers, options.sequences, only) as (experiment,):
-        runs = _load(experiment, labels, cells, imported, filed)
+        runs = _load(experiment, labels, cells, imported, protocol_key)
         if options.results is not None:
             _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
         try:
@@ -158,13 +160,15 @@ def command(options: CompareOptions) -> int:
         return status
 
 
-def _presets(metrics: Sequence[str], filed: str) -> list[str]:
+def _presets(metrics: Sequence[str], protocol_key: str) -> list[str]:
     """Return the presets; if `native` cannot score the runs, the protocol's preset replaces it."""
     from trackmark.bench.analysis.run_tables import PRESET
     from trackmark.bench.evaluation.scoring import can_score
     from trackmark.bench.protocols import parse_protocol
 
-    replaced = {} if can_score(PRESET, filed) else {PRESET: parse_protocol(filed).preset}
+    replaced = (
+        {} if can_score(PRESET, protocol_key) else {PRESET: parse_protocol(protocol_key).preset}
+    )
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
 
@@ -232,7 +236,7 @@ class _Runs:
     experiment: Path
     table: "pd.DataFrame"  # as `load_runs` returns them
     labels: list[str] | None  # labels of the compared trackers; None for all stored trackers
-    filed: str  # protocol name under which runs are filed
+    protocol_key: str
 
 
 def _load(
@@ -240,7 +244,7 @@ def _load(
     labels: list[str] | None,
     cells: "Collection[RunKey] | None",
     imported: Sequence[str],
-    filed: str,
+    protocol_key: str,
 ) -> _Runs:
     """Load requested runs (all stored runs if None), imported runs and timing runs."""
     from trackmark.bench.protocols import TIMING
@@ -256,7 +260,7 @@ def _load(
     runs = load_runs(experiment, cells)
     if labels is not None and set(labels) <= set(runs["tracker"].unique()):
         runs = runs[runs["tracker"].isin(labels)]  # runs of other trackers may be damaged
-    return _Runs(experiment, runs, labels, filed)
+    return _Runs(experiment, runs, labels, protocol_key)
 
 
 def _compare(
@@ -276,7 +280,9 @@ def _compare(
 
     labels = runs.labels
     with patience("Scoring runs"):
-        table, measure = scored_runs(runs.experiment, runs.table, runs.filed, preset, measure)
+        table, measure = scored_runs(
+            runs.experiment, runs.table, runs.protocol_key, preset, measure
+        )
     if options.published is not None:
         table, published = with_published(table, options.published, measure)
         labels = None if labels is None else [*labels, *published]
@@ -289,7 +295,7 @@ def _compare(
         by_scene=options.unit == "scene",
         families=families,
         attributes=find_attributes(runs.experiment, finished),
-        same_boxes=same_boxes(runs.experiment, runs.table, runs.filed),
+        same_boxes=same_boxes(runs.experiment, runs.table, runs.protocol_key),
         not_repeatable=not_repeatable(runs.table),
     )
 

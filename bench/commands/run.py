@@ -208,7 +208,7 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     from trackmark.bench.store.run_rows import to_json_row
 
     data = to_json_row(row)
-    if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
+    if list(metrics) != ["native"] or row["protocol"] not in ("one-pass", "timing"):
         # Imports the table renderers.
         from trackmark.bench.analysis.by_metrics import presets_for, scores_by
 
@@ -275,7 +275,7 @@ def _print_details(execution: "Execution") -> None:
     for cell in cells:
         if cell not in stored or printed[cell[0]]:
             continue
-        if lines := results.read(cell).output.splitlines():
+        if lines := results.read(cell).tracker_output.splitlines():
             printed[cell[0]] = True
             click.echo(f"Output of {cell[0]} on {cell[1]}:")
             click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))

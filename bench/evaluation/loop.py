@@ -26,10 +26,9 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import TrackerFactory, TrackerSpec, parse_tracker
 from trackmark.bench.protocols import (
     ONE_PASS,
-    STORED_ONE_PASS,
     TIMING,
     parse_protocol,
-    stored_protocol,
+    protocol_of_key,
 )
 from trackmark.datasets import Sequence
 from trackmark.datasets.interface import Frames, Image
@@ -109,7 +108,7 @@ def evaluate_run(
     repetition : int
         Index of the repetition, from 0, which selects the random numbers.
     protocol : str
-        Protocol, for example `supervised:skip=10`; see docs/protocols.md.
+        Protocol, for example `supervised:skip_frames=10`; see docs/protocols.md.
     keep_arrays : bool
         True to keep `Estimate.arrays`, masks and maps of every frame (one-pass runs only).
 
@@ -124,15 +123,15 @@ def evaluate_run(
         For unknown names or parameters, a sequence without ground truth, or an unreadable image.
     """
     loaded = datasets.load(sequence) if isinstance(sequence, str) else sequence
-    stored = parse_protocol(protocol).text
+    protocol_key = parse_protocol(protocol).key
     entries = [(parse_tracker(tracker), repetition)]
-    return run_protocol(entries, loaded, stored, keep_arrays=keep_arrays).runs[0]
+    return run_protocol(entries, loaded, protocol_key, keep_arrays=keep_arrays).runs[0]
 
 
 def run_protocol(
     entries: Iterable[tuple[TrackerSpec, int]],
     sequence: Sequence,
-    protocol: str = STORED_ONE_PASS,
+    protocol: str = ONE_PASS,
     *,
     keep_arrays: bool = False,
     run_seconds: float = inf,
@@ -168,7 +167,7 @@ def run_protocol(
                 _SequencePass([warming], sequence, observer).run(warm_up, to_the_end=False)
                 warming.release()
                 return PassResult([_time(make_stored, sequence, observer)], nan, nan)
-        if stored_protocol(protocol).time_dependent:  # compiles kernels before time is measured
+        if protocol_of_key(protocol).time_dependent:  # compiles kernels before time is measured
             _SequencePass(make(), sequence, observer).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
             sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
@@ -218,7 +217,7 @@ def _time(make: Callable[[], list[Recorder]], sequence: Sequence, observer: Obse
         _SequencePass([recorder], sequence, observer).run(to_the_end=False)
         recorder.release()
         run = replace(recorder.result(), times=(times := recorder.times()))
-        if best is None or times.run_delay_share < best.circumstances["run_delay_share"]:
+        if best is None or times.run_delay_share < best.metadata["run_delay_share"]:
             best = run
         if run.failure or not times.is_disturbed:
             return run

@@ -27,12 +27,12 @@ from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times, time_fields
 from trackmark.bench.protocols import (
-    STORED_ONE_PASS,
+    ONE_PASS,
     TIMING,
     Action,
     Controller,
     Segment,
-    stored_protocol,
+    protocol_of_key,
 )
 from trackmark.datasets import Sequence
 from trackmark.trackers import (
@@ -127,15 +127,15 @@ class Recorder:
         self.failure = ""
         self.seconds = 0.0
         self.gives_masks = False  # masks are compared with the ground truth
-        self._protocol = stored_protocol(protocol)
+        self._protocol = protocol_of_key(protocol)
         self.segments = _segments(protocol, sequence, spec.init)
         self._frames = segment_frames(protocol, sequence, spec.init)
         self._spec, self._run_seconds, self._alone = spec, run_seconds, alone
         self._is_built_in = spec.is_built_in
         self._raise_errors = raise_errors
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
-        self._complete = protocol == STORED_ONE_PASS
-        self._revises = protocol in (STORED_ONE_PASS, TIMING)
+        self._complete = protocol == ONE_PASS
+        self._revises = protocol in (ONE_PASS, TIMING)
         self._shares = protocol != TIMING
         self._keep_arrays = keep_arrays and self._complete
         n = sum(len(segment.frames(len(sequence))) for segment in self.segments)
@@ -216,7 +216,7 @@ class Recorder:
             before = self.seconds
             self.start(shared_frame, frame, self._sequence.mask(frame))
             seconds = self.seconds - before
-        if (answered := self._controller.source_frames) is not None and not self.failure:
+        if (answered := self._controller.estimate_frames) is not None and not self.failure:
             if step is Action.UPDATE:
                 self._estimates[frame] = self._rows[frame].copy()
             self._rows[frame] = self._estimates[answered[frame]]
@@ -250,14 +250,14 @@ class Recorder:
             revised = boxes.copy()
             for frame, box in self._revisions.items():
                 revised[frame] = box
-        circumstances: dict[str, Any] = {"seconds": self.seconds}
+        metadata: dict[str, Any] = {"seconds": self.seconds}
         self.note_drawn()
         if self._drawn:
-            circumstances["generators"] = sorted(self._drawn)
+            metadata["generators"] = sorted(self._drawn)
         if self._updates:
-            circumstances |= time_fields(self.times())
-            circumstances["clock"] = self._clock_name
-            circumstances["machine"] = ", ".join(filter(None, [machine_name(), self._device]))
+            metadata |= time_fields(self.times())
+            metadata["clock"] = self._clock_name
+            metadata["machine"] = ", ".join(filter(None, [machine_name(), self._device]))
         return Run(
             identity=self.identity,
             boxes=boxes,
@@ -269,9 +269,9 @@ class Recorder:
             arrays=self._arrays,
             segmentation=self._segmentation,
             states=self._controller.states,
-            source_frames=self._controller.source_frames,
+            estimate_frames=self._controller.estimate_frames,
             segments=self._frames,
-            circumstances=circumstances,
+            metadata=metadata,
         )
 
     def times(self) -> Times:
@@ -535,7 +535,7 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 
     Raises `SequenceError` if the sequence does not have this region, or no ground truth.
     """
-    if not stored_protocol(protocol).segmented:
+    if not protocol_of_key(protocol).segmented:
         return ()
     segments = _segments(protocol, sequence, init)
     return tuple(np.array(segment.frames(len(sequence)), np.int32) for segment in segments)
@@ -544,4 +544,4 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 def _segments(protocol: str, sequence: Sequence, init: str) -> tuple[Segment, ...]:
     boxes = select_ground_truth(sequence, init, sequence.name).boxes
     present = sequence.present & np.isfinite(boxes).all(axis=1)
-    return tuple(stored_protocol(protocol).segments(present, sequence.values))
+    return tuple(protocol_of_key(protocol).segments(present, sequence.values))

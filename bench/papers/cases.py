@@ -119,10 +119,10 @@ class Names:
         return frame_values(name, self.paper)
 
 
-def _find(kind: str, name: str, known: Mapping[str, Found]) -> Found:
-    if name not in known:
-        raise ValueError(f"unknown {kind} {name!r}; known: {', '.join(known)}")
-    return known[name]
+def _find(kind: str, name: str, valid: Mapping[str, Found]) -> Found:
+    if name not in valid:
+        raise ValueError(f"unknown {kind} {name!r}; known: {', '.join(valid)}")
+    return valid[name]
 
 
 def cases(

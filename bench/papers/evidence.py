@@ -55,8 +55,8 @@ def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
     )
 
 
-def _values(of: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
-    tables = [context.runs.values(case, measure) for case in of]
+def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
+    tables = [context.runs.values(case, measure) for case in claim_cases]
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
 
@@ -64,29 +64,29 @@ def _kept_share(claim: Claim, reference: list[Case], context: Context) -> float:
     """Return the share of scenes in which the reference of a no-worse test keeps the target."""
     if not claim.test.startswith("no-worse"):
         return nan
-    values = _values(reference, context.paper.kept, context)
+    values = _values(reference, context.paper.kept_measure, context)
     n_members = {sequence.name: len(sequence.members) for sequence in claim.sequences}
     share = values["value"] / values["sequence"].map(n_members)
     successes = pd.Series(success(share), values.index)
     return float(successes.groupby(values["tracker"]).mean().max())
 
 
-def _lost_before(claim: Claim, of: list[Case], context: Context) -> float:
+def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> float:
     """Return the share of scenes in which most runs lose the target before the event.
 
     A scene in which exactly half of the runs lose it counts as half.
     """
     if claim.measure.lost_before is None or not claim.trackers:
         return nan
-    values = _values(of, claim.measure.lost_before, context)
+    values = _values(claim_cases, claim.measure.lost_before, context)
     return float(success(values["value"]).mean()) if len(values) else nan
 
 
-def _failed(of: list[Case], context: Context) -> str:
+def _failed(claim_cases: list[Case], context: Context) -> str:
     """Return a sentence on failed runs with the reason of the first; empty if none failed."""
     records = [
         measured.record
-        for case in of
+        for case in claim_cases
         for scene in case.scenes_of_members
         for measured in context.runs.measured_runs(case.tracker, scene)
     ]

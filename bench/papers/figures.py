@@ -20,10 +20,10 @@ from trackmark.bench.papers import SETTING_LABELS
 from trackmark.bench.papers.cases import Case, PaperTracker
 from trackmark.bench.papers.measures import MeasuredRun, find_measure
 from trackmark.bench.papers.paper import FigureEntry
+from trackmark.bench.papers.plots import series_plot
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.figures import save_figure
 from trackmark.reports.overlay import save_png
-from trackmark.reports.plots import series_plot
 
 Image = NDArray[np.uint8]
 Plot = Figure | Image

@@ -3,14 +3,13 @@
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from markupsafe import Markup
 
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.pages import card_types
-from trackmark.bench.pages.card_types import Fold, Still
 from trackmark.bench.pages.content import Page, PageSection, PageTable
-from trackmark.bench.pages.page import write_page
+from trackmark.bench.pages.page import card, write_page
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_frames import compress_picture, encode_film
 from trackmark.bench.papers import SETTING_LABELS, SETTINGS
@@ -51,7 +50,7 @@ def write_html_page(path: Path, report: Report, progress: Watch = lambda *_: Non
         report.paper.title,
         [*_sections(report, content)],
         [labels[label] for label in content.reading.labels],
-        content.scenes,
+        content.sequences,
         meta=f"{plain(report.paper.citation)} · {n} scene{'s' * (n != 1)} per sequence",
         answer=report.paper.finding if report.verdicts else "",
         details=_details(report),
@@ -87,64 +86,75 @@ def _sections(report: Report, content: PlayerContent) -> Iterator[PageSection]:
     """Yield the parts of the page in their order."""
     groups = _groups(report, content)
     if groups:
-        counts = [card_types.VerdictCount(g.title, g.tone, len(g.claims), g.key) for g in groups]
-        yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[counts])
+        counts = [(g["title"], g["tone"], len(g["claims"]), g["key"]) for g in groups]
+        cards = [card("verdict_counts", counts=counts)]
+        yield PageSection("counts", f"{len(report.verdicts)} claims", cards)
     caption = "A number of ours opens the worst run behind it."
     table = _main_table(report, content)
     title = "The paper's numbers and ours"
-    yield PageSection("numbers", title, blocks=[table], caption=caption, nav="Table")
+    yield PageSection("numbers", title, [table], caption=caption, nav="Table")
     if panels := _panels(report.figures):
-        yield PageSection("figures", "Figures", blocks=[panels], nav="Figures")
+        yield PageSection(
+            "figures", "Figures", [card("figure_panels", panels=panels)], nav="Figures"
+        )
     for times in report.main[1:]:
-        yield PageSection(times.name, "Times", blocks=[PageTable(times)])
+        yield PageSection(times.name, "Times", [card("page_table", sheet=PageTable(times))])
     if groups:
         caption = (
             "A positive difference supports the claim; “not worse” allows the margin. A claim "
             "unfolds its quote, its worst runs and the reasons of its verdicts."
         )
-        yield PageSection("verdicts", "Verdicts", blocks=[groups], caption=caption, nav="Verdicts")
-    yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
+        cards = [card("verdict_groups", groups=groups)]
+        yield PageSection("verdicts", "Verdicts", cards, caption=caption, nav="Verdicts")
+    yield PageSection("details", "Details", [*_folds(report)], nav="Details")
 
 
-def _main_table(report: Report, content: PlayerContent) -> card_types.SideTable:
+def _main_table(report: Report, content: PlayerContent) -> Markup:
     """Return the main table; a value opens its worst run and shows the verdict on its claim."""
     main, verdicts = report.paper.main_table, {row.claim.name: row for row in report.verdicts}
     rows = []
     for row in main.rows:
         texts = [main_values(row, setting, report.context) for setting in SETTINGS]
-        places = [
-            [content.places.get(run) for run in main_runs(row, setting, report.context)]
+        positions = [
+            [content.links.get(run) for run in main_runs(row, setting, report.context)]
             for setting in SETTINGS
         ]
         if not main.columns:
             texts = [[row.separator.join(values)] for values in texts]
         ours = [
             [
-                card_types.SideCell(
-                    texts[k][i],
-                    _share(texts[k][i]),
-                    *_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
-                    place=places[k][i] if i < len(places[k]) else None,
-                )
+                {
+                    "text": texts[k][i],
+                    "share": _share(texts[k][i]),
+                    "position": positions[k][i] if i < len(positions[k]) else None,
+                    **_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
+                }
                 for k, setting in enumerate(SETTINGS)
             ]
             for i in range(len(texts[0]))
         ]
-        rows.append(card_types.SideRow(row.labels, row.paper, ours))
+        rows.append({"labels": row.labels, "paper": row.paper, "ours": ours})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
     videos = "Our videos are not those of the paper: compare orders, not numbers."
     notes = [main.caption, *([colours] if verdicts else []), videos]
-    return card_types.SideTable(
-        " / ".join(main.headings), main.columns or [""], [*SETTING_LABELS.values()], rows, notes
+    return card(
+        "paper_table",
+        heading=" / ".join(main.headings),
+        columns=main.columns or [""],
+        settings=[*SETTING_LABELS.values()],
+        rows=rows,
+        notes=notes,
+        is_paired=any(len(row.paper) > 1 for row in main.rows),
     )
 
 
-def _mark(row: VerdictRow | None, setting: str) -> tuple[str, str]:
+def _mark(row: VerdictRow | None, setting: str) -> dict[str, str]:
     """Return tone and tip of a value that a claim is about."""
     if row is None:
-        return "", ""
+        return {"tone": "", "tip": ""}
     verdict = row.verdicts[setting].verdict
-    return TONES.get(verdict, ""), f"{row.claim.name}, {row.claim.summary}: {verdict}"
+    tip = f"{row.claim.name}, {row.claim.summary}: {verdict}"
+    return {"tone": TONES.get(verdict, ""), "tip": tip}
 
 
 def _share(text: str) -> float | None:
@@ -152,24 +162,25 @@ def _share(text: str) -> float | None:
     return int(number[1]) / 100 if number else None
 
 
-def _panels(figures: Sequence[PaperFigure]) -> list[card_types.FigurePanel]:
+def _panels(figures: Sequence[PaperFigure]) -> list[dict[str, Any]]:
     """Return the figures of the paper; all files of a figure share a panel."""
     panels: dict[str, list[PaperFigure]] = {}
     for figure in figures:
         panels.setdefault(figure.label.partition(",")[0], []).append(figure)
-    return [_panel(label, figures_of) for label, figures_of in panels.items()]
+    return [_panel(label, files) for label, files in panels.items()]
 
 
-def _panel(label: str, figures: Sequence[PaperFigure]) -> card_types.FigurePanel:
+def _panel(label: str, figures: Sequence[PaperFigure]) -> dict[str, Any]:
     """Return a figure: a strip as frames with one row per tracker, other figures as pictures."""
     figure, strip = figures[0], figures[0].strip
     caption = f"{figure.caption[:1].upper()}{figure.caption[1:].rstrip('.')}."
+    panel = {"label": label, "caption": caption, "frames": [], "rows": [], "pictures": []}
     if strip is None:
-        words = f"Ours: {figure.description.rstrip('.')}."
         pictures = [
             compress_picture(drawing.path.read_bytes()) for drawing in figures if drawing.path
         ]
-        return card_types.FigurePanel(label, caption, words, pictures=pictures)
+        words = f"Ours: {figure.description.rstrip('.')}."
+        return panel | {"description": words, "pictures": pictures}
     colours = "; green: tracked or lost as in the paper; red: not" if figure.entry.paper else ""
     words = (
         f"Ours: {figure.description} White: true {figure.entry.shape}; solid: as written; dashed: "
@@ -183,9 +194,9 @@ def _panel(label: str, figures: Sequence[PaperFigure]) -> card_types.FigurePanel
             _tile(strip.sequence[frame], frame, runs, state, figure.entry.shape, index)
             for frame, state in zip(strip.frames, paper, strict=True)
         ]
-        rows.append(card_types.StripRow(tracker.name, index, tiles))
+        rows.append((index, tracker.name, tiles))
     frames = [f"frame {number}" for number in figure.entry.frames]
-    return card_types.FigurePanel(label, caption, words, frames, rows)
+    return panel | {"description": words, "frames": frames, "rows": rows}
 
 
 def _tile(
@@ -195,29 +206,29 @@ def _tile(
     paper: str,
     shape: str,
     tracker: int,
-) -> card_types.StripTile:
-    """Return a frame with the boxes of both settings; `paper`: `tracked`, `lost`, or empty."""
+) -> tuple[Markup, list[tuple[str, str, str]]]:
+    """Return a frame with the boxes of both settings, and notes: label, text and tone of each.
+
+    `paper`: `tracked` or `lost` in the paper, or empty.
+    """
     notes = [("paper", paper, "")] if paper else []
     for setting, measured in runs:
         state = "tracked" if measured.on_target[frame] else "lost"
         text = f"{state} ({measured.error[frame]:.0f} px)" if measured.present[frame] else MISSING
         notes.append((setting, text, paper and ("good" if state == paper else "bad")))
-    truth, *boxes = (
-        rows[frame].tolist()
-        for rows in (runs[0][1].truth.boxes, *(measured.boxes for _, measured in runs))
+    frame_image = card(
+        "frame_image",
+        image=next(encode_film([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
+        size=(image.shape[1], image.shape[0]),
+        truth=runs[0][1].truth.boxes[frame],
+        boxes=[(tracker, dash, measured.boxes[frame]) for dash, (_, measured) in enumerate(runs)],
+        description=", ".join(f"{name}: {text}" for name, text, _ in notes),
+        is_ellipse=shape == "ellipse",
     )
-    still = Still(
-        next(encode_film([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
-        (image.shape[1], image.shape[0]),
-        truth if np.isfinite(truth).all() else None,
-        [(tracker, dash, box) for dash, box in enumerate(boxes) if np.isfinite(box).all()],
-        ", ".join(f"{name}: {text}" for name, text, _ in notes),
-        shape == "ellipse",
-    )
-    return card_types.StripTile(still, notes)
+    return frame_image, notes
 
 
-def _groups(report: Report, content: PlayerContent) -> list[card_types.VerdictGroup]:
+def _groups(report: Report, content: PlayerContent) -> list[dict[str, Any]]:
     """Return the claims by their verdicts in both settings; groups without claims are left out."""
     groups = {
         "both": ("Holds in both settings", "good"),
@@ -226,7 +237,7 @@ def _groups(report: Report, content: PlayerContent) -> list[card_types.VerdictGr
         "inconclusive": ("Inconclusive in both settings", "undecided"),
         "numbers": ("Not testable", "none"),
     }
-    items: dict[str, list[card_types.VerdictItem]] = {key: [] for key in groups}
+    items: dict[str, list[dict[str, Any]]] = {key: [] for key in groups}
     for row in report.verdicts:
         verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
         key = ("neither", "one", "both")[verdicts.count("holds")]
@@ -236,13 +247,13 @@ def _groups(report: Report, content: PlayerContent) -> list[card_types.VerdictGr
             key = "inconclusive"
         items[key].append(_item(row, report.context, content))
     return [
-        card_types.VerdictGroup(f"group-{key}", *groups[key], claims)
-        for key, claims in items.items()
-        if claims
+        {"key": f"group-{key}", "title": title, "tone": tone, "claims": items[key]}
+        for key, (title, tone) in groups.items()
+        if items[key]
     ]
 
 
-def _item(row: VerdictRow, context: Context, content: PlayerContent) -> card_types.VerdictItem:
+def _item(row: VerdictRow, context: Context, content: PlayerContent) -> dict[str, Any]:
     """Return a claim: its verdicts open the worst runs, and it unfolds quote and reasons."""
     claim, cells = row.claim, []
     facts = {
@@ -253,7 +264,6 @@ def _item(row: VerdictRow, context: Context, content: PlayerContent) -> card_typ
         "reason for it": claim.reason,
         "note": claim.note,
     }
-    facts = {heading: fact for heading, fact in facts.items() if fact}
     is_difference = claim.test.startswith(("order", "no-worse"))
     for setting, name in SETTING_LABELS.items():
         verdict = row.verdicts[setting]
@@ -261,25 +271,40 @@ def _item(row: VerdictRow, context: Context, content: PlayerContent) -> card_typ
         effect = f"difference {effect}" if is_difference and effect != MISSING else effect
         facts[name] = f"{verdict.verdict}: {effect}; {verdict.reason}"
         tone, remarks = TONES.get(verdict.verdict, "none"), "; ".join(row.remarks(setting))
-        place = content.places.get(claim_run(claim, setting, context))
-        cells.append(card_types.VerdictCell(name, verdict.verdict, tone, effect, remarks, place))
-    quote = f"“{claim.quote}” ({claim.source})"
-    title = f"{claim.summary[:1].upper()}{claim.summary[1:]}"
-    return card_types.VerdictItem(f"claim-{claim.name}", title, claim.paper, cells, quote, facts)
+        cells.append(
+            {
+                "setting": name,
+                "verdict": verdict.verdict,
+                "tone": tone,
+                "effect": effect,
+                "reason": remarks,
+                "position": content.links.get(claim_run(claim, setting, context)),
+            }
+        )
+    return {
+        "key": f"claim-{claim.name}",
+        "title": f"{claim.summary[:1].upper()}{claim.summary[1:]}",
+        "paper": claim.paper,
+        "cells": cells,
+        "quote": f"“{claim.quote}” ({claim.source})",
+        "facts": {heading: fact for heading, fact in facts.items() if fact},
+    }
 
 
-def _folds(report: Report) -> Iterator[Fold]:
+def _folds(report: Report) -> Iterator[Markup]:
     """Yield the sections of the report that are folded; the others have sections of the page."""
     for section in report_sections(report):
         paragraphs = [p for text in section.paragraphs for p in _paragraphs(text)]
-        tables = [PageTable(table) for table in section.tables]
-        key, title = section.key, section.title
-        if key == "verdicts":
-            key, title, tables = "rules", "Rules of the verdicts", []
-        if key not in ("numbers", "figures") and (paragraphs or tables):
-            commands = [section.command] if section.command else []
-            hint = section.command or section.hint
-            yield Fold(key, title, hint, paragraphs, tables, commands)
+        if section.key not in ("numbers", "figures") and (paragraphs or section.tables):
+            yield card(
+                "fold",
+                key=f"fold-{section.key}",
+                title=section.fold_title or section.title,
+                summary=section.command or section.hint,
+                paragraphs=paragraphs,
+                tables=[] if section.fold_title else [*map(PageTable, section.tables)],
+                commands=[section.command] if section.command else [],
+            )
 
 
 def _paragraphs(markdown: str) -> list[str]:

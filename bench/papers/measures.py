@@ -222,10 +222,10 @@ def paper_module(paper: str, name: str) -> ModuleType | None:
 def find_function(name: str, paper: str) -> Function:
     """Return `module.function` of a paper's modules; raise `ValueError` if it is missing."""
     module, _, function = name.rpartition(".")
-    found: Function | None = getattr(paper_module(paper, module), function, None)
-    if found is None:
+    attribute: Function | None = getattr(paper_module(paper, module), function, None)
+    if attribute is None:
         raise ValueError(f"unknown function {name!r}; expected: MODULE.FUNCTION")
-    return found
+    return attribute
 
 
 def frame_values(name: str, paper: str) -> Callable[[MeasuredRun], Values]:

@@ -11,7 +11,7 @@ import numpy as np
 from trackmark import datasets
 from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.pages.content import PlayerScene
+from trackmark.bench.pages.content import PlayerSequence
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.papers.cases import Case, cases
@@ -46,8 +46,8 @@ class PlayerContent:
     """Rendered scenes of a page, and the position in the player that each number opens."""
 
     reading: PageRuns
-    scenes: Sequence[PlayerScene]
-    places: Mapping[ShownRun | None, PlayerPosition]
+    sequences: Sequence[PlayerSequence]
+    links: Mapping[ShownRun | None, PlayerPosition]
 
 
 def player_content(
@@ -62,12 +62,12 @@ def player_content(
         for key in context.runs.keys(tracker, run.sequence)
     ]
     reading = collect_runs(_stored(dict.fromkeys(keys)), [])
-    places: dict[ShownRun | None, PlayerPosition] = {}
-    places |= {run: place for run in runs if (place := _place(run, reading, context))}
+    links: dict[ShownRun | None, PlayerPosition] = {}
+    links |= {run: position for run in runs if (position := _position(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
-    frames = _frames(reading, list(places.values()), limit)
-    player_scenes = [*scenes(reading, progress, selected=frames)] if keys else []
-    return PlayerContent(reading, player_scenes, places)
+    frames = _frames(reading, list(links.values()), limit)
+    sequences = [*scenes(reading, progress, selected=frames)] if keys else []
+    return PlayerContent(reading, sequences, links)
 
 
 def _stored(keys: Iterable[StoredKey]) -> Iterator[StoredRun]:
@@ -81,23 +81,25 @@ def _stored(keys: Iterable[StoredKey]) -> Iterator[StoredRun]:
         yield row | {"source": row["source"] or row["sequence"]}, run, stored
 
 
-def _place(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
-    names = [parse_tracker(text).label for text in (run.tracker, *run.beside)]
+def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
+    names = [parse_tracker(spec).label for spec in (run.tracker, *run.beside)]
     sequence, _ = datasets.identity(run.sequence)
-    place = reading.place(names[0], sequence, run.kind, context.paper.trajectory)
+    position = reading.place(names[0], sequence, run.kind, context.paper.trajectory)
     trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})
-    return place and place._replace(show=tuple(trackers))
+    return position and position._replace(show=tuple(trackers))
 
 
-def _frames(reading: PageRuns, places: Sequence[PlayerPosition], seconds: float) -> list[list[int]]:
+def _frames(
+    reading: PageRuns, positions: Sequence[PlayerPosition], seconds: float
+) -> list[list[int]]:
     """Select frames of each sequence around the worst ones, within limits of size and time."""
     frames: list[list[int]] = []
     for reach in REACHES:
         sets: list[set[int]] = [set() for _ in reading.stages]
-        for place in places:
-            last = len(reading.stages[place.sequence].truth) - 1
-            sets[place.sequence] |= {
-                *range(max(0, place.frame - reach), min(last, place.frame + reach) + 1)
+        for position in positions:
+            last = len(reading.stages[position.sequence].truth) - 1
+            sets[position.sequence] |= {
+                *range(max(0, position.frame - reach), min(last, position.frame + reach) + 1)
             }
         frames = [*map(sorted, sets)]
         costs = (stage.row["frame_seconds"] or 0.0 for stage in reading.stages)
@@ -129,11 +131,11 @@ def claim_run(claim: Claim, setting: str, context: Context) -> ShownRun | None:
 
 
 def _worst(
-    of: Iterable[Case], measure: Measure, beside: tuple[str, ...], context: Context
+    row_cases: Iterable[Case], measure: Measure, beside: tuple[str, ...], context: Context
 ) -> ShownRun | None:
     """Return the run of a tracker with the worst mean over repetitions; None without runs."""
     means: dict[tuple[str, str], float] = {}
-    for case in of:
+    for case in row_cases:
         for scene in case.scenes_of_members:
             if runs := context.runs.measured_runs(case.tracker, scene):
                 mean = float(np.mean([*map(measure, runs)]))

@@ -61,7 +61,10 @@ class PaperRuns:
             for key in runs[[*RUN_KEY_COLUMNS]].itertuples(index=False, name=None):
                 by_repetition = keys.setdefault((key[0], key[1]), {})
                 by_repetition.setdefault(key[2], (folder, key))
-        return {run: [found[k] for k in sorted(found)] for run, found in keys.items()}
+        return {
+            run: [stored for _, stored in sorted(stored_keys.items())]
+            for run, stored_keys in keys.items()
+        }
 
     def keys(self, tracker: str, sequence: str) -> list[StoredKey]:
         """Return folders and keys of runs on a sequence (both specifications), by repetition."""

@@ -35,6 +35,7 @@ class Section:
     figures: Sequence[PaperFigure] = ()
     command: str = ""
     hint: str = ""  # content, printed next to the title of a folded section
+    fold_title: str = ""  # of the paragraphs, if a page shows the tables elsewhere
 
 
 def report_sections(report: Report) -> list[Section]:
@@ -51,7 +52,13 @@ def report_sections(report: Report) -> list[Section]:
         rules = f"{RULES} See [verdicts on claims](../verdicts.md)."
         differences = [notes.get("What differs and why", "")]
         sections += [
-            Section("verdicts", "Verdicts", [rules, counts], [verdict_table(report.verdicts)]),
+            Section(
+                "verdicts",
+                "Verdicts",
+                [rules, counts],
+                [verdict_table(report.verdicts)],
+                fold_title="Rules of the verdicts",
+            ),
             Section("differences", "What differs and why", differences),
         ]
     absent = f"Written by `trackmark reproduce {name} --all`."

@@ -11,7 +11,7 @@ from trackmark.bench.analysis.by_metrics import LATE, MEANS, TOGETHER, ScoredRun
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.pages.report_figures import preset_curves
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
 
@@ -38,7 +38,7 @@ def camshift_runs():
 @pytest.mark.parametrize("name", metrics.names())
 def test_stored_runs_have_scores_of_their_boxes(stored, camshift_runs, name):
     preset = metrics.preset(name)
-    scored = ScoredRuns(stored, name, load_runs(stored), STORED_ONE_PASS, "T").report()
+    scored = ScoredRuns(stored, name, load_runs(stored), ONE_PASS, "T").report()
     means = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
     measures = set(scored.table.data["measure"])
     assert measures == (
@@ -98,7 +98,7 @@ def test_preset_without_judgeable_runs_has_a_note(run_trial, tmp_path):
 
 @pytest.mark.parametrize(("seconds", "late"), [(0.02, 0.0), (0.05, 1.0)])
 def test_late_estimates_are_counted_in_real_time(run_trial, tmp_path, seconds, late):
-    protocol = f"real-time:seconds={seconds}"
+    protocol = f"real-time:update_seconds={seconds}"
     folder = run_trial(tmp_path, ["static"], SEQUENCES, protocol=protocol)
     (table,) = preset_report(folder, ["native"]).tables
     late_rows = table.data[table.data["measure"] == LATE.name]

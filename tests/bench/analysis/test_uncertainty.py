@@ -33,7 +33,7 @@ def test_marks_and_intervals_follow_the_shared_rules():
     assert (intervals[0], marks[0]) == (None, False)
 
 
-def frame(tracker, overlap, protocol="accuracy", n=2, **more):
+def frame(tracker, overlap, protocol="one-pass", n=2, **more):
     return [
         {
             "tracker": tracker,
@@ -76,7 +76,7 @@ def test_tables_of_some_runs_have_times_of_any_timing_runs(monkeypatch, tmp_path
     stored = pd.concat([scored, pd.DataFrame(frame("a", 0.5, "timing", ms_per_frame=7.0))])
     load = lambda folder, cells=None: scored if cells else stored  # noqa: E731
     monkeypatch.setattr(run_tables, "load_runs", load)
-    summary, _ = run_tables.tables(tmp_path, [("a", "s0", 0, "accuracy")], "T")
+    summary, _ = run_tables.tables(tmp_path, [("a", "s0", 0, "one-pass")], "T")
     assert summary.rows[0][-2].text == "7.000"
 
 

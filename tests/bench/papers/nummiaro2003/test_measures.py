@@ -13,6 +13,7 @@ from trackmark.bench.papers.nummiaro2003.scenes import mean_state_at_maximum, su
 
 value = measured_runs.values_of("nummiaro2003")
 
+TRACKER = "nummiaro2003:preset=as-written:model_update=false"
 N, COMES, LEAVES = 240, 20, 230
 TREE = slice(100, 116)
 SHORT = slice(180, 184), slice(200, 203)
@@ -118,7 +119,7 @@ def test_size_error_is_relative_to_the_truth():
 def surface():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scenes, "RUN", 6)
-        (surface_found,) = surfaces("plain/target", "as-written", 1)
+        (surface_found,) = surfaces("plain/target", TRACKER, 1)
         return surface_found
 
 
@@ -134,4 +135,4 @@ def test_surface_has_its_maximum_at_the_target(surface):
 
 def test_mean_state_is_near_the_maximum_of_an_easy_target(monkeypatch):
     monkeypatch.setattr(scenes, "RUN", 6)
-    assert mean_state_at_maximum("plain/target", "as-written") == 1.0
+    assert mean_state_at_maximum("plain/target", TRACKER) == 1.0
