@@ -66,7 +66,7 @@ def test_breaking_point_beyond_the_range_has_no_level(half, outcome, text):
     assert len(stress_test.trials) < 100
     assert any(map(isinf, stress_test.interval))
     (table,) = stress_tables(BreakingPoints([stress_test], "a"))
-    assert text in table.rows[0][2].spec
+    assert text in table.rows[0][2].text
     assert stress_json(BreakingPoints([stress_test], "a"))["stress_tests"][0]["level"] is None
 
 
@@ -150,14 +150,14 @@ def test_sequence_that_is_too_short_is_refused():
 
 
 def test_tables_and_curves_have_the_numbers(tmp_path, monkeypatch):
-    monkeypatch.setattr(breaking_points, "PLACES", np.linspace(0, 1, 21))  # coarse curves
+    monkeypatch.setattr(breaking_points, "POSITIONS", np.linspace(0, 1, 21))  # coarse curves
     stress_test = [
         complete_test(name, NOISE, half) for name, half in (("a", 0.3), ("b", 0.5), ("c", 3.0))
     ]
     result = BreakingPoints(stress_test, "a")
     points, runs = stress_tables(result, whole=True)
-    assert points.rows[0][4].spec == "1"
-    assert points.rows[2][4].spec.startswith("more than")
+    assert points.rows[0][4].text == "1"
+    assert points.rows[2][4].text.startswith("more than")
     assert len(runs.data) == sum(len(entry.trials) for entry in stress_test)
     (curve,) = write_curves(result, tmp_path)
     assert curve.stat().st_size > 10_000
