@@ -260,7 +260,7 @@ def _from_text(text: str) -> TrackerSpec:
     if is_external(name, options):
         specification = open_external(name, options)
         plugin = cast(type[ExternalPlugin], specification.plugin)
-        limits = plugin.definition.start_timeout, plugin.definition.frame_timeout
+        limits = plugin.external_options.start_limit, plugin.external_options.frame_limit
         spec = _from_specification(specification, init, call_seconds=max(limits))
         vars(spec)["version"] = plugin.version  # value of the `cached_property`
         return spec
