@@ -82,10 +82,9 @@ class IsolatedTrackers:
     def describe(self, name: str, options: Mapping[str, str]) -> dict[str, Any]:
         """Return the values that a specification selects."""
         found = trackers.resolve(name, **options)
-        implied = getattr(found.parameters, "implied", False)
         return {
             "name": found.name,
-            "parameters": found.parameters.model_dump(exclude_defaults=implied),
+            "parameters": found.parameters.model_dump(),
             "options": dict(found.options),
             "randomness": str(found.randomness),
             "class_name": found.plugin.__name__,
