@@ -332,13 +332,14 @@ def _passes(
 ) -> Iterator[list[tuple[TrackerSpec, int]]]:
     """Yield the runs of each pass over a sequence.
 
-    The package's trackers share the images of a pass, unless they use the random numbers of the
-    process, or time counts. Other trackers can change the state of the process.
+    Trackers share the images of a pass, unless time counts. A class of the caller can change the
+    state of the process, and therefore has a pass of its own.
     """
     time_dependent = protocol_of_key(protocol_key).time_dependent
     shared = []
     for spec, repetition in entries:
-        if not spec.is_built_in or spec.randomness is Randomness.PROCESS or time_dependent:
+        uses_process = not spec.is_built_in or spec.randomness is Randomness.PROCESS
+        if time_dependent or (uses_process and not spec.is_isolated):
             yield [(spec, repetition)]
         else:
             shared.append((spec, repetition))

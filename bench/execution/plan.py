@@ -14,8 +14,7 @@ from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
-from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
+from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, resolve_specs, run_identity
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.maintenance import RecordedData, find_different_data, group_recorded_data
@@ -241,7 +240,7 @@ def _repetitions(
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
     """Return trackers by specification; of several specifications of a tracker, keep the first."""
     by_label: dict[str, tuple[str, TrackerSpec]] = {}
-    for text, spec in resolve_trackers(experiment.trackers).items():
+    for text, spec in resolve_specs(experiment.trackers).items():
         other_text, other = by_label.setdefault(spec.label, (text, spec))
         if (other.file, other.version) != (spec.file, spec.version):
             raise ExperimentError(

@@ -84,7 +84,6 @@ class IsolatedTrackers:
         found = trackers.resolve(name, **options)
         return {
             "name": found.name,
-            "preset": found.preset,
             "parameters": found.parameters.model_dump(),
             "options": dict(found.options),
             "randomness": str(found.randomness),

@@ -1,6 +1,5 @@
 """Small sequences and trackers that misbehave, for the harness's tests."""
 
-import json
 import os
 import re
 import subprocess
@@ -21,7 +20,6 @@ from trackmark.bench.cli import main
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution import worker
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.tracker_files import answer_lines
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.manifest import Manifest
@@ -148,11 +146,6 @@ class InProcessPool:
         """Do nothing: there is no process to end."""
 
 
-def answer_here(request):
-    """Replace the child process that imports tracker files."""
-    return "", [line.encode() for line in answer_lines(*json.loads(request))]
-
-
 @pytest.fixture(scope="session")
 def without_processes():
     """Run trackers in this process. The engine tests check that workers give equal results."""
@@ -161,7 +154,6 @@ def without_processes():
     def within():
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("trackmark.bench.execution.pool.Pool", InProcessPool)
-            patch.setattr("trackmark.bench.experiments.tracker_files._child", answer_here)
             yield
 
     return within

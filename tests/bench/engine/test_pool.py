@@ -26,7 +26,7 @@ from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.execution.task import Limits
 from trackmark.bench.execution.worker import RepeatError
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
+from trackmark.bench.experiments.tracker_spec import resolve_specs
 from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
@@ -245,7 +245,7 @@ def test_processes_that_a_tracker_or_its_import_starts_are_ended(data, wait_unti
     command = f"sleep 86414.{os.getpid()}"
     start = f"import subprocess\nsubprocess.Popen({command.split()}, start_new_session=True)\n"
     (data / "starts.py").write_text(start + KNOB_TRACKER)
-    resolve_trackers([f"{data}/starts.py"])
+    resolve_specs([f"{data}/starts.py"])
     for number in (86413, 86414):
         wait_until(lambda number=number: not running(f"sleep {number}.{os.getpid()}"))
 

@@ -9,12 +9,12 @@ import pytest
 
 from tests.trackers.tiny_models import write_models
 from trackmark.bench.experiments import tracker_spec as module
-from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import (
     PACKAGE,
     built_in_digest,
     parse_tracker,
     parse_trackers,
+    resolve_specs,
     run_identity,
 )
 from trackmark.datasets.source_digest import source_digest
@@ -199,7 +199,7 @@ def test_implied_parameters_are_not_part_of_an_identity(tmp_path):
     file = tmp_path / "late.py"
     file.write_text(LATE)
     texts = [f"{file}", f"{file}:preset=usual", f"{file}:threshold=0.5"]
-    for spec in [*map(parse_tracker, texts), *resolve_trackers(texts).values()]:
+    for spec in [*map(parse_tracker, texts), *resolve_specs(texts).values()]:
         assert spec.label == "late.py:Late"
         identity = run_identity(spec, Data, 0)
         # Equal to the identity of earlier versions without parameters.

@@ -11,8 +11,7 @@ from trackmark import bench, datasets
 from trackmark.bench.execution.cluster import with_absolute_paths
 from trackmark.bench.execution.task import PlannedRun, Task
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.experiments.tracker_files import describe_tracker
-from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.experiments.tracker_spec import describe_tracker, parse_tracker
 from trackmark.bench.external.trax import TraxPlugin
 from trackmark.trackers import Randomness, TrackerError, static
 

@@ -19,8 +19,7 @@ from trackmark.bench import temporary_paths
 from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
-from trackmark.bench.experiments.tracker_spec import run_identity
+from trackmark.bench.experiments.tracker_spec import resolve_specs, run_identity
 from trackmark.bench.external import trax
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.plugin import close_idle_processes
@@ -155,8 +154,6 @@ class Forking:
             self.shift = 100
             if os.environ.get("CHILD_RAISES"):
                 raise RuntimeError
-if os.environ.get("FORKS_AT_IMPORT"):
-    os.fork()
 """
 PLACES = ["constructor", "init", "update"]
 
@@ -169,27 +166,11 @@ PLACES = ["constructor", "init", "update"]
 def test_forked_process_that_returns_gives_no_boxes(folder, monkeypatch, place, raises):
     monkeypatch.setenv("CHILD_RAISES", raises)
     (folder / "forking.py").write_text(FORKING)
-    texts = [f"forking.py:place={place}{python}" for python in ("", f":python={sys.executable}")]
-    for text, outcome in perform(texts).items():
-        (run,) = outcome.values()
-        if "python" in text:
-            assert "forked a copy of itself, which returned" in run.failure
-        else:
-            assert not run.failure
+    for python in ("", f":python={sys.executable}"):
+        run = bench.evaluate_run(f"forking.py:place={place}{python}", "Noise")
+        assert "the process forked a copy of itself, which returned" in run.failure
         reached = np.isfinite(run.boxes[:, 0])
         assert (run.boxes[reached] == run.boxes[0]).all()
-
-
-@pytest.mark.slow
-def test_fork_at_import_gives_one_run(folder, monkeypatch):
-    monkeypatch.setenv("FORKS_AT_IMPORT", "1")
-    (folder / "forking.py").write_text(FORKING)
-    code = "import trackmark; print(trackmark.evaluate('forking.py', 'Noise').runs)"
-    command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(HOME)!r}); {code}"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.count("finished") == 1
-    for outcome in perform(["forking.py", f"forking.py:python={sys.executable}"]).values():
-        assert not next(iter(outcome.values())).failure
 
 
 def assert_failed(run, frames, program, error):
@@ -244,7 +225,7 @@ def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypa
 
 def perform(texts, options=""):
     """Return the outcomes of runs in worker processes by specification; add options to these."""
-    specs, tasks = resolve_trackers(texts), []
+    specs, tasks = resolve_specs(texts), []
     assert not living("plain")
     for text, spec in specs.items():
         identity = run_identity(spec, datasets.load("Noise"), 0)

@@ -119,7 +119,7 @@ def test_run_in_a_process_equals_one_in_this_process(make_sequence, write, name,
     )
     assert not here.failure
     assert content(isolated_run) == content(here)
-    assert isolated_run.circumstances.get("generators") == here.circumstances.get("generators")
+    assert isolated_run.metadata.get("generators") == here.metadata.get("generators")
 
 
 def test_description_is_that_of_this_process(write):
