@@ -114,7 +114,10 @@ def _descendants(parent: int, mark: str) -> list[int]:
     parents: dict[int, int] = {}
     found: set[int] = set()
     assignment = f"{mark}=1".encode()
-    for folder in Path("/proc").glob("[0-9]*"):
+    folders: list[Path] = []
+    with suppress(OSError):  # there is no such folder
+        folders = list(Path("/proc").glob("[0-9]*"))
+    for folder in folders:
         with suppress(OSError):  # the process has ended, or belongs to another user
             process = int(folder.name)
             state = (folder / "stat").read_text("utf-8", "replace")

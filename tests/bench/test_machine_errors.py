@@ -50,7 +50,7 @@ def test_full_disk_is_no_failure_of_a_tracker_file(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(temporary_paths.tempfile, "mkstemp", refuse)
-    with pytest.raises(MachineError, match="No space left on device. Free some space"):
+    with pytest.raises(MachineError, match=r"No space left on device\. Free some space"):
         resolve_specs([str(tmp_path / "mine.py")])
 
 
