@@ -115,7 +115,7 @@ def _descendants(parent: int, mark: str) -> list[int]:
     found: set[int] = set()
     assignment = f"{mark}=1".encode()
     folders: list[Path] = []
-    with suppress(OSError):  # not Linux
+    with suppress(OSError):  # there is no such folder
         folders = list(Path("/proc").glob("[0-9]*"))
     for folder in folders:
         with suppress(OSError):  # the process has ended, or belongs to another user
