@@ -35,7 +35,7 @@ class Line:
     y: ArrayLike
     low: ArrayLike = ()
     high: ArrayLike = ()
-    places: Sequence[PlayerPosition | None] = ()  # one per point, or one for all
+    positions: Sequence[PlayerPosition | None] = ()  # one per point, or one for all
     value: str = ""  # number after the label; see `Chart.value_name`
 
 

@@ -25,7 +25,7 @@ TOP = 5
 _MAX_TICKS = 6
 _MAX_LABEL = 24  # characters of a direct label
 _LETTER = 7.0  # mean width of a letter of a label [px]
-_COLUMNS = 80  # possible places of a direct label along the abscissa
+_COLUMNS = 80  # possible positions of a direct label along the abscissa
 _DISTANCE = 11.0  # of the middle of a label from its line [px]
 _HEIGHT = 13.0  # of a label [px]
 _LEFT, _TOP, _BOTTOM = 42, 10, 38  # margins [px]
@@ -143,15 +143,17 @@ def _time(milliseconds: float) -> str:
 def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Markup:
     """Return a line with its band.
 
-    The attribute `data-places` lists the player position that a click on each point opens.
+    The attribute `data-positions` lists the player position that a click on each point opens.
     """
     xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
     grey = crowded and line.position >= TOP
     index = "rest" if grey else f"c{colour_index(line.position)}"
     dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
-    has_place = [True] if len(line.places) == 1 else np.isfinite(ys)
-    opened = compress(line.places, has_place)
-    places = " ".join(place._replace(show=()).link[1:] if place else "-" for place in opened)
+    has_position = [True] if len(line.positions) == 1 else np.isfinite(ys)
+    opened = compress(line.positions, has_position)
+    positions = " ".join(
+        position._replace(show=()).link[1:] if position else "-" for position in opened
+    )
     band = Markup("")
     if np.size(line.low) and not crowded and kind == "step":
         low, high = np.asarray(line.low, float), np.asarray(line.high, float)
@@ -168,7 +170,7 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
         its = piece[np.isfinite(ys[piece])]
         across, down = _corners(xs[its], ys[its]) if kind == "step" else (xs[its], ys[its])
         path += _trace(x(across), y(down))
-    link = Markup(' data-places="{}"').format(places) if places else ""
+    link = Markup(' data-positions="{}"').format(positions) if positions else ""
     curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')
     return band + curve.format(index, line.position, dash, path, link)
 
@@ -198,11 +200,11 @@ def _dot(line: Line, x: _Scale, y: _Scale) -> Markup:
     content += mark.format(index, across, down, path)
     side, anchor = (-10, "end") if across > sum(x.pixels) / 2 else (10, "start")
     content += _NAME.format(index, across + side, down + 4, anchor, _short(line.label))
-    place = next(filter(None, line.places), None)
-    if place is None:
+    position = next(filter(None, line.positions), None)
+    if position is None:
         return content
     return Markup('<a href="{}" aria-label="{}">{}</a>').format(
-        place.link, one_line(line.label), content
+        position.link, one_line(line.label), content
     )
 
 

@@ -93,11 +93,11 @@ def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
         thresholds, figure, kind = OVERLAPS, np.mean([*map(np.mean, overlaps)]), "overlap"
     judged.sort(key=lambda entry: (-entry[1].worst[kind, "online"][0], entry[0]))
     nearest = np.argmin([clip.shares[curve].distances for _, clip in judged], axis=0)
-    places = []
+    positions = []
     for point, (position, clip) in enumerate(judged[index] for index in nearest):
         frame = int(clip.shares[curve].frames[point])
-        places.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
-    return Line(label, tracker, thresholds, shares, places=places, value=f"{figure:.3f}")
+        positions.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
+    return Line(label, tracker, thresholds, shares, positions=positions, value=f"{figure:.3f}")
 
 
 def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
@@ -131,8 +131,8 @@ def _timeline(position: int, name: str, clips: Sequence[PageRun]) -> Line:
     lowest = [np.argmin(np.nan_to_num(medians[interval], nan=np.inf)) for interval in intervals]
     frames = [int(interval[i]) for interval, i in zip(intervals, lowest, strict=True)]
     worst = max(clips, key=lambda clip: clip.worst["overlap", "online"][0])
-    place = PlayerPosition(position, worst.take.tracker, worst.take.repetition, 0)
-    return Line(name, worst.take.tracker, frames, medians[frames], places=[place])
+    opened = PlayerPosition(position, worst.take.tracker, worst.take.repetition, 0)
+    return Line(name, worst.take.tracker, frames, medians[frames], positions=[opened])
 
 
 def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
@@ -174,8 +174,8 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     for name, measures in means_by_tracker(summary).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, TIME.name))
         if isfinite(score.get("mean", nan) + time.get("mean", nan)):
-            place = runs.place(name, None, "overlap")
-            point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [place]
+            opened = runs.place(name, None, "overlap")
+            point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [opened]
             dots.append(Line(name, runs.trackers.index(name), *point))
     if len(dots) < 2:
         return []

@@ -39,8 +39,8 @@ from trackmark.bench.pages.charts import (
 )
 from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerSequence
 from trackmark.bench.pages.page import GLOSSARY, card, write_chunk, write_page
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_runs import collect_runs, name_on_page, player_sequences
 from trackmark.bench.pages.subset_table import subset_table
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import load_runs
@@ -83,21 +83,20 @@ def write_report_page(
     tables: Sequence[Table],
     title: str,
     commands: Commands,
-    watch: Watch,
+    progress: Progress,
     *,
     full: bool = False,
     figures: "FigureFiles | None" = None,
 ) -> list[Path]:
-    """Write the page of an experiment's results, and return its files.
+    """Write the page of an experiment's results with the tables of its report; return its files.
 
-    `tables`: tables of the report. `watch`: called with the number of frames that were read and of
-    all frames. `full`: also write frames in full size. `figures`: also write figures and film
-    strips. Raises `ResultsError` if results cannot be read and `OSError` if a file cannot be
-    written.
+    While frames are read, `progress` gets their number and that of all frames. With `full`, frames
+    are also written in full size, and with `figures`, figures and film strips. Raises
+    `ResultsError` if results cannot be read and `OSError` if a file cannot be written.
     """
     content = _Content(experiment, tables, commands)
-    keep = partial(write_chunk, path) if full else None
-    page = content.page(title, list(scenes(content.runs, watch, keep)))
+    chunk_writer = partial(write_chunk, path) if full else None
+    page = content.page(title, list(player_sequences(content.runs, progress, chunk_writer)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib

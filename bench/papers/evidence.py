@@ -8,7 +8,7 @@ import pandas as pd
 from trackmark.bench.claims.claim_tests import Evidence
 from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, judge_row
-from trackmark.bench.pages.page_frames import Watch
+from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.papers.measures import Measure, find_measure
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
@@ -18,7 +18,7 @@ from trackmark.bench.statistics.verdict_rules import success
 BOUNDED = ("share", "overlap")  # units of measures with values in [0, 1]
 
 
-def verdict_rows(context: Context, watch: Watch = lambda *_: None) -> list[VerdictRow]:
+def verdict_rows(context: Context, watch: Progress = lambda *_: None) -> list[VerdictRow]:
     """Judge all claims in both settings; `watch` gets the number of judged claims and of all."""
     rows = list[VerdictRow]()
     for claim in context.claims.values():

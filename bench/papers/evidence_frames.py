@@ -14,8 +14,8 @@ from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerSequence
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
 from trackmark.bench.papers.description import MainRow
 from trackmark.bench.papers.measures import find_measure
 from trackmark.bench.papers.plan import scene_names, tracker_text
@@ -52,7 +52,7 @@ class Footage:
     places: Mapping[ShownRun | None, PlayerPosition]
 
 
-def film_runs(linked_runs: Iterable[ShownRun | None], context: Context, watch: Watch) -> Footage:
+def film_runs(linked_runs: Iterable[ShownRun | None], context: Context, watch: Progress) -> Footage:
     """Read runs and those drawn next to them; render the frames around their worst frames."""
     runs = list(dict.fromkeys(filter(None, linked_runs)))
     files = [
@@ -66,7 +66,7 @@ def film_runs(linked_runs: Iterable[ShownRun | None], context: Context, watch: W
     places |= {run: place for run in runs if (place := _place(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.effort.quick else MAX_SECONDS
     frames = _frames(reading, list(places.values()), limit)
-    player_scenes = [*scenes(reading, watch, selected=frames)] if files else []
+    player_scenes = [*player_sequences(reading, watch, selected=frames)] if files else []
     return Footage(reading, player_scenes, places)
 
 

@@ -11,8 +11,8 @@ from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, effect_tex
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import Page, PageSection, PageTable
 from trackmark.bench.pages.page import card, write_page
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_frames import compress_picture, encode_film
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_frames import compress_picture, encode_images
 from trackmark.bench.papers.evidence_frames import (
     Footage,
     claim_run,
@@ -45,7 +45,7 @@ WIDTH = 320  # of a frame in a strip [px]
 MIN_DECIDED = 0.3  # share of the verdicts below which the page says that most are missing
 
 
-def write_html_page(path: Path, report: Report, watch: Watch = lambda *_: None) -> list[Path]:
+def write_html_page(path: Path, report: Report, watch: Progress = lambda *_: None) -> list[Path]:
     """Write the page of a paper into the report's folder and return its files.
 
     The folders of the paper's experiments lie next to that folder. `watch`: called with the number
@@ -229,7 +229,7 @@ def _tile(
         notes.append((setting, text, paper and ("good" if state == paper else "bad")))
     frame_image = card(
         "frame_image",
-        image=next(encode_film([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
+        image=next(encode_images([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
         size=(image.shape[1], image.shape[0]),
         truth=runs[0][1].truth.boxes[frame],
         boxes=[(tracker, dash, judged.boxes[frame]) for dash, (_, judged) in enumerate(runs)],

@@ -13,7 +13,7 @@ from trackmark.bench.claims.row_verdicts import (
     verdict_table,
 )
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError
-from trackmark.bench.pages.page_frames import Watch
+from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.papers import FOLDER, Effort, check_paper_name
 from trackmark.bench.papers.description import Description, read_description, read_sensitivity
 from trackmark.bench.papers.evidence import verdict_rows
@@ -95,7 +95,7 @@ class Reproduction:
         folder: Path,
         effort: Effort,
         requested: Mapping[str, Collection[RunKey]],
-        watch: Watch = lambda *_: None,
+        watch: Progress = lambda *_: None,
     ) -> Report:
         """Judge the requested runs in `results` and write figures into `folder`.
 
