@@ -20,6 +20,7 @@ from trackmark.bench.analysis.decisions import Answer
 from trackmark.bench.analysis.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
+from trackmark.bench.analysis.score_tables import with_not_run
 from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.analysis.times import time_mark, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trace
@@ -48,7 +49,7 @@ from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.charts import PlayerPosition
 from trackmark.reports.svg import CROWDED
-from trackmark.reports.tables import MISSING, Table, complete, text_table
+from trackmark.reports.tables import MISSING, Table, text_table
 
 if TYPE_CHECKING:
     from trackmark.bench.pages.report_figures import FigureFiles
@@ -113,7 +114,7 @@ class _Content:
         self.experiment, self.commands = experiment, commands
         self.tables = {table.name: table for table in tables}
         self.all_runs = with_worst_scores(experiment, load_runs(experiment))
-        self.scored = complete(self.all_runs[self.all_runs["protocol"] == ONE_PASS])
+        self.scored = with_not_run(self.all_runs[self.all_runs["protocol"] == ONE_PASS])
         self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
@@ -232,7 +233,7 @@ class _Content:
 
     def _words(self) -> list[str]:
         """Return sentences on unfinished runs, protocols and times."""
-        counts = Counter(complete(self.all_runs)["status"].astype(str))
+        counts = Counter(with_not_run(self.all_runs)["status"].astype(str))
         wrong = [f"{n} {status}" for status, n in counts.items() if status != "finished"]
         words = [
             f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score. Means "

@@ -150,7 +150,7 @@ def test_frame_keeps_its_size_while_numbers_change(player):
     for frame in (2, 0, 1, 3):
         player.run(f"move({frame})")
         player.wait(f"paintedFrame === {frame}")
-        heights.append(player.run("byId('stage').clientHeight"))
+        heights.append(player.run("byId('view').clientHeight"))
     assert len(set(heights)) == 1
 
 
@@ -177,10 +177,8 @@ def test_show_live_runs_the_requested_repetition(trackmark, workspace):
         trackmark(*command, *options)
         text = (workspace / "live.html").read_text()
         runs = data_of(text)["sequences"][0]["runs"]
-        assert [run["repetition"] for run in runs] == [
-            repetition,
-            0,
-        ]  # a deterministic tracker has one
+        # A deterministic tracker has one repetition.
+        assert [run["repetition"] for run in runs] == [repetition, 0]
         assert first_box(text) == pytest.approx(stored[repetition], abs=0.051)
         assert f"in repetition {repetition}. Select" in text
         ending = ", repetition 2" if repetition else ""

@@ -485,7 +485,7 @@ def test_legend_of_many_trackers_scrolls_to_the_chosen_one(opened_page, width, h
     opened_page.wait("byId('legend').children.length === 25")
     assert opened_page.run("byId('legend').scrollWidth <= byId('legend').clientWidth")
     assert opened_page.run("byId('legend').scrollHeight > byId('legend').clientHeight")
-    assert opened_page.run("byId('stage').getBoundingClientRect().height") > height / 5
+    assert opened_page.run("byId('view').getBoundingClientRect().height") > height / 5
     opened_page.run("choose({tracker: data.labels[20]})")
     opened_page.wait("inLegend(byId('legend').children[21])")
     opened_page.run("byId('legend').lastChild.focus()")
