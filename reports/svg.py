@@ -74,11 +74,11 @@ def chart_svg(chart: Chart, height: int = 300, width: int = 440) -> Markup:
         crowded = len(lines) > CROWDED
         parts += [_line(line, x, y, chart.kind, crowded=crowded) for line in reversed(lines)]
         labelled = lines[:TOP] if crowded else lines
-        parts += _labels(labelled, x, y) if chart.named else []
+        parts += _labels(labelled, x, y) if chart.has_line_names else []
     scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
-    role, words = "group" if chart.kind == "dots" else "img", one_line(chart.words)
+    role, description = "group" if chart.kind == "dots" else "img", one_line(chart.description)
     svg = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">{}</svg>')
-    return svg.format(width, height, role, words, scales, Markup("").join(parts))
+    return svg.format(width, height, role, description, scales, Markup("").join(parts))
 
 
 def at_reference(chart: Chart, line: Line) -> str:
@@ -87,7 +87,7 @@ def at_reference(chart: Chart, line: Line) -> str:
     if chart.reference is None or not np.isfinite(values).any():
         return line.value
     value = values[np.nanargmin(np.abs(np.asarray(line.x, float) - chart.reference))]
-    return f"{100 * value:.0f} %" if chart.percent else f"{value:.2f}"
+    return f"{100 * value:.0f} %" if chart.is_percent else f"{value:.2f}"
 
 
 def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tuple[_Scale, _Scale]:
@@ -114,7 +114,9 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
     text = Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
     for tick in y.ticks:
         position = float(y(tick))
-        label = f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.percent else f"{tick:g}"
+        label = (
+            f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.is_percent else f"{tick:g}"
+        )
         yield Markup('<path class="grid" d="M{},{:.1f}H{}"/>').format(left, position, right)
         yield text.format(left - 6, position + 4, "end", label)
     for tick in x.ticks:

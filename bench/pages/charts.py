@@ -36,7 +36,7 @@ _SUCCESS = Chart(
     figure="success",
     top=1.0,
     value_name="area",
-    percent=True,
+    is_percent=True,
     reference=0.5,
 )
 _PRECISION = Chart(
@@ -48,7 +48,7 @@ _PRECISION = Chart(
     figure="precision",
     top=1.0,
     value_name="share at 20 px",
-    percent=True,
+    is_percent=True,
     reference=20.0,
 )
 
@@ -64,9 +64,9 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
         positions = sorted(map(runs.trackers.index, trackers))
         lines = [_share_line(runs, position, template.figure) for position in positions]
         values = ", ".join(f"{line.label} {at_reference(template, line)}" for line in lines)
-        caption = template.words + left_out
-        words = f"{caption} At {template.reference:g}: {values}"
-        charts.append(replace(template, lines=lines, words=words, caption=caption))
+        caption = template.description + left_out
+        description = f"{caption} At {template.reference:g}: {values}"
+        charts.append(replace(template, lines=lines, description=description, caption=caption))
     return charts
 
 
@@ -117,9 +117,11 @@ def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
         most = max(map(len, finished.values()), default=0)
         which = f" of the first {TOP} trackers" * is_crowded
         which += f": the median over up to {most} repetitions" * (most > 1)
-        words = f"Overlap by frame{which}. A point opens its frame."
+        description = f"Overlap by frame{which}. A point opens its frame."
         if lines:
-            chart = Chart(stage.name, "frame", "overlap", lines, words, top=1.0, named=False)
+            chart = Chart(
+                stage.name, "frame", "overlap", lines, description, top=1.0, has_line_names=False
+            )
             charts[stage.name] = chart
     return charts
 
@@ -159,12 +161,12 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
         points = [None, *map(lost_at.get, survival.times.tolist())]
         x = np.append(0.0, survival.times)
         lines.append(Line(name, position, x, shares, low, high, points))
-    words = (
+    description = (
         "Share of runs that have not lost the target by frame, with 95 % bands (Kaplan-Meier, "
         f"n = {len(finished)} runs); higher is better."
     )
     quantity = "share of runs not lost"
-    chart = Chart("", "frame", quantity, lines, words, "step", top=1.0, figure="survival")
+    chart = Chart("", "frame", quantity, lines, description, "step", top=1.0, figure="survival")
     return [chart] if lines else []
 
 
@@ -183,14 +185,14 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
-    words = f"{quantity.title.capitalize()} against time per frame; {bars}. "
-    words += "Up and to the left is better."
+    description = f"{quantity.title.capitalize()} against time per frame; {bars}. "
+    description += "Up and to the left is better."
     chart = Chart(
         "",
         TIME.head,
         quantity.head,
         dots,
-        words,
+        description,
         "dots",
         logarithmic=True,
         top=1.0,

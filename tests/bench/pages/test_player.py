@@ -456,7 +456,7 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
         chromium.wait(f"paintedFrame === {frame}")
         messages.append(chromium.run(MESSAGE))
     assert "Failing leaves the ground-truth box at frame" in messages[0]
-    assert messages[1].startswith("failing.py:Failing stops at frame 12. Its run failed: frame 12")
+    assert messages[1].startswith("failing.py:Failing fails at frame 12. Its run failed: frame 12")
     assert chromium.run(legend).endswith("Failing (failed)0.00 no box")
     curve = "[...sequence.curve(2).error].map((one) => !Number.isNaN(one))"
     assert chromium.run(curve) == [True] * 12 + [False] * 8
