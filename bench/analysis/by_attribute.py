@@ -29,7 +29,7 @@ from trackmark.datasets import attributes
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 Progress = Callable[[int, int], object]
 """Callback with the number of measured frames and the number of all frames."""
@@ -273,16 +273,3 @@ def _ends(curve: Curve, measure: ScoreMeasure) -> tuple[str, str]:
     first, last = curve.bins[0], curve.bins[-1]
     low, high = (f"{end.mean * measure.scale:.{measure.decimals}f}" for end in (first, last))
     return f"{low} (≤ {first.last:.2g})", f"{high} (≥ {last.first:.2g})"
-
-
-def plot_attributes(curves: Sequence[Curve], measure: ScoreMeasure, title: str) -> "Figure":
-    """Draw curves, one panel per attribute."""
-    from trackmark.reports.plots import AttributeScores, attribute_plot  # imports Matplotlib
-
-    panels: dict[str, list[AttributeScores]] = {}
-    for curve in curves:
-        points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
-        bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
-        drawn = AttributeScores(curve.label, curve.places, curve.scores * measure.scale, bins)
-        panels.setdefault(attributes.find(curve.attribute).head, []).append(drawn)
-    return attribute_plot(panels, measure.head, title)

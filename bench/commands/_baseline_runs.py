@@ -26,7 +26,7 @@ class BaselineRunner:
     """Executor of the runs of a baseline; it stores them in one results folder."""
 
     name: str  # name of the results folder
-    texts: Mapping[str, str]  # specifications of the trackers, by label
+    specs: Mapping[str, str]  # specifications of the trackers, by label
     sources: Mapping[str, SequenceSource]  # by name of the sequence
     options: EngineOptions
     digests: Mapping[str, str] = field(
@@ -69,7 +69,7 @@ class BaselineRunner:
         for names, labels in labels_by_names.items():
             experiment = Experiment(
                 name=self.name,
-                trackers=tuple(self.texts[label] for label in labels),
+                trackers=tuple(self.specs[label] for label in labels),
                 sequences=tuple(self.sources[name] for name in names),
                 repetitions=n_repetitions,
             )
@@ -135,7 +135,9 @@ def _other_hash_seed() -> Iterator[None]:
             os.environ[_HASH_SEED] = before
 
 
-def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[tuple[str, str]]:
+def unrepeatable_runs(
+    entries: "BaselineEntries", repeated: "BaselineEntries"
+) -> list[tuple[str, str]]:
     """Return the tracker–sequence pairs whose repeated run of repetition 0 gave different boxes.
 
     Failed repetitions have no boxes and are omitted.
@@ -144,7 +146,7 @@ def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[t
         (tracker, name)
         for tracker, row in repeated.items()
         for name, entry in row.items()
-        if entry.boxes[0] not in ("", entries[tracker][name].boxes[0])
+        if entry.box_digests[0] not in ("", entries[tracker][name].box_digests[0])
     ]
 
 
@@ -174,7 +176,7 @@ def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refus
         print_message("\n".join([*lines, refusal]))
         return False
     undeclared = []
-    for tracker, name in differing(entries, repeated):
+    for tracker, name in unrepeatable_runs(entries, repeated):
         line = f"{tracker} is not repeatable: repetition 0 gave different boxes in two runs"
         if len(entries[tracker][name].overlap) == 1:
             undeclared.append(f"{line}.")

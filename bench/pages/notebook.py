@@ -78,7 +78,7 @@ def player(
         If there are no results, or they are damaged.
     """
     from trackmark.bench.analysis.stored_runs import judged_runs
-    from trackmark.bench.pages.content import Page, PageSection
+    from trackmark.bench.pages.content import Page, PageSection, player_link
     from trackmark.bench.pages.page import write_page
     from trackmark.bench.pages.player_runs import collect_runs, scenes
     from trackmark.reports.charts import PlayerPosition
@@ -91,10 +91,12 @@ def player(
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
     (scene,) = scenes(runs, lambda *_: None)
     first = scene.first if frame is None else frame
-    if not 0 <= first < scene.frames:
-        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.frames - 1}.")
-    page = Page(name, [PageSection("frames", "Sequence", scenes=True)], runs.labels, [scene])
-    start = page.opening(scene, first)
+    if not 0 <= first < scene.n_frames:
+        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.n_frames - 1}.")
+    page = Page(
+        name, [PageSection("frames", "Sequence", lists_sequences=True)], runs.labels, [scene]
+    )
+    start = player_link(scene, first)
     if tracker is not None:
         start = PlayerPosition(0, runs.labels.index(tracker), repetition, first).link
     with temporary_folder() as temporary:

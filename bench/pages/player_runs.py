@@ -19,7 +19,7 @@ from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.preset import FrameState
-from trackmark.bench.pages.content import PlayerRun, PlayerScene
+from trackmark.bench.pages.content import PlayerRun, PlayerSequence
 from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, film_all
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
 from trackmark.bench.protocols import ONE_PASS
@@ -300,7 +300,7 @@ def scenes(
     keep: Keep | None = None,
     height: int = THUMBNAIL,
     selected: Sequence[Sequence[int]] | None = None,
-) -> Iterator[PlayerScene]:
+) -> Iterator[PlayerSequence]:
     """Yield the sequences with all frames, or with the `selected` frames of each, in order.
 
     See `film_all` for the other parameters.
@@ -312,18 +312,18 @@ def scenes(
         yield _scene(stage, filmed, its)
 
 
-def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
+def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> PlayerSequence:
     """Return a sequence for the player."""
     stored = stage.stored
     present = np.flatnonzero(_present(stored.boxes))
-    return PlayerScene(
+    return PlayerSequence(
         name=stage.name,
         size=stored.image_size or _extent(stored.boxes),
         boxes=stage.truth,
-        takes=[clip.take for clip in (*stage.clips, *stage.others)],
+        runs=[clip.take for clip in (*stage.clips, *stage.others)],
         thumbnails=filmed.thumbnails,
         full=filmed.full,
-        why=filmed.why,
+        reason=filmed.why,
         frame_numbers=None if len(frames) == len(stage.truth) else frames,
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
