@@ -75,15 +75,15 @@ def killed(first_killed_call):
     numbers = count()
 
     def deadly(call):
-        def called(*arguments):
+        def called(*arguments, **options):
             if next(numbers) >= first_killed_call:
                 raise KilledError
-            return call(*arguments)
+            return call(*arguments, **options)
 
         return called
 
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("select", "set", "insert", "delete", "store_totals"):
+        for name in ("select", "rows", "insert", "delete"):
             patch.setattr(Database, name, deadly(getattr(Database, name)))
         yield
 
