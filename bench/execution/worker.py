@@ -31,10 +31,7 @@ from trackmark.bench.experiments.tracker_spec import (
     TrackerSpec,
     parse_trackers,
     run_identity,
-    split_text,
 )
-from trackmark.bench.external.definition import is_external
-from trackmark.bench.external.isolated import IsolatedFactory
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import prepare_numba
@@ -186,8 +183,8 @@ def run_task(task: Task, limits: Limits) -> list[Run]:
     """
     sequence, specs = _open(task)
     specs = [
-        _isolated(spec, run.tracker, limits) if task.is_isolated or spec.is_isolated else spec
-        for spec, run in zip(specs, task.runs, strict=True)
+        spec.isolated(limits.frame_seconds) if task.is_isolated or spec.is_isolated else spec
+        for spec in specs
     ]
     observer = _ProgressMessages(_channel, specs, limits) if _channel else NULL_OBSERVER
     result = run_protocol(
@@ -203,16 +200,6 @@ def run_task(task: Task, limits: Limits) -> list[Run]:
     if task.protocol != TIMING:
         metadata["frame_seconds"] = result.frame_seconds
     return [replace(run, metadata={**run.metadata, **metadata}) for run in result.runs]
-
-
-def _isolated(spec: TrackerSpec, tracker: str, limits: Limits) -> TrackerSpec:
-    """Return a tracker in a process of its own, which enforces the time limit of a frame."""
-    name, options = split_text(tracker)
-    if is_external(name, options):  # with limits of its own
-        return spec
-    options.pop("init", None)
-    factory = IsolatedFactory(name, options).limited(limits.frame_seconds)
-    return spec.changed(make=factory, call_seconds=limits.frame_seconds)
 
 
 def _open(task: Task) -> tuple[Sequence, list[TrackerSpec]]:
