@@ -41,6 +41,7 @@ def without_proc(function):
         return function(path, *arguments, **options)
     return call
 
+os.access = lambda path, mode: path != "/dev/shm"
 builtins.open = io.open = without_proc(open)
 os.open, os.scandir, os.listdir = map(without_proc, (os.open, os.scandir, os.listdir))
 '''
@@ -93,6 +94,7 @@ def run_script(workspace, otb):
             env={
                 "PYTHONPATH": str(workspace / "site"),
                 "TRACKMARK_CACHE": str(workspace / "cache"),
+                "TMPDIR": str(workspace),
             },
             capture_output=True,
             text=True,
