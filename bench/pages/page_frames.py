@@ -8,10 +8,10 @@ from itertools import accumulate, count
 from typing import Any, NamedTuple
 
 from trackmark import datasets
-from trackmark.bench.analysis.stored_runs import open_sequence
 from trackmark.bench.pages.content import Film
 from trackmark.bench.pages.player_frames import encode_film
 from trackmark.bench.pages.player_layers import mask_shapes
+from trackmark.bench.store.runs import reopen_sequence
 
 Watch = Callable[[int, int | None], None]
 """Callback with the number of processed frames and the number of all frames."""
@@ -74,11 +74,9 @@ def _film(
     """Read and encode the frames of a sequence."""
     if not frames:
         return Filmed()
-    sequence = open_sequence(row)
-    if isinstance(sequence, str):
-        return Filmed(why=f"No frames: {sequence}")
     sizes = []
     try:
+        sequence = reopen_sequence(row)
         thumbnails = list(encode_film((sequence[frame] for frame in frames), height))
         shapes = mask_shapes((frame, sequence.mask(frame)) for frame in frames)
         if keep is not None:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerScene
@@ -23,6 +22,7 @@ from trackmark.bench.papers.runs import Context
 from trackmark.bench.store.layout import RunKey
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import run_row
+from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.charts import PlayerPosition
 
@@ -70,7 +70,7 @@ def film_runs(linked_runs: Iterable[ShownRun | None], context: Context, watch: W
     return Footage(reading, player_scenes, places)
 
 
-def _stored(places: Iterable[tuple[Path, RunKey]]) -> Iterator[StoredRun]:
+def _stored(places: Iterable[tuple[Path, RunKey]]) -> Iterator[RunWithTruth]:
     truth = cache(read_truth)
     for folder, cell in places:
         results = Results(folder)
@@ -78,7 +78,8 @@ def _stored(places: Iterable[tuple[Path, RunKey]]) -> Iterator[StoredRun]:
         stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
         row = run_row(run, stored)
         # The specification of a synthetic scene is its source.
-        yield row | {"source": row["source"] or row["sequence"]}, run, stored
+        row |= {"source": row["source"] or row["sequence"]}
+        yield RunWithTruth(row, run, stored)
 
 
 def _place(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
