@@ -17,7 +17,6 @@ from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.reports.files import write_file
 from trackmark.reports.palette import LINE_STYLES, MARKERS, colour
 from trackmark.reports.printable import printable
 
@@ -139,15 +138,12 @@ def _font_characters() -> Collection[int]:
     return frozenset(get_font(findfont(FontProperties())).get_charmap())
 
 
-def write_figure(path: Path, figure: Figure) -> Path:
-    """Write a figure as PNG, SVG or PDF by its suffix; equal figures have equal bytes.
-
-    For errors see `write_file`.
-    """
-    metadata = {{".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix, "Software"): None}
+def save_figure(file: Path, figure: Figure) -> None:
+    """Save a figure as PNG, SVG or PDF by its suffix; equal figures have equal bytes."""
+    metadata = {{".svg": "Date", ".pdf": "CreationDate"}.get(file.suffix, "Software"): None}
     # Without a salt the ids in an SVG are random. Publishers refuse fonts of type 3, the default.
     with mpl.rc_context({"svg.hashsalt": "trackmark", "pdf.fonttype": 42}):
-        return write_file(path, lambda file: figure.savefig(file, metadata=metadata))
+        figure.savefig(file, metadata=metadata)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.reports.files import write_file
 from trackmark.reports.palette import TRUTH_COLOUR, colours, to_bgr
 
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
@@ -197,7 +196,6 @@ def film_strip(
     return np.vstack([strip, legend(boxes, shades, size[1])]) if boxes else strip
 
 
-def write_film_strip(path: Path, strip: NDArray[np.uint8]) -> Path:
-    """Write a strip as PNG; for errors see `write_file`."""
-    content = cv2.imencode(".png", strip)[1].tobytes()
-    return write_file(path, lambda file: file.write_bytes(content))
+def save_png(file: Path, image: NDArray[np.uint8]) -> None:
+    """Save a BGR image, such as a film strip, as PNG."""
+    file.write_bytes(cv2.imencode(".png", image)[1].tobytes())

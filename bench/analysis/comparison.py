@@ -1,7 +1,7 @@
 """Comparison of trackers on stored runs: differences of pairs with intervals and decisions.
 
 Repetitions on a sequence are averaged first, then the sequences of a unit. Trackers are paired by
-sequence, not by seed, because equal seeds have no common effect on two methods.
+sequence, not by repetition, because equal repetitions have no common effect on two methods.
 """
 
 from collections.abc import Collection, Mapping, Sequence

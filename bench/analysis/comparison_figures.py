@@ -4,7 +4,8 @@ from pathlib import Path
 
 from trackmark.bench.analysis.comparison import Comparison
 from trackmark.bench.analysis.comparison_tables import shown_pairs
-from trackmark.reports.figures import write_figure
+from trackmark.bench.output_files import write_file
+from trackmark.reports.figures import save_figure
 from trackmark.reports.plots import difference_plot
 
 SHOWN_PAIRS = 4
@@ -23,4 +24,4 @@ def write_differences(comparison: Comparison, folder: Path) -> list[Path]:
     title = f"{measure.title} on {len(comparison.sequences)} sequences"
     margin = measure.margin * measure.scale
     figure = difference_plot(differences, comparison.sequences, measure.head, margin, title)
-    return [write_figure(folder / "differences.png", figure)]
+    return [write_file(folder / "differences.png", lambda file: save_figure(file, figure))]

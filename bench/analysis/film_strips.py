@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,11 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.analysis.outlines import Outlines, outlines_of_run
 from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.output_files import file_names, write_file
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.store.runs import Runs, RunWithTruth, reopen_sequence
-from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip, write_film_strip
+from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip, save_png
 from trackmark.reports.palette import colours
-from trackmark.reports.write import file_names
 
 N_STRIP_FRAMES = 10
 
@@ -58,7 +59,7 @@ def write_strips(
                 continue
             strip = _draw_strip(runs, rows[name], sequence, shades)
             path = folder / f"strip-{files[name]}.png"
-            written.append(executor.submit(write_film_strip, path, strip))
+            written.append(executor.submit(write_file, path, partial(save_png, image=strip)))
             if len(written) > _MAX_PENDING:  # limits the memory
                 paths.append(written.popleft().result())
         return paths + [future.result() for future in written]

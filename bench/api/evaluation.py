@@ -31,8 +31,8 @@ from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.process_tree import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
 from trackmark.bench.store.truth import stored_truth
+from trackmark.bench.temporary_paths import remove_abandoned
 from trackmark.datasets import Sequence, SequenceError
-from trackmark.reports.temporary_paths import remove_abandoned
 from trackmark.trackers import Randomness, TrackerError
 from trackmark.trackers.base.estimate_check import value_text
 

@@ -1,4 +1,4 @@
-"""Execution of the runs of a baseline, and repetition of seed 0 in fresh processes."""
+"""Execution of the runs of a baseline, and a second run of repetition 0 in fresh processes."""
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ from trackmark.bench.commands._progress import (
 )
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.protocols import STORED_ONE_PASS
-from trackmark.reports.temporary_paths import temporary_folder
+from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences, Plan
@@ -45,7 +45,7 @@ class BaselineRunner:
         return self.options.output / self.name
 
     def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineEntries":
-        """Repeat seed 0 in new local processes with another hash seed for strings.
+        """Run repetition 0 again in new local processes with another hash seed for strings.
 
         `sequences`: see `run`.
         """
@@ -56,11 +56,11 @@ class BaselineRunner:
             return replace(self, options=local).run(sequences, 1, temporary=True)
 
     def run(
-        self, sequences: Mapping[str, Sequence[str]], seeds: int, *, temporary: bool = False
+        self, sequences: Mapping[str, Sequence[str]], n_repetitions: int, *, temporary: bool = False
     ) -> "BaselineEntries":
         """Execute missing and failed runs; return the entries of all requested runs.
 
-        `sequences`: names of the sequences, by tracker. `seeds`: number of repetitions of
+        `sequences`: names of the sequences, by tracker. `n_repetitions`: number of repetitions of
         stochastic trackers. `temporary`: the caller removes the output afterwards. Raises
         `BaselineError` before any run if a sequence has changed.
         """
@@ -76,7 +76,7 @@ class BaselineRunner:
                 name=self.name,
                 trackers=tuple(self.texts[label] for label in labels),
                 sequences=tuple(self.sources[name] for name in names),
-                repetitions=seeds,
+                repetitions=n_repetitions,
             )
             execution = plan_experiment(
                 experiment, self.options, retry_failed=True, opened_sequences=self.opened_sequences
@@ -86,7 +86,7 @@ class BaselineRunner:
         if not temporary:
             print_remarks(*executions)
         trackers = "1 tracker" if len(sequences) == 1 else f"{len(sequences)} trackers"
-        title = f"{self.name}: {trackers}{', seed 0 repeated' * temporary}"
+        title = f"{self.name}: {trackers}{', repetition 0 again' * temporary}"
         with RunProgress(title, None if temporary else self.folder) as progress:
             progress.expect(*executions)
             for execution in executions:
@@ -141,7 +141,7 @@ def _other_hash_seed() -> Iterator[None]:
 
 
 def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[tuple[str, str]]:
-    """Return the tracker–sequence pairs whose repeated run of seed 0 gave different boxes.
+    """Return the tracker–sequence pairs whose repeated run of repetition 0 gave different boxes.
 
     Failed repetitions have no boxes and are omitted.
     """
@@ -154,11 +154,14 @@ def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[t
 
 
 def with_failures(entries: "BaselineEntries", repeated: "BaselineEntries") -> "BaselineEntries":
-    """Return the entries with the failures of repeated runs added as failures of seed 0."""
+    """Return the entries with the failures of repeated runs added as failures of repetition 0."""
     merged = {tracker: dict(row) for tracker, row in entries.items()}
     for tracker, row in repeated.items():
         for name, entry in row.items():
-            again = {seed: f"{reason} (repeated run)" for seed, reason in entry.failures.items()}
+            again = {
+                repetition: f"{reason} (repeated run)"
+                for repetition, reason in entry.failures.items()
+            }
             first = merged[tracker][name]
             merged[tracker][name] = replace(first, failures={**again, **first.failures})
     return merged
@@ -177,7 +180,7 @@ def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refus
         return False
     undeclared = []
     for tracker, name in differing(entries, repeated):
-        line = f"{tracker} is not repeatable: seed 0 gave different boxes in two runs"
+        line = f"{tracker} is not repeatable: repetition 0 gave different boxes in two runs"
         if len(entries[tracker][name].overlap) == 1:
             undeclared.append(f"{line}.")
         else:
@@ -200,8 +203,9 @@ def _failure_lines(entries: "BaselineEntries") -> list[str]:
         ]
         if failed:
             runs = sum(len(entry.overlap) for entry in row.values())
-            name, seed, reason = failed[0]
+            name, repetition, reason = failed[0]
             lines.append(
-                f"{tracker} failed in {len(failed)} of {runs} runs. {name}, seed {seed}: {reason}"
+                f"{tracker} failed in {len(failed)} of {runs} runs. "
+                f"{name}, repetition {repetition}: {reason}"
             )
     return lines

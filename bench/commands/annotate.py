@@ -79,10 +79,10 @@ def command(options: AnnotateOptions) -> None:
     """
     from trackmark import datasets
     from trackmark.bench.commands._drawing import Drawing
+    from trackmark.bench.output_files import write_file
     from trackmark.datasets import truth_file
     from trackmark.datasets.annotation import check_marks
-    from trackmark.reports.files import write_file
-    from trackmark.reports.overlay import write_film_strip
+    from trackmark.reports.overlay import save_png
 
     video = options.video
     boxes = _marked(options.boxes, options.keys)
@@ -139,7 +139,7 @@ def command(options: AnnotateOptions) -> None:
     if not options.pick:
         _check_target(target, replace=options.force)  # another program can have written it
         save(drawing)
-    write_film_strip(strip, picture)
+    write_file(strip, lambda file: save_png(file, picture))
     sources = list(truth.sources or ())
     click.echo(
         f"{target}: {len(drawing.boxes)} boxes marked, {sources.count('interpolated')} "

@@ -75,8 +75,8 @@ class CheckOptions(ScreenOptions, EngineOptions):
         metavar="PATTERNS",
         default="*",
     )
-    seeds: int | None = selection_option(
-        "Use only the first seeds of the baseline.  [default: all]", minimum=6
+    repetitions: int | None = selection_option(
+        "Use only the first repetitions of the baseline.  [default: all]", minimum=6
     )
     strict: bool = option("Exit with code 3 if a result is inconclusive.", group="Decision")
     families: Path | None = option(
@@ -144,7 +144,7 @@ def command(options: CheckOptions) -> int:
     inputs += [] if options.families is None else [options.families]
     check_outputs({"--markdown": options.markdown, "--junit": options.junit}, inputs)
     made_with = surroundings()  # before the runs: a library that is missing costs no runs
-    before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
+    before = _part(stored, options).with_repetitions(options.repetitions or stored.n_repetitions)
     entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
     families = (
         None if options.families is None else read_families(options.families).by_name(entries)
@@ -161,7 +161,9 @@ def command(options: CheckOptions) -> int:
         options,
         {name: entry.sequence for name, entry in entries.items()},
     )
-    now = runner.run({tracker: list(row) for tracker, row in before.entries.items()}, before.seeds)
+    now = runner.run(
+        {tracker: list(row) for tracker, row in before.entries.items()}, before.n_repetitions
+    )
     check_equal_scores(path, before.entries, now)
     repeated = runner.repeat(changed_facts(before.entries, now))
     not_repeatable = differing(now, repeated)
@@ -189,24 +191,24 @@ def command(options: CheckOptions) -> int:
 
 def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
     """Raise `UsageError` for options that contradict each other or the baseline."""
-    accept, seeds = options.accept, options.seeds
+    accept, repetitions = options.accept, options.repetitions
     if (accept is None) != (not (options.because or "").strip()):
         raise click.UsageError("--accept TRACKER requires --because TEXT, and vice versa.")
     if accept is not None and accept not in stored.entries:
         raise click.UsageError(
             f"--accept: the baseline has no {accept!r}; it has {', '.join(stored.entries)}."
         )
-    if accept is not None and (options.timed or seeds is not None):
-        raise click.UsageError("--accept cannot be combined with --time or --seeds.")
+    if accept is not None and (options.timed or repetitions is not None):
+        raise click.UsageError("--accept cannot be combined with --time or --repetitions.")
     if options.timed != (options.against is not None):
         raise click.UsageError(
             "--time requires --against REVISION, and vice versa: speeds are compared with those "
             "of a git revision."
         )
-    if seeds is not None and seeds > stored.seeds:
+    if repetitions is not None and repetitions > stored.n_repetitions:
         raise click.UsageError(
-            f"--seeds: {seeds} is more than the {stored.seeds} seeds of the baseline. Give fewer, "
-            "or recreate the baseline with more."
+            f"--repetitions: {repetitions} is more than the {stored.n_repetitions} repetitions of "
+            "the baseline. Give fewer, or recreate the baseline with more."
         )
 
 
@@ -317,7 +319,7 @@ def _text(table: "Table") -> str:
 
 
 def _write(file: Path, text: str) -> None:
-    from trackmark.reports.files import write_file
+    from trackmark.bench.output_files import write_file
     from trackmark.reports.printable import printable
 
-    write_file(file, lambda temporary: temporary.write_text(printable(text), encoding="utf-8"))
+    write_file(file, printable(text))

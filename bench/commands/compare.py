@@ -66,7 +66,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
     published: Path | None = option(
         "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
     )
-    seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
+    repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     metrics: list[str] = metrics_option("Statistics")
     metric: str | None = option(
         f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
@@ -106,7 +106,7 @@ def command(options: CompareOptions) -> int:
     worst score.
 
     For example:
-      trackmark compare camshift opencv-mil --sequences 'samples/*' --seeds 5
+      trackmark compare camshift opencv-mil --sequences 'samples/*' --repetitions 5
       trackmark compare --results results/windows --folder paper
 
     Exit codes: 0 success; 1 all runs of a tracker failed, which is left out; 2 invalid usage or
@@ -233,7 +233,7 @@ def _run(
         name=options.name or default_name(trackers, split_list(sequences), None),
         trackers=tuple(trackers),
         sequences=matching_sequences(sequences),
-        repetitions=options.seeds or Experiment.repetitions,
+        repetitions=options.repetitions or Experiment.repetitions,
         protocol=options.protocol or Experiment.protocol,
     )
     execution = run_experiment(experiment, options)
@@ -286,11 +286,11 @@ def _write(comparison: "Comparison", folder: Path) -> list[str]:
     """Write tables, the figure and the paragraph; return lines that list the files."""
     from trackmark.bench.analysis.comparison_figures import write_differences
     from trackmark.bench.analysis.comparison_tables import files, paragraph
-    from trackmark.reports.files import write_file
-    from trackmark.reports.write import list_written_files, write_tables
+    from trackmark.bench.commands._table_files import list_written_files, write_tables
+    from trackmark.bench.output_files import write_file
 
     paths = [*write_tables(folder, files(comparison)), *write_differences(comparison, folder)]
     file = folder / "paragraph.txt"
     text = f"{paragraph(comparison)}\n"
-    paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))
+    paths.append(write_file(file, text))
     return list_written_files(paths, file.name)

@@ -50,9 +50,9 @@ def command(options: DemoOptions) -> int:
     """
     from trackmark.bench.analysis.run_summary import summarise
     from trackmark.bench.analysis.run_tables import tables
+    from trackmark.bench.commands._table_files import write_tables
     from trackmark.bench.pages.report import Commands, write_report_page
     from trackmark.bench.pages.report_figures import FigureFiles
-    from trackmark.reports.write import write_tables
 
     experiment = read_experiment("demo")
     results = options.output / "results" / experiment.name

@@ -12,8 +12,8 @@ import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._options import Command, JsonOptions, with_options
+from trackmark.bench.package_version import package_version
 from trackmark.datasets.source_digest import library_version, library_versions
-from trackmark.reports.package_version import package_version
 from trackmark.reports.printable import wrap
 
 LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "skvideo")

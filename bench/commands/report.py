@@ -126,8 +126,8 @@ def command(options: ReportOptions) -> int:
 def _report(runs: "Runs", options: ReportOptions, *, several: bool) -> None:
     """Print and write the report on an experiment; captions name its folder if it is not alone."""
     from trackmark.bench.analysis.by_metrics import metric_tables
+    from trackmark.bench.commands._table_files import list_written_files, write_tables
     from trackmark.bench.pages.report import Commands
-    from trackmark.reports.write import list_written_files, write_tables
 
     metrics, folder = options.metrics, options.folder
     title = runs.title

@@ -38,7 +38,7 @@ class ReproduceOptions(ScreenOptions, EngineOptions):
     all_papers: bool = option("Reproduce every paper, and write a page that lists all of them.")
     quick: bool = option("Main table and figure strips in a minute, without verdicts.")
     everything: bool = option("Add the sensitivity table.", "--all")
-    seeds: int | None = option("Maximum number of repetitions.", minimum=1)
+    repetitions: int | None = option("Maximum number of repetitions.", minimum=1)
     page: Path | None = output_option(
         "Markdown file for the page of the paper.", type=click.Path(path_type=Path, dir_okay=False)
     )
@@ -80,7 +80,10 @@ def command(options: ReproduceOptions) -> int:
         reports = {str(folder / name): folder / name for name in ("report.html", "report.json")}
         check_outputs({"--page": page, **reports})
     effort = Effort(
-        quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
+        quick=quick,
+        everything=options.everything,
+        repetitions=options.repetitions,
+        jobs=options.jobs,
     )
     fails = False
     for name in paper_names() if options.paper is None else [options.paper]:
@@ -132,14 +135,14 @@ def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOption
 
 def _write(report: "Report", content: Mapping[str, object], folder: Path) -> None:
     """Write the report as HTML and Markdown pages, tables in every format, and JSON."""
+    from trackmark.bench.commands._table_files import write_tables
+    from trackmark.bench.output_files import write_file
     from trackmark.bench.papers.html_page import write_html_page
     from trackmark.bench.papers.markdown_page import write_page
-    from trackmark.reports.files import write_file
-    from trackmark.reports.write import write_tables
 
     text = json.dumps(content, indent=1, allow_nan=False)
     write_tables(folder, report.tables)
     write_page(folder / "report.md", report)
-    write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
+    write_file(folder / "report.json", text)
     with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

@@ -72,7 +72,7 @@ class RunOptions(ScreenOptions, EngineOptions):
         metavar="SEQUENCES",
     )
     truth: Path | None = truth_option()
-    seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
+    repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     protocol: str | None = protocol_option()
     timing: bool = option(
         "Measure the time per frame instead of the accuracy; trackers run one at a time."
@@ -125,14 +125,14 @@ def _experiment(options: RunOptions) -> Experiment:
         "name": options.name,
         "trackers": tuple(split_list(trackers or "")),
         "sequences": matching_sequences(sequences, truth) if sequences else (),
-        "repetitions": options.seeds,
+        "repetitions": options.repetitions,
         "protocol": options.protocol,
         "timing": options.timing,
         "arrays": options.arrays,
     }
     values = {key: value for key, value in values.items() if value}
-    if options.seeds:
-        values["repeated"] = {}  # --seeds replaces the numbers of single trackers, too
+    if options.repetitions:
+        values["repeated"] = {}  # --repetitions replaces the numbers of single trackers, too
     if base is not None:
         return replace(base, **values)
     name = default_name(values.get("trackers", ()), split_list(sequences or ""), truth)
@@ -260,7 +260,9 @@ def _print_hints(execution: "Execution") -> None:
         if repetitions == 1 and spec.randomness != Randomness.NONE
     ]
     if once:
-        print_hint(f"Stochastic trackers that ran once: {', '.join(once)}. Repeat them: --seeds 10")
+        print_hint(
+            f"Stochastic trackers that ran once: {', '.join(once)}. Repeat them: --repetitions 10"
+        )
     texts = [source.text for source in execution.experiment.sequences]
     formats = {text: datasets.path_format(text) for text in texts}
     for name in filter(None, dict.fromkeys(formats.values())):

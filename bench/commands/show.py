@@ -170,14 +170,16 @@ def _draw(
 ) -> None:
     """Write a film strip of `count` frames, or a video of all frames."""
     from trackmark.bench.analysis.outlines import outlines_on
-    from trackmark.reports.overlay import evenly_spaced, film_strip, write_film_strip
-    from trackmark.reports.video import write_video
+    from trackmark.bench.output_files import write_file
+    from trackmark.reports.overlay import evenly_spaced, film_strip, save_png
+    from trackmark.reports.video import save_video
 
     lines = outlines_on(sequence, outlines)
     if output.suffix == ".png":
         numbers = evenly_spaced(frames.start, frames.stop - 1, count)
         image = sequence.__getitem__
-        write_film_strip(output, film_strip(image, numbers, boxes, sequence.name, lines_of=lines))
+        strip = film_strip(image, numbers, boxes, sequence.name, lines_of=lines)
+        write_file(output, lambda file: save_png(file, strip))
         return
     with progress_bar("Drawing frames", len(frames), "frame") as progress:
 
@@ -186,4 +188,4 @@ def _draw(
                 yield number, sequence[number]
                 progress(done)
 
-        write_video(output, images(), boxes, sequence.fps, lines)
+        write_file(output, lambda file: save_video(file, images(), boxes, sequence.fps, lines))

@@ -77,6 +77,7 @@ def command(options: StressOptions) -> int:
 
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
+    from trackmark.bench.commands._table_files import list_written_files, write_tables
     from trackmark.bench.experiments.tracker_files import resolve_trackers
     from trackmark.bench.stress.breaking_points import (
         BreakingPoints,
@@ -89,7 +90,6 @@ def command(options: StressOptions) -> int:
         write_curves,
     )
     from trackmark.reports.renderers import terminal_lines
-    from trackmark.reports.write import list_written_files, write_tables
 
     if not (knob_texts := split_list(options.knobs)):
         raise click.UsageError("--knob: the list is empty. Name at least one.")

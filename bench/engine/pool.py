@@ -36,8 +36,8 @@ from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.files import ResultsError
+from trackmark.bench.temporary_paths import remove_abandoned
 from trackmark.datasets import SequenceError
-from trackmark.reports.temporary_paths import remove_abandoned
 
 _POLL_SECONDS = 0.1
 _SPARE_SECONDS = 30.0  # after the time limit of a tracker in a process of its own

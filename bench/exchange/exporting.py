@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import partial
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -16,12 +15,12 @@ from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.exchange import format_names, load_format
 from trackmark.bench.exchange.names import file_name
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
+from trackmark.bench.output_files import write_file
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.data_frames import ordered_rows
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import read_truth
-from trackmark.reports.files import write_file
 
 
 def export_results(
@@ -118,7 +117,7 @@ def _write(texts: Mapping[Path, str], *, force: bool) -> None:
             "another folder, or replace the files with --force."
         )
     for path, text in texts.items():
-        write_file(path, partial(Path.write_text, data=text, encoding="utf-8"))
+        write_file(path, text)
 
 
 def _run_texts(run: Run, rows: ResultRows, format_name: str, folder: Path) -> Mapping[Path, str]:

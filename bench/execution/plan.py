@@ -234,7 +234,7 @@ def _repetitions(
     if number > MAX_RUNS:
         raise ExperimentError(
             f"{number} runs are requested; an experiment has at most {MAX_RUNS}. "
-            "Request fewer seeds, or split the sequences between several experiments."
+            "Request fewer repetitions, or divide the sequences among several experiments."
         )
     return np.array(repetitions, np.int64)
 

@@ -17,7 +17,7 @@ from typing import IO, NamedTuple
 
 from trackmark.bench.machine_errors import machine_fault, temporary_file
 from trackmark.bench.process_tree import ProcessTree
-from trackmark.reports.temporary_paths import TemporaryPath
+from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
 
 TAIL_CHARACTERS = 2_000

@@ -33,8 +33,8 @@ from trackmark.bench.external.process import (
     ExternalTrackerError,
     LineProcess,
 )
+from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.datasets.number_files import form_problem
-from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.call_clock import CallClock, CallTime
 from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate

@@ -12,7 +12,7 @@ from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.store.runs import Runs
-from trackmark.reports.temporary_paths import temporary_folder
+from trackmark.bench.temporary_paths import temporary_folder
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
 

@@ -7,12 +7,12 @@ from math import inf
 from pathlib import Path
 
 from trackmark import datasets
+from trackmark.bench.output_files import write_file
 from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.bench.store.layout import single_experiment
 from trackmark.bench.store.runs import Runs, complete_name
+from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.datasets import Sequence
-from trackmark.reports.files import write_file
-from trackmark.reports.temporary_paths import temporary_folder
 
 _PLAYER_HEIGHT = 780  # CSS pixels
 
@@ -28,7 +28,7 @@ class SequencePlayer:
 
     def save(self, path: str | Path) -> None:
         """Write the page to a file; raise `OSError` if it cannot be written."""
-        write_file(Path(path), lambda file: file.write_text(self.page, encoding="utf-8"))
+        write_file(Path(path), self.page)
 
     def _repr_html_(self) -> str:
         """Return the page in a frame whose scripts cannot access the notebook."""

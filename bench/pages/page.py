@@ -17,11 +17,11 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
+from trackmark.bench.output_files import write_file
+from trackmark.bench.package_version import package_version
 from trackmark.bench.pages.card_types import GLOSSARY, SYMBOLS
 from trackmark.bench.pages.content import Film, Page, PlayerScene, Shapes
 from trackmark.bench.pages.player_frames import ABSENT, compress, pack_boxes, quantise
-from trackmark.reports.files import write_file
-from trackmark.reports.package_version import package_version
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
 from trackmark.reports.svg import TOP, at_reference, chart_svg
@@ -82,7 +82,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     template = _environment().get_template("page.html")
     text = template.render(page=page, data=data, blocks=inside, card_html=card_html)
     text = re.sub(r"\n[ \n]+", "\n", text)  # without indentation a page is a tenth smaller
-    write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
+    write_file(path, text)
     return [path, *written]
 
 
@@ -157,7 +157,7 @@ def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
     """
     content = f'trackmark("{name}","{b64encode(b"".join(frames)).decode()}")'
     path = _folder(page) / f"{name}.js"
-    return write_file(path, lambda file: file.write_text(content, encoding="ascii"))
+    return write_file(path, content)
 
 
 def _folder(page: Path) -> Path:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -12,10 +13,11 @@ from trackmark.bench.analysis.by_metrics import TableWithCurves
 from trackmark.bench.analysis.film_strips import TRACE_WORDS, write_strips
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import heading
+from trackmark.bench.output_files import write_file
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.store.runs import Runs
 from trackmark.reports.charts import Chart, Line
-from trackmark.reports.figures import write_figure
+from trackmark.reports.figures import save_figure
 from trackmark.reports.plots import chart_plot, radar_plot
 
 
@@ -58,7 +60,7 @@ def write_figures(
             scores, heads = report.scores, report.heads
             figures[report.table.name] = radar_plot(scores, heads, report.quantity, title)
     paths = [
-        write_figure(folder / f"{name}{requested.suffix}", figure)
+        write_file(folder / f"{name}{requested.suffix}", partial(save_figure, figure=figure))
         for name, figure in figures.items()
     ]
     return paths + write_strips(runs, folder, requested.on_message, page_runs.trackers)

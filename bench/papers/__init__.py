@@ -21,7 +21,7 @@ class Effort:
 
     quick: bool = False  # only main table and film strips, on few scenes, without verdicts
     everything: bool = False  # adds the sensitivity table
-    seeds: int | None = None  # maximum number of repetitions; None: as in `paper.toml`
+    repetitions: int | None = None  # maximum number of repetitions; None: as in `paper.toml`
     jobs: int | None = None  # worker processes; None: one per core
 
     def command(self, paper: str) -> str:
@@ -29,7 +29,7 @@ class Effort:
         options = [
             *(["--quick"] if self.quick else []),
             *(["--all"] if self.everything else []),
-            *([f"--seeds {self.seeds}"] if self.seeds is not None else []),
+            *([f"--repetitions {self.repetitions}"] if self.repetitions is not None else []),
         ]
         return " ".join(["trackmark", "reproduce", paper, *options])
 

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.description import FigureEntry
 from trackmark.bench.papers.measures import JudgedRun, find_measure, series
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
-from trackmark.reports.figures import write_figure
-from trackmark.reports.overlay import write_film_strip
+from trackmark.reports.figures import save_figure
+from trackmark.reports.overlay import save_png
 from trackmark.reports.plots import series_plot
 
 Image = NDArray[np.uint8]
@@ -101,8 +102,8 @@ def _write(name: str, plot: Drawn, context: Context) -> Path:
     context.folder.mkdir(parents=True, exist_ok=True)
     path = context.folder / f"{name}.png"
     if isinstance(plot, Figure):
-        return write_figure(path, plot)
-    return write_film_strip(path, plot)
+        return write_file(path, lambda file: save_figure(file, plot))
+    return write_file(path, lambda file: save_png(file, plot))
 
 
 def read_strip(entry: FigureEntry, context: Context) -> Strip | None:

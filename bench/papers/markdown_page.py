@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from trackmark.bench.claims.row_verdicts import verdict_table
+from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.reproduction import Report
-from trackmark.reports.files import write_file
 from trackmark.reports.renderers import to_markdown
 from trackmark.reports.tables import Table
 
@@ -26,7 +26,7 @@ VIDEOS = (
 
 def write_page(path: Path, report: Report) -> None:
     """Write the page of a paper."""
-    write_file(path, lambda file: file.write_text(page(report, path.parent), "utf-8"))
+    write_file(path, page(report, path.parent))
 
 
 def page(report: Report, folder: Path) -> str:

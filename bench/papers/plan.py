@@ -113,7 +113,7 @@ def requests(
         if claim.trackers:
             add(claim.sequences, claim.trackers, claim.n_scenes)
     repetitions = 1 if effort.quick else description.repetitions
-    repetitions = min(repetitions, effort.seeds or repetitions)
+    repetitions = min(repetitions, effort.repetitions or repetitions)
     return [
         Request(sequence, tracker, scene_counts[sequence], repetitions)
         for sequence, tracker in tracker_texts

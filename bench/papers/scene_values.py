@@ -12,8 +12,8 @@ from loky import get_reusable_executor
 from numpy.typing import NDArray
 
 from trackmark import datasets, trackers
+from trackmark.bench.output_files import write_file
 from trackmark.datasets.source_digest import source_digest
-from trackmark.reports.files import write_file
 
 PACKAGE = Path(str(trackers.__file__)).parent
 
@@ -44,5 +44,5 @@ def scene_values(
     pool = get_reusable_executor(max_workers=jobs)
     values = [*pool.map(function, scenes, *([name] * len(scenes) for name in settings))]
     text = json.dumps(values)
-    write_file(file, lambda path: path.write_text(text, "utf-8"))
+    write_file(file, text)
     return np.array(values)

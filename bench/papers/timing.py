@@ -32,10 +32,10 @@ from trackmark.bench.evaluation.interleaved_timing import (
     time_updates,
 )
 from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
+from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.datasets.source_digest import source_digest
-from trackmark.reports.files import write_file
 from trackmark.trackers.base.interface import Box, Image
 
 PACKAGE = Path(str(trackers.__file__)).parent
@@ -169,7 +169,7 @@ def kept_times(
         )
         if np.median(machine) <= STEADY_RATIO * machine.min():
             text = json.dumps(times, default=lambda values: values.tolist())
-            write_file(file, lambda path: path.write_text(text, "utf-8"))
+            write_file(file, text)
     return _measured[file]
 
 

@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from trackmark.bench.experiments.experiment import SequenceSource, check_folder_name, read_toml
-from trackmark.bench.statistics.accuracy_drop import MAX_SEEDS
+from trackmark.bench.output_files import write_file
+from trackmark.bench.statistics.accuracy_drop import MAX_REPETITIONS
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.datasets.source_digest import library_version
-from trackmark.reports.files import write_file
 
 FORMAT = 2
 
@@ -54,13 +54,13 @@ class BaselineError(ResultsError):
 
 @dataclass(frozen=True)
 class BaselineEntry:
-    """Runs of a tracker on a sequence by seed; a deterministic tracker has one run."""
+    """Runs of a tracker on a sequence by repetition; a deterministic tracker has one run."""
 
     source: SequenceSource
     sequence: str  # digest of pixels and ground truth
     overlap: tuple[float, ...]  # mean overlaps; 0 for a failed run
     boxes: tuple[str, ...]  # digests of boxes; empty for a failed run
-    # reasons of failures by seed; not stored in the file
+    # reasons of failures by repetition; not stored in the file
     failures: Mapping[int, str] = field(default_factory=dict)
 
 
@@ -74,21 +74,23 @@ class Baseline:
 
     entries: BaselineEntries
     texts: Mapping[str, str]  # specifications of the trackers, by label
-    seeds: int  # number of runs of each stochastic tracker
+    n_repetitions: int  # number of runs of each stochastic tracker
     detect: float  # drop of the mean overlap on one sequence to detect
     made_with: Mapping[str, str]  # platform, Python and libraries
     accepted: Sequence[Mapping[str, Any]] = ()  # accepted changes with reasons
 
-    def with_seeds(self, seeds: int) -> "Baseline":
-        """Return the baseline restricted to the first seeds."""
+    def with_repetitions(self, n_repetitions: int) -> "Baseline":
+        """Return the baseline restricted to the first repetitions."""
         entries = {
             tracker: {
-                name: replace(entry, overlap=entry.overlap[:seeds], boxes=entry.boxes[:seeds])
+                name: replace(
+                    entry, overlap=entry.overlap[:n_repetitions], boxes=entry.boxes[:n_repetitions]
+                )
                 for name, entry in row.items()
             }
             for tracker, row in self.entries.items()
         }
-        return replace(self, entries=entries, seeds=seeds)
+        return replace(self, entries=entries, n_repetitions=n_repetitions)
 
     def moved_on(self, tracker: str, now: BaselineEntries, reason: str, date: str) -> "Baseline":
         """Return the baseline with new entries of a tracker and the reason for the change."""
@@ -145,8 +147,8 @@ def stored_entries(
 ) -> BaselineEntries:
     """Return the entries of the stored runs of an experiment.
 
-    `runs`: number of seeds by tracker and sequence. `sources`: specifications of the sequences, by
-    name.
+    `runs`: number of repetitions by tracker and sequence. `sources`: specifications of the
+    sequences, by name.
 
     Raises `BaselineError` for a finished run without a score.
     """
@@ -157,8 +159,8 @@ def stored_entries(
         if row["protocol"] == "accuracy" and row["repetition"] < runs.get(pair, 0):
             rows[pair][row["repetition"]] = row
     entries: dict[str, dict[str, BaselineEntry]] = {}
-    for (tracker, name), by_seed in rows.items():
-        ordered = [by_seed[seed] for seed in range(runs[tracker, name])]
+    for (tracker, name), by_repetition in rows.items():
+        ordered = [by_repetition[repetition] for repetition in range(runs[tracker, name])]
         entries.setdefault(tracker, {})[name] = _entry(results, sources[name], ordered)
     return entries
 
@@ -167,9 +169,9 @@ def _entry(
     results: Results, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
 ) -> BaselineEntry:
     overlap, boxes, failures = [0.0] * len(rows), [""] * len(rows), {}
-    for seed, row in enumerate(rows):
+    for repetition, row in enumerate(rows):
         if row["status"] != "finished":
-            failures[seed] = str(row["failure"]).partition("\n")[0]
+            failures[repetition] = str(row["failure"]).partition("\n")[0]
             continue
         score = float(row["scores"].get("mean_overlap", np.nan))
         if not np.isfinite(score):
@@ -177,8 +179,8 @@ def _entry(
                 f"{row['tracker']} on {row['sequence']}: the run has no mean overlap. Leave out "
                 "the sequence: its ground truth has no box after the first one."
             )
-        overlap[seed] = round(score, DECIMALS)
-        boxes[seed] = box_digest(results.read(run_key(row)).boxes)
+        overlap[repetition] = round(score, DECIMALS)
+        boxes[repetition] = box_digest(results.read(run_key(row)).boxes)
     sequence = digest(rows[0]["fingerprint"].encode())
     return BaselineEntry(source, sequence, tuple(overlap), tuple(boxes), failures)
 
@@ -196,14 +198,14 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
             f"{path}: {text[error.start - 20 : error.end]!r} is not valid UTF-8. Rename the file "
             "or folder, or give another reason."
         ) from None
-    write_file(path, lambda file: file.write_bytes(content))
+    write_file(path, content)
 
 
 def _lines(baseline: Baseline) -> Iterator[str]:
     yield "# Baseline of trackmark: `trackmark check` compares trackers with it."
-    yield "# Each sequence: mean overlap and digest of the boxes by seed, from seed 0 on."
+    yield "# Each sequence: mean overlap and digest of the boxes, by repetition from 0 on."
     yield f"format = {FORMAT}"
-    yield f"seeds = {baseline.seeds}"
+    yield f"repetitions = {baseline.n_repetitions}"
     yield f"detect = {baseline.detect!r}"
     yield "\n[made_with]"
     yield from _toml_lines(baseline.made_with)
@@ -277,7 +279,7 @@ class _FileAccepted(_Strict):
 
 class _File(_Strict):
     format: int
-    seeds: Annotated[int, Field(ge=MIN_UNITS, le=MAX_SEEDS)]
+    repetitions: Annotated[int, Field(ge=MIN_UNITS, le=MAX_REPETITIONS)]
     detect: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
     made_with: _Texts
     specifications: _Texts = {}
@@ -307,7 +309,7 @@ def read_baseline(path: Path) -> Baseline:
         value = "missing" if first["type"] == "missing" else first["input"]
         _refuse(path, _place(first["loc"]), value, f"{first['msg']}.")
     for tracker, row in content.trackers.items():
-        _check_lengths(path, content.seeds, tracker, row)
+        _check_lengths(path, content.repetitions, tracker, row)
         _check_equal_boxes(path, tracker, row)
     _check_sources(path, content)
     entries = {
@@ -316,18 +318,24 @@ def read_baseline(path: Path) -> Baseline:
     }
     texts = {label: content.specifications.get(label, label) for label in entries}
     accepted = tuple(change.model_dump() for change in content.accepted)
-    return Baseline(entries, texts, content.seeds, content.detect, content.made_with, accepted)
+    return Baseline(
+        entries, texts, content.repetitions, content.detect, content.made_with, accepted
+    )
 
 
-def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _FileEntry]) -> None:
-    """Raise `BaselineError` unless a tracker has 1 run, or one per seed, on every sequence."""
+def _check_lengths(
+    path: Path, n_repetitions: int, tracker: str, entries: Mapping[str, _FileEntry]
+) -> None:
+    """Raise `BaselineError` unless a tracker has 1 run or one per repetition on every sequence."""
     (first, *_) = entries.values()
     n = len(first.overlap)
     for name, entry in entries.items():
         for key, values in (("overlap", entry.overlap), ("boxes", entry.boxes)):
-            if n not in (1, seeds) or len(values) != n:
+            if n not in (1, n_repetitions) or len(values) != n:
                 runs = (
-                    f"1 or {seeds} (one per seed)" if n not in (1, seeds) else f"{n}, one per run"
+                    f"1 or {n_repetitions} (one per repetition)"
+                    if n not in (1, n_repetitions)
+                    else f"{n}, one per run"
                 )
                 place = _place(("trackers", tracker, name, key))
                 _refuse(path, place, values, f"{len(values)} values; expected {runs}.")
@@ -337,10 +345,10 @@ def _check_equal_boxes(path: Path, tracker: str, entries: Mapping[str, _FileEntr
     """Raise `BaselineError` if two runs of a tracker have equal boxes and different overlaps."""
     for name, entry in entries.items():
         overlap_of: dict[str, float] = {}
-        for seed, (boxes, overlap) in enumerate(zip(entry.boxes, entry.overlap, strict=True)):
+        for repetition, (boxes, overlap) in enumerate(zip(entry.boxes, entry.overlap, strict=True)):
             expected = overlap_of.setdefault(boxes, overlap)
             if abs(overlap - expected) > MAX_OVERLAP_ERROR:
-                place = _place(("trackers", tracker, name, f"overlap.{seed}"))
+                place = _place(("trackers", tracker, name, f"overlap.{repetition}"))
                 _refuse(path, place, overlap, f"Another run with equal boxes has {expected}.")
 
 
@@ -369,11 +377,13 @@ def check_equal_scores(path: Path, before: BaselineEntries, now: BaselineEntries
     for tracker, row in before.items():
         for name, old in row.items():
             new = now[tracker][name]
-            # The only run of a deterministic tracker counts for all seeds.
+            # The only run of a deterministic tracker counts for all repetitions.
             runs = np.broadcast_arrays(old.boxes, new.boxes, old.overlap, new.overlap)
-            for seed, (old_boxes, new_boxes, stored, current) in enumerate(zip(*runs, strict=True)):
+            for repetition, (old_boxes, new_boxes, stored, current) in enumerate(
+                zip(*runs, strict=True)
+            ):
                 if old_boxes == new_boxes and abs(stored - current) > MAX_OVERLAP_ERROR:
-                    place = _place(("trackers", tracker, name, f"overlap.{seed}"))
+                    place = _place(("trackers", tracker, name, f"overlap.{repetition}"))
                     expected = f"Runs with these boxes have a mean overlap of {current} now."
                     _refuse(path, place, float(stored), expected)
 

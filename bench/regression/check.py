@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineEntries
 from trackmark.bench.statistics.accuracy_drop import (
     IDENTICAL,
-    decide_by_seeds,
+    decide_by_repetitions,
     decide_deterministic,
 )
 from trackmark.bench.statistics.rules import MARGIN, Decision, p_value
@@ -30,7 +30,8 @@ UNREPEATABLE = "not repeatable"
 class ScoreChange:
     """Change of a tracker on a sequence, or of its mean over sequences.
 
-    Runs are paired by seed. The single run of a deterministic tracker represents all seeds.
+    Runs are paired by repetition. The single run of a deterministic tracker represents all
+    repetitions.
     """
 
     tracker: str
@@ -38,7 +39,7 @@ class ScoreChange:
     old: Sequence[float]  # mean overlap by run
     new: Sequence[float]
     same: Sequence[bool]  # whether a pair of runs has equal boxes
-    failures: Mapping[int, str]  # reasons of failures by seed
+    failures: Mapping[int, str]  # reasons of failures by repetition
     change: Decision = IDENTICAL
     p: float = nan  # smallest level at which the corrected interval of the change excludes 0
     weights: Sequence[float] | None = None  # of the sequences in both means; None if they are equal
@@ -137,7 +138,7 @@ def check(
         elif (row.tracker, row.sequence) in not_repeatable:
             change = Decision("inconclusive", float(row.differences[0]), reason=UNREPEATABLE)
         elif row.is_random:
-            change = decide_by_seeds(row.differences, len(changed), before.detect)
+            change = decide_by_repetitions(row.differences, len(changed), before.detect)
         else:
             change = decide_deterministic(float(row.differences[0]), margin)
         p = p_value(row.differences, len(changed)) if change.interval else nan
@@ -171,14 +172,14 @@ def _mean(
     names = [row.sequence for row in rows]
     units = units_of(names, families=families or dict(zip(names, names, strict=True)))
     weights = units.means(np.eye(len(rows))).mean(axis=-1)
-    by_seed = np.average([row.differences for row in rows], axis=0, weights=weights)
+    by_repetition = np.average([row.differences for row in rows], axis=0, weights=weights)
     old, new, same = (
         list(chain.from_iterable(parts))
         for parts in zip(*((row.old, row.new, row.same) for row in rows), strict=True)
     )
-    change = decide_by_seeds(by_seed, comparisons, before.detect)
+    change = decide_by_repetitions(by_repetition, comparisons, before.detect)
     words = f"mean of {len(units)} {units.plural if len(units) > 1 else units.kind}"
-    p = p_value(by_seed, comparisons) if change.interval else nan
+    p = p_value(by_repetition, comparisons) if change.interval else nan
     shares = weights.tolist()
     return ScoreChange(rows[0].tracker, words, old, new, same, {}, change, p, shares)
 
@@ -291,10 +292,10 @@ def _regressions(result: Check, tracker: str) -> list[str]:
     lines = [f"REGRESSION: {tracker} is worse {' and '.join(places)}."] if places else []
     failed = [(row.sequence, *failure) for row in rows for failure in row.failures.items()]
     if failed:
-        sequence, seed, reason = failed[0]
+        sequence, repetition, reason = failed[0]
         lines.append(
             f"REGRESSION: {tracker} failed in {len(failed)} of {sum(len(row.new) for row in rows)} "
-            f"runs; the baseline has no failures. {sequence}, seed {seed}: {reason}"
+            f"runs; the baseline has no failures. {sequence}, repetition {repetition}: {reason}"
         )
     return lines
 
@@ -337,7 +338,9 @@ def _words(row: ScoreChange) -> str:
     change = row.change
     words = f"mean overlap {row.before:.4f} -> {row.now:.4f} ({change.label})"
     words += f"; {change.reason}" if change.reason else ""
-    failures = [f"; seed {seed} failed: {reason}" for seed, reason in row.failures.items()]
+    failures = [
+        f"; repetition {repetition} failed: {reason}" for repetition, reason in row.failures.items()
+    ]
     return words + "".join(failures[:1])
 
 
@@ -360,5 +363,5 @@ def _data(row: ScoreChange) -> dict[str, Any]:
         "same_boxes": sum(row.same),
         "failed": len(row.failures),
         "failure": next(iter(row.failures.values()), ""),
-        "seeds_needed": change.needed,
+        "repetitions_needed": change.needed,
     }

@@ -29,8 +29,8 @@ from trackmark.bench.statistics.speed import (
     missing_sessions,
     sample_of,
 )
+from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.reports.tables import MISSING, Cell, Table
-from trackmark.reports.temporary_paths import temporary_folder
 from trackmark.trackers.base.catalogue import in_file, is_outside
 from trackmark.trackers.base.seeds import run_seed
 

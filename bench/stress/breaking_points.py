@@ -7,7 +7,7 @@ random filter. Runs of equal number have the same scene or start frame in all se
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import inf, isfinite, log, nan
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.output_files import write_file
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.psychometric import (
     N_FIRST_RUNS,
@@ -29,7 +30,7 @@ from trackmark.bench.statistics.psychometric import (
 )
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
 from trackmark.datasets.spec_string import format_text, name_hint, parse_text
-from trackmark.reports.figures import write_figure
+from trackmark.reports.figures import save_figure
 from trackmark.reports.plots import SurvivalCurve, breaking_plot
 from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
 
@@ -454,7 +455,8 @@ def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:
         curves = {name: _curve(series, levels) for name, series in by_tracker.items()}
         title = f"Runs that survive under {axis.name}"
         figure = breaking_plot(curves, f"{axis.name} [{axis.unit}]", title, axis.logarithmic)
-        paths.append(write_figure(folder / f"curve-{axis.name}.png", figure))
+        path = folder / f"curve-{axis.name}.png"
+        paths.append(write_file(path, partial(save_figure, figure=figure)))
     return paths
 
 

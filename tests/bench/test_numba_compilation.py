@@ -30,7 +30,7 @@ def test_compilation_by_a_worker_is_printed_once(trackmark_process, workspace, m
     (workspace / "compiles.py").write_text(
         "import numba\n" + (workspace / "knob.py").read_text() + KERNEL
     )
-    options = ("--sequences", "data/Small", "--json", "--jobs", 1, "--seeds", 3)
+    options = ("--sequences", "data/Small", "--json", "--jobs", 1, "--repetitions", 3)
     first = trackmark_process("run", "--trackers", "compiles.py:Compiles", *options)
     assert first.stderr.count(SENTENCE) == 1
     assert [json.loads(line)["status"] for line in first.stdout.splitlines()] == ["finished"] * 3

@@ -2,16 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.figure import Figure
 
 from trackmark.reports.charts import Chart, Line
-from trackmark.reports.figures import Panel, fold, map_plot, write_figure
+from trackmark.reports.figures import Panel, fold, map_plot, save_figure
 from trackmark.reports.palette import LIGHT, colour
 from trackmark.reports.plots import chart_plot, series_plot
 from trackmark.reports.printable import printable
-from trackmark.reports.write import file_names
 
 LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"
 DOT = {"x": [0.5], "y": [0.5]}
@@ -59,7 +57,8 @@ def test_chart_of_dots_has_intervals():
 @pytest.mark.parametrize("name", ["a$\\frac{$", "$a$ and $b$", "_mine.py:Mine", "\x1b[2J"])
 def test_legend_shows_names_with_dollar_signs(name, tmp_path):
     figure = chart_plot(chart([name]), name)
-    assert write_figure(tmp_path / "plot.png", figure).stat().st_size
+    save_figure(tmp_path / "plot.png", figure)
+    assert (tmp_path / "plot.png").stat().st_size
     (label,) = legend(figure)
     assert label.replace("\\$", "$").strip().startswith(printable(name))
 
@@ -159,26 +158,9 @@ def test_folding_loses_only_spaces_at_line_ends(text, width):
     ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
 )
 def test_equal_figures_have_equal_bytes(tmp_path, suffix, start):
-    first, second = (
-        write_figure(tmp_path / i / f"p{suffix}", chart_plot(chart(["a"]), "T")) for i in "ab"
-    )
-    assert first.read_bytes().startswith(start)
-    assert first.read_bytes() == second.read_bytes()
-    assert list(first.parent.iterdir()) == [first]
-
-
-@settings(max_examples=30)
-@given(st.lists(st.text(min_size=1) | st.text("aA-|/", min_size=1), unique=True, max_size=6))
-def test_labels_have_distinct_names_of_files(labels):
-    names = file_names([*labels, *(label * 80 for label in labels[:1])])
-    assert len({name.casefold() for name in names.values()}) == len(names)
-    for name in names.values():
-        assert "/" not in name
-        assert len(f"frames-{name}.png".encode()) < 255
-    assert file_names(["samples/face"]) == {"samples/face": "samples-face"}
-
-
-def test_folder_that_cannot_be_written_is_named(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match=r"cannot write \(Not a directory\): .*file/p\.png"):
-        write_figure(tmp_path / "file" / "p.png", Figure())
+    files = [tmp_path / f"{name}{suffix}" for name in "ab"]
+    for file in files:
+        save_figure(file, chart_plot(chart(["a"]), "T"))
+    first, second = (file.read_bytes() for file in files)
+    assert first.startswith(start)
+    assert first == second

@@ -16,7 +16,7 @@ SLOW = "\n# slow\n"
 CELL = '"data/Small" = { sequence = "00000000", overlap = [0.5], boxes = ["00000000"] }'
 WRITTEN = f"""
 format = 2
-seeds = 6
+repetitions = 6
 detect = 0.05
 [made_with]
 [specifications]
@@ -69,7 +69,14 @@ def committed_baseline(trackmark, workspace, timed_setups, git, monkeypatch):
     git("init", "--quiet")
     git("add", "knob.py", "trackers")
     git("commit", "--quiet", "--message", "before")
-    arguments = ("--trackers", "static,knob.py:as=mine", "--sequences", "data/Small", "--seeds", 6)
+    arguments = (
+        "--trackers",
+        "static,knob.py:as=mine",
+        "--sequences",
+        "data/Small",
+        "--repetitions",
+        6,
+    )
     trackmark("baseline", "own", *arguments)
     return workspace / "baselines" / "own.toml"
 

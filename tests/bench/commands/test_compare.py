@@ -45,7 +45,7 @@ def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, workspa
     where = ("--sequences", SIX_SCENES, "--name", "stored")
     pair = ("compare", "static", "camshift", "--json")
     alone = trackmark(*pair, *where).stdout
-    trackmark("run", "--trackers", "knob.py:Knob", *where, "--seeds", 2)
+    trackmark("run", "--trackers", "knob.py:Knob", *where, "--repetitions", 2)
     stored = (*pair, "--results", "results/stored")
     assert trackmark(*pair, *where).stdout == trackmark(*stored).stdout == alone
     with (workspace / "knob.py").open("a") as file:

@@ -15,7 +15,7 @@ from trackmark import bench
 
 SMALL = ("--sequences", "data/Small")
 BOTH = ("--sequences", "data/Small,data/Other")
-KNOB = ("run", "--name", "mine", "--trackers", "static,knob.py:Knob", *SMALL, "--seeds", 3)
+KNOB = ("run", "--name", "mine", "--trackers", "static,knob.py:Knob", *SMALL, "--repetitions", 3)
 FULL = Path("/dev/full")
 RED = "\x1b[31mred\x07\x9b\u202e"
 
@@ -160,7 +160,7 @@ def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, workspace, two):
     source = source.replace(update, HUGE).replace("from pydantic", "import numpy\nfrom pydantic")
     file.write_text(source)
     # Warnings are errors in tests.
-    run = ("run", "--trackers", "static,knob.py:Knob", *BOTH, "--seeds", 1, "--name")
+    run = ("run", "--trackers", "static,knob.py:Knob", *BOTH, "--repetitions", 1, "--name")
     assert "4 of 4 runs" in trackmark(*run, "ours").stdout
     presets = "native,otb,lasot,got10k,trackingnet,long-term"
     trackmark("report", "results/ours", "--metrics", presets, "--folder", "report")

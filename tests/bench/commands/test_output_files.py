@@ -9,7 +9,7 @@ from trackmark.bench.commands._output_files import check_outputs
 
 BASELINE = """
 format = 2
-seeds = 6
+repetitions = 6
 detect = 0.05
 [made_with]
 [trackers."knob.py:Knob"]

@@ -14,7 +14,7 @@ def test_quick_runs_are_part_of_all_runs(paper):
     whole = {e.name: e for e in reproduction.experiments(Effort())}
     quick = {e.name: e for e in reproduction.experiments(Effort(quick=True))}
     everything = {e.name for e in reproduction.experiments(Effort(everything=True))}
-    few = reproduction.experiments(Effort(seeds=1))
+    few = reproduction.experiments(Effort(repetitions=1))
     assert quick.keys() <= whole.keys() < everything
     for name, experiment in quick.items():
         assert set(experiment.sequences) <= set(whole[name].sequences)

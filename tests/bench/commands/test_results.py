@@ -135,7 +135,7 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, works
     assert (workspace / "first" / "strip-Small.png").is_file()
     truth = workspace / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
-    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_figure", lambda file, _: file)
+    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_file", lambda file, _: file)
     errors = trackmark("report", "results/mine", "--folder", "second").stderr
     assert "no film strip: Small " in errors
     assert not (workspace / "second" / "strip-Small.png").exists()

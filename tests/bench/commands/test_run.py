@@ -90,7 +90,7 @@ def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspa
     for folder, (_, name) in zip(folders, cases, strict=True):
         assert re.sub(r"-[0-9a-f]{6}$", "", folder) == f"results/{name}"
     assert folder_of(trackmark(*run, "data/Small")) == folders[0]
-    reversed_ = ("run", "--trackers", "knob.py:Knob,static", *SMALL, "--seeds", 2, "--json")
+    reversed_ = ("run", "--trackers", "knob.py:Knob,static", *SMALL, "--repetitions", 2, "--json")
     assert folder_of(trackmark(*reversed_)) == folders[0]
     trackmark(*run, "b/Small", "--output", "elsewhere", "--name", "mine")
     assert [file.name for file in (workspace / "elsewhere").iterdir()] == ["mine"]
@@ -110,7 +110,7 @@ def test_default_name_has_no_interpreter_or_command():
 
 
 def test_json_has_one_line_per_run_with_its_scores(trackmark):
-    runs = json_lines(trackmark(*KNOB, "--seeds", 2, "--json"))
+    runs = json_lines(trackmark(*KNOB, "--repetitions", 2, "--json"))
     assert {(row["tracker"], row["repetition"]) for row in runs} == {
         ("static", 0),
         ("knob.py:Knob", 0),
@@ -132,7 +132,7 @@ def test_experiment_file_sets_trackers_and_repetitions(trackmark, workspace):
     )
     assert "Mine" in trackmark("run", "trial.toml", "--verbose").stdout
     assert len(bench.load_runs(workspace / "results" / "trial")) == 4
-    (plan,) = json_lines(trackmark("run", "trial.toml", "--seeds", 4, "--dry-run", "--json"))
+    (plan,) = json_lines(trackmark("run", "trial.toml", "--repetitions", 4, "--dry-run", "--json"))
     assert (plan["runs"], plan["to_run"]) == (6, 2)
 
 
@@ -226,7 +226,14 @@ def test_damaged_image_costs_only_its_sequence(trackmark, workspace, otb):
     file = otb(workspace / "data" / "Broken", 6) / "img" / "0004.png"
     content = file.read_bytes()
     file.write_bytes(content[:90])
-    both = (*MINE, "static,knob.py:Knob", "--seeds", 3, "--sequences", "data/Broken,data/Small")
+    both = (
+        *MINE,
+        "static,knob.py:Knob",
+        "--repetitions",
+        3,
+        "--sequences",
+        "data/Broken,data/Small",
+    )
     done = trackmark(*both, status=2)
     message, remedy = [ln for ln in done.stderr.splitlines() if ln.startswith("trackmark: ")]
     assert "0004.png" in message
@@ -268,7 +275,7 @@ def test_table_shows_requested_runs_and_report_all_of_them(trackmark, workspace)
 
 
 def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, workspace):
-    knob = (*MINE, "knob.py:Knob", *SMALL, "--seeds")
+    knob = (*MINE, "knob.py:Knob", *SMALL, "--repetitions")
     trackmark(*knob, 3)
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("self.random.random()", "2"))
@@ -302,7 +309,7 @@ def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, workspace):
     shutil.copy(
         workspace / "knob.py", workspace / "_knob.py"
     )  # as a run's folder is, this is not hidden
-    knob = (*MINE, "static,_knob.py:Knob", *SMALL, "--seeds")
+    knob = (*MINE, "static,_knob.py:Knob", *SMALL, "--repetitions")
     text = trackmark(*knob, 3, "--dry-run").stdout
     assert "Deterministic trackers run once on each sequence." in text
     assert "4 missing runs on 1 sequence.\n" in text

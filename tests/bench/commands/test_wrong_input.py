@@ -36,7 +36,7 @@ run --trackers static --sequences nowhere | nowhere
 {STATIC} --frame-limit 0 | a value above 0
 {STATIC} --engine dusk | Did you mean 'dask'
 {STATIC} --address tcp://nowhere:1 | --address is only valid with
-{STATIC} --seeds 0 | x>=1
+{STATIC} --repetitions 0 | x>=1
 {STATIC} --quiet --verbose | exclude each other
 rum --trackers static {SMALL} | unknown command 'rum'. Did you mean 'run'?
 {STATIC} --memory-limit much | 'much' is not a valid size
@@ -49,7 +49,7 @@ run nonsense | unknown experiment 'nonsense'
 run missing.toml | missing.toml
 run sweep.toml | sequences expands to 1000000000 combinations
 run many.toml | an experiment has at most 1000000
-run --trackers static,knob.py:Knob {SMALL} --seeds 1000000000000 | 1000000000001 runs are requested
+run --trackers static,knob.py:Knob {SMALL} --repetitions 1000000000000 | 1000000000001 runs are
 run lists.toml | nested too deeply
 run tables.toml | nested too deeply
 run nul-tracker.toml | a\\u0000.py: this tracker file does not exist

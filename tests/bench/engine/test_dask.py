@@ -45,7 +45,7 @@ def start(data, begin):
 
     def start_one(name, trackers="static,knob.py:Knob,camshift", **options):
         options = {"engine": "dask", "jobs": 2} | options
-        command = [*TRACKMARK, "run", "--json", "--seeds", "2", "--name", name]
+        command = [*TRACKMARK, "run", "--json", "--repetitions", "2", "--name", name]
         command += ["--trackers", trackers, "--sequences", "data/A,data/B,data/C,data/D"]
         command += [f"--{option}={value}" for option, value in options.items()]
         return begin(command, data)

@@ -76,7 +76,7 @@ def start(data_folder, begin):
     def start_one(name, jobs=2, **variables):
         sequences = ",".join(str(data_folder / sequence) for sequence in SEQUENCES)
         command = [*TRACKMARK, "run", "--trackers", f"static,{data_folder}/walk.py:Draws"]
-        command += ["--seeds", str(SEEDS), "--sequences", sequences, "--name", name]
+        command += ["--repetitions", str(SEEDS), "--sequences", sequences, "--name", name]
         command += ["--jobs", str(jobs), "--output", str(data_folder / "results")]
         command += ["--frame-limit", "600"]
         return begin(command, data_folder, TRACKMARK_CACHE=str(data_folder / "cache"), **variables)

@@ -100,7 +100,10 @@ def test_boxes_equal_golden_digests(key):
     seal = tracker_seals()[key.partition(" on ")[0].partition(":")[0]]
     if library_versions(set(seal.libraries)) != library_versions_of_constraints(seal.libraries):
         pytest.skip("other versions of libraries than those that boxes were sealed with")
-    assert golden_boxes(key) == seal.golden[key]
+    ((instruction_set, digest),) = golden_boxes(key).items()
+    if instruction_set not in seal.golden[key]:
+        pytest.skip(f"no golden digest of a processor with {instruction_set}")
+    assert digest == seal.golden[key][instruction_set]
 
 
 def library_versions_of_constraints(libraries):

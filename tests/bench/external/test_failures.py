@@ -15,6 +15,7 @@ import pytest
 
 from tests.bench.external.conftest import DRIFT, HOME, TRAX, living
 from trackmark import bench, datasets
+from trackmark.bench import temporary_paths
 from trackmark.bench.engine.pool import Pool
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSource
@@ -25,7 +26,6 @@ from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.python import START, WORKER
-from trackmark.reports import temporary_paths
 
 pytestmark = pytest.mark.usefixtures("folder")
 

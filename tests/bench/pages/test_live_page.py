@@ -162,7 +162,7 @@ def first_box(text):
 def test_show_live_runs_the_requested_repetition(trackmark, workspace):
     trackers = "knob.py:Knob,static"
     run = ("run", "--trackers", trackers, "--sequences", "data/Small", "--name", "mine")
-    trackmark(*run, "--seeds", 3)
+    trackmark(*run, "--repetitions", 3)
     stored = {
         row["repetition"]: run.boxes[2].tolist()
         for row, run, _ in one_pass_runs(workspace / "results" / "mine")

@@ -43,7 +43,7 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     small = "plain/target:length=12:width=96:height=72"
     where = ",".join(f"{small}:noise={10 * (1 + n % 2)}:scene={n}" for n in range(6))
     run = ("run", "--trackers", "static,camshift,knob.py:Knob", "--sequences", where)
-    trackmark(*run, "--seeds", 2, "--name", "mine")
+    trackmark(*run, "--repetitions", 2, "--name", "mine")
     lines = trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
     assert lines.stderr.splitlines()[-2] == "report/report.html"
     output = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout

@@ -15,6 +15,7 @@ from tests.bench.commands.conftest import assert_tables_have_rows
 from tests.bench.pages.reading import address_of, check_accessibility, check_texts, data_of
 from trackmark import datasets
 from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.commands._table_files import write_tables
 from trackmark.bench.papers import evidence_frames, figures, markdown_page
 from trackmark.bench.papers.evidence import evidence
 from trackmark.bench.papers.figures import draw_figures, figure_label
@@ -24,7 +25,6 @@ from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.terminal_report import screen_lines
 from trackmark.bench.store.files import ResultsError
-from trackmark.reports.write import write_tables
 
 
 def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):

@@ -28,12 +28,12 @@ from trackmark.bench.regression.baseline import (
     write_baseline,
 )
 
-SEEDS = 6
+N_REPETITIONS = 6
 MADE_WITH = {"platform": "Linux x86_64", "numpy": "2.1"}
 
 
-def entry(overlap=(0.5,) * SEEDS, path="s0", **options):
-    boxes = tuple(f"{seed:08x}" for seed in range(len(overlap)))
+def entry(overlap=(0.5,) * N_REPETITIONS, path="s0", **options):
+    boxes = tuple(f"{repetition:08x}" for repetition in range(len(overlap)))
     return BaselineEntry(SequenceSource(path, **options), "9f31c2aa", tuple(overlap), boxes)
 
 
@@ -41,7 +41,7 @@ def baseline(**entries):
     return Baseline(
         {"mine": {"s0": entry(), **entries}, "static": {"s0": entry((0.25,))}},
         {"mine": "a.py:as=mine", "static": "static"},
-        SEEDS,
+        N_REPETITIONS,
         0.05,
         MADE_WITH,
     )
@@ -54,7 +54,11 @@ def test_written_baseline_is_read_unchanged(tmp_path):
     write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
     assert read.entries == stored.entries
-    assert (read.texts, read.seeds, read.detect) == (stored.texts, stored.seeds, stored.detect)
+    assert (read.texts, read.n_repetitions, read.detect) == (
+        stored.texts,
+        stored.n_repetitions,
+        stored.detect,
+    )
     assert read.made_with == MADE_WITH
     assert read.accepted[0]["because"] == 'a "better" update'
     write_baseline(read, tmp_path / "again.toml")
@@ -90,9 +94,9 @@ REFUSED = [
     ('boxes = ["00000000",', "boxes = [", f"{MINE}boxes: ['00000001'"),
     ('{ sequence = "9f31c2aa", ', "{ ", f"{MINE}sequence: 'missing'. Field required"),
     ("{ sequence", "{ mean_overlap = [7.5, 0], sequence", f"{MINE}mean_overlap: [7.5, 0]. Extra"),
-    ("seeds = 6", "seeds = 7", f"{MINE}overlap: [0.5, 0.5"),
-    ("seeds = 6", "seeds = 5", "seeds: 5. Input should be greater"),
-    ("seeds = 6", f"seeds = {LONG * 11}", "own.toml: Exceeds the limit"),
+    ("repetitions = 6", "repetitions = 7", f"{MINE}overlap: [0.5, 0.5"),
+    ("repetitions = 6", "repetitions = 5", "repetitions: 5. Input should be greater"),
+    ("repetitions = 6", f"repetitions = {LONG * 11}", "own.toml: Exceeds the limit"),
     ("detect = 0.05", "detect = inf", "detect: inf. Input should be a finite"),
     ("detect = 0.05", "detect = 0", "detect: 0. Input should be greater"),
     ('"numpy" = "2.1"', '"numpy" = 2.1', "made_with.numpy: 2.1. Input should be a valid string"),
@@ -163,8 +167,8 @@ def test_invalid_name_of_a_baseline_is_refused(name):
 def test_changed_overlap_of_equal_boxes_is_refused():
     before = baseline().entries
     check_equal_scores(Path("own.toml"), before, {**before, "static": {"s0": entry((0.25004,))}})
-    # A tracker that draws random numbers now has the boxes of its old run with one seed.
-    now = {**before, "static": {"s0": entry((0.26,) * SEEDS)}}
+    # A tracker that draws random numbers now has the boxes of its old run with one repetition.
+    now = {**before, "static": {"s0": entry((0.26,) * N_REPETITIONS)}}
     for entries in ({**before, "static": {"s0": entry((0.26,))}}, now):
         message = (
             r"own.toml: tracker 'static', sequence 's0', overlap.0: 0.25. Runs with these boxes "
@@ -188,7 +192,7 @@ def assert_read_as_written_or_refused(file):
     except BaselineError:
         return
     table = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
-    assert (read.seeds, read.detect) == (table["seeds"], table["detect"])
+    assert (read.n_repetitions, read.detect) == (table["repetitions"], table["detect"])
     assert list(read.accepted) == table.get("accepted", [])
     for tracker, entries in table["trackers"].items():
         for name, entry in entries.items():

@@ -19,17 +19,20 @@ from trackmark.bench.regression.check import (
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.reports.renderers import to_markdown, to_text
 
-SEEDS = 20
+N_REPETITIONS = 20
 MADE_WITH = {"platform": "Linux x86_64", "numpy": "2.1"}
 GENERATOR = np.random.default_rng(0)
-NOISE = GENERATOR.normal(0, 0.05, (3, SEEDS)).round(5)
+NOISE = GENERATOR.normal(0, 0.05, (3, N_REPETITIONS)).round(5)
 
 
 def entry(overlap, version="0", same=(), failures=()):
-    """Return an entry whose boxes depend on the version, except for the seeds in `same`."""
-    boxes = [f"{seed:06x}{'00' if seed in same else version:>02}" for seed in range(len(overlap))]
-    for seed in failures:
-        boxes[seed] = ""
+    """Return an entry whose boxes depend on the version, except for the repetitions in `same`."""
+    boxes = [
+        f"{repetition:06x}{'00' if repetition in same else version:>02}"
+        for repetition in range(len(overlap))
+    ]
+    for repetition in failures:
+        boxes[repetition] = ""
     reasons = dict.fromkeys(failures, "IndexError: index 64 is out of bounds")
     numbers = tuple(float(value) for value in np.round(overlap, 5))
     return BaselineEntry(SequenceSource("s"), "9f31c2aa", numbers, tuple(boxes), reasons)
@@ -37,7 +40,7 @@ def entry(overlap, version="0", same=(), failures=()):
 
 def baseline(entries):
     texts = {label: label for label in entries}
-    return Baseline(entries, texts, SEEDS, 0.05, MADE_WITH)
+    return Baseline(entries, texts, N_REPETITIONS, 0.05, MADE_WITH)
 
 
 def labels(result):
@@ -57,10 +60,10 @@ def test_equal_digests_are_identical_with_any_libraries():
     assert table(result).notes == ["identical  mine  3 sequences; static  2 sequences"]
 
 
-def test_drop_in_a_part_of_the_seeds_is_found_in_the_mean():
+def test_drop_in_some_repetitions_is_found_in_the_mean():
     """Six of twenty runs lose .3 on one sequence; the other runs keep their boxes."""
-    lost = np.where(np.arange(SEEDS) < 6, 0.3, 0.0)
-    changed = entry(0.6 + NOISE[0] - lost, "1", same=range(6, SEEDS))
+    lost = np.where(np.arange(N_REPETITIONS) < 6, 0.3, 0.0)
+    changed = entry(0.6 + NOISE[0] - lost, "1", same=range(6, N_REPETITIONS))
     now = {**BEFORE, "mine": {**BEFORE["mine"], "s0": changed}}
     result = check(baseline(BEFORE), now, MADE_WITH)
     assert labels(result)["mine", "s0"] == "worse"
@@ -103,8 +106,8 @@ def test_intervals_are_corrected_for_changed_random_trackers():
     assert rows["other", "s0"]["state"] == "identical"
     expected = {key: mean_interval(shift, 1 - 0.05 / 3) for key, shift in shifts.items()}
     for tracker in ("mine", "other"):  # a sequence with equal boxes counts as 0
-        by_seed = sum(shift for key, shift in shifts.items() if key[0] == tracker) / 3
-        expected[tracker, "mean"] = mean_interval(by_seed, 1 - 0.05 / 2)
+        by_repetition = sum(shift for key, shift in shifts.items() if key[0] == tracker) / 3
+        expected[tracker, "mean"] = mean_interval(by_repetition, 1 - 0.05 / 2)
     text = to_text(table(result))
     for key, interval in expected.items():
         assert (rows[key]["low"], rows[key]["high"]) == pytest.approx(interval, abs=1e-9), key
@@ -137,46 +140,46 @@ def test_unrepeatable_deterministic_score_is_inconclusive():
     assert "inconclusive: static, s0: not repeatable." in table(result).notes
 
 
-def test_tracker_with_new_randomness_is_judged_over_all_seeds():
-    """The single run of the baseline counts for all seeds: its boxes did not depend on them."""
+def test_tracker_with_new_randomness_uses_all_repetitions():
+    """The single run of the baseline counts for all repetitions, because its boxes were equal."""
     now = {**BEFORE, "static": {"s0": entry(0.4 + NOISE[0], "1"), "s1": entry(0.5 + NOISE[1], "1")}}
     result = check(baseline(BEFORE), now, MADE_WITH)
     row = next(row for row in result.sequences if (row.tracker, row.sequence) == ("static", "s0"))
     assert row.change.label == "not worse"
     assert row.change.mean == pytest.approx(NOISE[0].mean())
-    assert (len(row.old), len(row.new)) == (1, SEEDS)
+    assert (len(row.old), len(row.new)) == (1, N_REPETITIONS)
     assert changed_facts(BEFORE, now) == {}
 
 
 def test_failed_run_is_a_regression_with_any_score():
     scores = 0.6 + NOISE[0]
     scores[17] = 0.0
-    changed = entry(scores, same=set(range(SEEDS)) - {17}, failures=[17])
+    changed = entry(scores, same=set(range(N_REPETITIONS)) - {17}, failures=[17])
     now = {**BEFORE, "mine": {**BEFORE["mine"], "s0": changed}}
     result = check(baseline(BEFORE), now, MADE_WITH)
     assert labels(result)["mine", "s0"] != "worse"
     assert result.verdict == "regression"
     assert (
-        "REGRESSION: mine failed in 1 of 60 runs; the baseline has no failures. s0, seed 17: "
+        "REGRESSION: mine failed in 1 of 60 runs; the baseline has no failures. s0, repetition 17: "
         "IndexError: index 64 is out of bounds"
     ) in table(result).notes
     suite = ElementTree.fromstring(as_junit(result))
     failures = [case.get("name") for case in suite if case.find("failure") is not None]
     assert failures == ["s0"]
-    assert "seed 17 failed: IndexError" in as_junit(result)
+    assert "repetition 17 failed: IndexError" in as_junit(result)
     (row,) = (row for row in as_data(result)["cells"] if row["failed"])
     assert row["failure"].startswith("IndexError")
 
 
-def test_inconclusive_change_names_seeds_and_is_skipped_in_junit():
-    noisy = {"mine": {"s0": entry(np.linspace(0.4, 0.7, SEEDS))}}
-    now = {"mine": {"s0": entry(np.linspace(0.7, 0.4, SEEDS), "1")}}
+def test_inconclusive_change_is_explained_and_skipped_in_junit():
+    noisy = {"mine": {"s0": entry(np.linspace(0.4, 0.7, N_REPETITIONS))}}
+    now = {"mine": {"s0": entry(np.linspace(0.7, 0.4, N_REPETITIONS), "1")}}
     result = check(baseline(noisy), now, MADE_WITH)
     assert result.verdict == "inconclusive"
-    fewest, most = as_data(result)["cells"][0]["seeds_needed"]
-    assert SEEDS < fewest < most
+    fewest, most = as_data(result)["cells"][0]["repetitions_needed"]
+    assert N_REPETITIONS < fewest < most
     notes = [note for note in table(result).notes if note.startswith("inconclusive: mine, s0: ")]
-    assert re.search(r": \d+ to \d+ seeds needed", notes[0])
+    assert re.search(r": \d+ to \d+ repetitions needed", notes[0])
     suite = ElementTree.fromstring(as_junit(result))
     assert (suite.get("failures"), suite.get("skipped")) == ("0", "2")
 
@@ -200,12 +203,12 @@ def test_rows_start_with_the_worst_in_every_format():
     assert (suite.get("tests"), suite.get("failures")) == ("6", "1")
 
 
-def test_first_seeds_of_a_baseline_are_compared():
-    before = baseline(BEFORE).with_seeds(6)
+def test_first_repetitions_of_a_baseline_are_compared():
+    before = baseline(BEFORE).with_repetitions(6)
     assert {len(c.overlap) for c in before.entries["mine"].values()} == {6}
     assert len(before.entries["static"]["s0"].boxes) == 1
     now = {**before.entries, "mine": {**before.entries["mine"], "s0": entry([0.1] * 6, "1")}}
     result = check(before, now, MADE_WITH)
     assert labels(result)["mine", "s0"] == "worse"
     assert "0 of 6 runs" in to_text(table(result))
-    assert replace(before, seeds=6) == before
+    assert replace(before, n_repetitions=6) == before

@@ -7,8 +7,10 @@ import sys
 import threading
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from trackmark.reports.files import write_file
+from trackmark.bench.output_files import file_names, write_file
 
 
 def write(text):
@@ -98,7 +100,7 @@ def test_write_file_appends_to_a_redirected_standard_output(tmp_path):
     code = """
 import sys
 from pathlib import Path
-from trackmark.reports.files import write_file
+from trackmark.bench.output_files import write_file
 print("before", flush=True)
 write_file(Path(sys.argv[1]), lambda file: file.write_text("new\\n"))
 print("after")
@@ -123,3 +125,25 @@ def test_write_file_refuses_a_loop_of_links_and_a_folder(tmp_path):
 def test_write_file_accepts_the_longest_name(tmp_path):
     path = tmp_path / f"{'x' * 251}.txt"
     assert write_file(path, write("new")).read_text() == "new"
+
+
+@pytest.mark.parametrize("content", ["é\n", "é\n".encode()])
+def test_write_file_accepts_text_and_bytes(tmp_path, content):
+    assert write_file(tmp_path / "a.txt", content).read_text("utf-8") == "é\n"
+
+
+def test_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match=r"cannot write \(Not a directory\): .*file/p\.png"):
+        write_file(tmp_path / "file" / "p.png", "")
+
+
+@settings(max_examples=30)
+@given(st.lists(st.text(min_size=1) | st.text("aA-|/", min_size=1), unique=True, max_size=6))
+def test_labels_have_distinct_names_of_files(labels):
+    names = file_names([*labels, *(label * 80 for label in labels[:1])])
+    assert len({name.casefold() for name in names.values()}) == len(names)
+    for name in names.values():
+        assert "/" not in name
+        assert len(f"frames-{name}.png".encode()) < 255
+    assert file_names(["samples/face"]) == {"samples/face": "samples-face"}

@@ -1,16 +1,21 @@
-"""Atomic replacement of the files that a user names."""
+"""Atomic replacement of the files that a user names, and file names for labels."""
 
+import hashlib
 import os
 import shutil
 import stat
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
-from trackmark.reports.temporary_paths import temporary_folder
+from trackmark.bench.temporary_paths import temporary_folder
+
+_MAX_NAME_LENGTH = 200  # bytes, up to four per character; file systems allow 255
 
 
-def write_file(path: Path, write: Callable[[Path], object]) -> Path:
-    """Call `write` with a temporary file, move its content to `path`, and return `path`.
+def write_file(path: Path, content: str | bytes | Callable[[Path], object]) -> Path:
+    """Write text, bytes, or what a function writes to the file that it gets; return `path`.
 
     A file is replaced atomically: after an error, an interrupt or a power failure it has the old or
     the new content. The permissions of the old file are kept. If `path` is a symbolic link, its
@@ -21,6 +26,7 @@ def write_file(path: Path, write: Callable[[Path], object]) -> Path:
     OSError
         If the file cannot be written. `filename` is `path`.
     """
+    write = content if callable(content) else partial(_write, content)
     try:
         try:
             status = path.stat()
@@ -34,6 +40,10 @@ def write_file(path: Path, write: Callable[[Path], object]) -> Path:
         reason = error.strerror or str(error)
         raise OSError(error.errno, f"cannot write ({reason})", str(path)) from error
     return path
+
+
+def _write(content: str | bytes, file: Path) -> None:
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
 
 
 def _replace(
@@ -76,3 +86,20 @@ def _standard_stream(status: os.stat_result) -> int | None:
         except OSError:  # closed
             continue
     return None
+
+
+def file_names(labels: Iterable[str]) -> dict[str, str]:
+    """Return file names by label: characters except letters, digits, dots and dashes become dashes.
+
+    Names that are too long, or equal except for case, end in a digest.
+    """
+    names = {
+        label: "".join(sign if sign.isalnum() or sign in ".-" else "-" for sign in label)
+        for label in labels
+    }
+    equal = Counter(name.casefold() for name in names.values())
+    for label, name in names.items():
+        if equal[name.casefold()] > 1 or len(name.encode()) > _MAX_NAME_LENGTH:
+            digest = hashlib.sha256(label.encode("utf-8", "surrogateescape")).hexdigest()[:6]
+            names[label] = f"{name[: _MAX_NAME_LENGTH // 4]}-{digest}"
+    return names
