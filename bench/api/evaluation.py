@@ -123,7 +123,7 @@ def evaluate(
     truths = {(s.name, s.fingerprint): stored_truth(s) for s in sequences_run}
     evaluated = PrintedRuns.of(_in_order([*runs, *more], specs, sequences_run), truths)
     evaluated.protocol, evaluated.metrics = stored, metrics_by_name(metrics, stored)
-    evaluated.unsaved_reasons = unsaved_reasons
+    evaluated.unsaved_reasons, evaluated.sequences = unsaved_reasons, sequences_run
     _warn_of_failures(evaluated)
     return evaluated
 

@@ -1,6 +1,6 @@
 """Runs of `import trackmark`: loading, means, comparison, and their forms for a notebook."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from trackmark import datasets
 from trackmark.bench.analysis.by_metrics import measures_of, metrics_for
 from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.comparison import Comparison, compare_runs
@@ -33,6 +34,9 @@ class PrintedRuns(Runs):
 
     unsaved_reasons: Mapping[str, str] = {}
     """Reason why a tracker's runs cannot be saved, empty if they can, by tracker."""
+
+    sequences: Sequence[datasets.Sequence] = ()
+    """Sequences of runs in memory; as long as they exist, `Run.open_sequence` returns them."""
 
     def means(self, by: str = "tracker", metrics: str | None = None) -> pd.DataFrame:
         """Return mean scores.
