@@ -86,7 +86,7 @@ check: $(READY)
 
 # Compare the output of changed scenes and trackers with the stored digests. NEW=name accepts a change.
 seal: $(READY)
-	$(BIN)/python -m trackmark.bench.evaluation.version_check $(addprefix --new ,$(NEW))
+	$(BIN)/python -m tools.golden_check $(addprefix --new ,$(NEW))
 
 bench: $(READY)
 	$(BIN)/python -m pytest tests/speed --benchmark-enable \

@@ -31,7 +31,7 @@ _MIN_INIT_OVERLAP = 0.8  # overlap from which a box is that of the initialisatio
 class FirstBox:
     """First box of a segment."""
 
-    place: str  # file and record, for messages
+    location: str  # file and record, for messages
     expected: NDArray[np.float64]  # box at initialisation, in pixels from 0
     stored: NDArray[np.float64]  # in the pixel coordinates of the file; NaN if missing
 
@@ -80,7 +80,7 @@ def check_first_boxes(
         expected[row] = box.expected
     if unit := find_other_unit(rows, size, expected):
         raise ExchangeError(
-            f"{first.place}: the boxes look like {unit.name}; the first box is "
+            f"{first.location}: the boxes look like {unit.name}; the first box is "
             f"{_text(first.stored)}, the ground truth {_text(first.expected)}. Expected: x, y, "
             f"width, height in pixels. Convert all boxes: {unit.remedy}."
         )
@@ -96,7 +96,7 @@ def check_first_boxes(
     box, fit = misfits[0]
     more = f" {len(misfits)} first boxes of the file do not fit." if misfits[1:] else ""
     return (
-        f"{box.place}: the first box {_text(box.stored)} overlaps the ground truth "
+        f"{box.location}: the first box {_text(box.stored)} overlaps the ground truth "
         f"{_text(box.expected)} by {fit:.2f} only. Expected: the box at initialisation.{more} "
         "Check that the file is for this sequence and target, and holds x, y, width, height in "
         "pixels."

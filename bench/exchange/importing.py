@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.exchange import detect_format, format_names, load_format, require_folder
+from trackmark.bench.exchange import FORMATS, detect_format, find_format, require_folder
 from trackmark.bench.exchange.first_boxes import (
     FirstBox,
     check_first_boxes,
@@ -57,7 +57,7 @@ def parse_imported_tracker(text: str) -> ImportedTracker:
     if not (tracker and equals and path):
         raise ExchangeError(f"{text!r}: expected NAME=PATH, a tracker's name and its folder.")
     name, colon, folder = path.partition(":")
-    if colon and name in format_names():
+    if colon and name in FORMATS:
         require_folder(Path(folder))
         return ImportedTracker(tracker, name, Path(folder))
     return ImportedTracker(tracker, detect_format(Path(path)), Path(path))
@@ -199,8 +199,8 @@ def _read_tracker(
     """
     notes = _Notes(tracker.folder)
     files = list(_read_files(tracker, sequences, notes))
-    result_format = load_format(tracker.format)
-    by_data_set: dict[int | None, list[_ResultFile]] = {}
+    result_format = find_format(tracker.format)
+    by_data_set: dict[int, list[_ResultFile]] = {}
     for file in files:
         by_data_set.setdefault(file.sequence.first_pixel, []).append(file)
     origins = {
@@ -218,7 +218,7 @@ def _read_files(
     tracker: ImportedTracker, sequences: Sequence[ResultSequence], notes: "_Notes"
 ) -> Iterator[_ResultFile]:
     """Yield the content of all files of a tracker on the sequences."""
-    result_format = load_format(tracker.format)
+    result_format = find_format(tracker.format)
     files = result_format.files(tracker.folder)
     names = files_of_sequences([sequence.name for sequence in sequences], files)
     for sequence in sequences:
@@ -238,7 +238,9 @@ def _read_files(
         name = names[sequence.name]
         if name not in (sequence.name, file_name(sequence.name)):
             notes.add("spelling", f"{name} is read as the results on {sequence.name}.")
-        contents = [part.read_bytes() for file in files[name] for part in result_format.parts(file)]
+        contents = [
+            part.read_bytes() for file in files[name] for part in result_format.run_files(file)
+        ]
         digest = hashlib.sha256(b"\0".join(contents)).hexdigest()[:16]
         version = {"source": IMPORTED, "layout": tracker.format, "files": digest}
         for repetition, path in enumerate(files[name]):
@@ -318,7 +320,7 @@ def _fit_rows(
         raise ExchangeError(f"{problem}: {reason}.")
     first = int(_present(sequence).argmax())
     start = FirstBox(str(file), sequence.boxes[first], rows.boxes[min(first, n - 1)])
-    if not shows_init_box(start, result_format.rounding):
+    if not shows_init_box(start, result_format.round_boxes):
         raise ExchangeError(
             f"{problem}, and {row} {first + 1} is not the box at initialisation: the other rows "
             "can belong to other frames. Expected: one row per frame. Supply all rows."
@@ -346,19 +348,19 @@ def _find_segments(
 ) -> list[NDArray[Any]]:
     """Return the frames of each segment of a file; a one-pass run has one segment."""
     m = len(sequence.boxes)
-    segments = [np.arange(m)]
-    if rows.headers and result_format.frames:
-        segments = result_format.frames(rows.headers, sequence)
+    if not rows.headers:
+        return [np.arange(m)]
+    segments = result_format.segments(rows.headers, sequence)
     present = _present(sequence)
     for header, frames in zip(rows.headers, segments, strict=False):
         if rows.protocol == "sre" and present[: frames[0]].any():
             raise ExchangeError(
-                f"{header.place}: {header.n_rows} rows. Expected: {m}, the frames of "
+                f"{header.location}: {header.n_rows} rows. Expected: {m}, the frames of "
                 f"{sequence.name}, as in every segment of SRE. Supply all rows."
             )
         if not present[frames].any():
             raise ExchangeError(
-                f"{header.place}: the ground truth of {sequence.name} has no target from frame "
+                f"{header.location}: the ground truth of {sequence.name} has no target from frame "
                 f"{frames[0]} on. Expected: a segment with a target. Remove this segment."
             )
     return segments
@@ -376,9 +378,9 @@ def _first_boxes(
         first = int(present[frames].argmax())
         expected = sequence.boxes[frames[first]]
         expected = perturbed[index].perturbed_box(expected) if is_perturbed else expected
-        place = rows.headers[index].place if rows.headers else str(file)
+        location = rows.headers[index].location if rows.headers else str(file)
         row = start + first
-        first_boxes[row] = FirstBox(place, expected, rows.boxes[row])
+        first_boxes[row] = FirstBox(location, expected, rows.boxes[row])
         start += len(frames)
     return first_boxes
 
@@ -386,23 +388,17 @@ def _first_boxes(
 def _find_origin(
     result_format: ResultFormat,
     files: Sequence[_ResultFile],
-    first_pixel: int | None,
+    first_pixel: int,
     notes: _Notes,
 ) -> int:
     """Return the number of the first pixel in the files of a tracker on one data set.
 
     This is the number that most files show. If there is no majority, it is that of the data set.
     """
-    votes = [find_origin(file.first_boxes.values(), result_format.rounding) for file in files]
+    votes = [find_origin(file.first_boxes.values(), result_format.round_boxes) for file in files]
     decided = majority(votes)
     origin = first_pixel if decided is None else decided
     folder, n = notes.folder, len(files)
-    if origin is None:
-        raise ExchangeError(
-            f"{folder}: the first boxes do not show whether pixels are counted from 0 or from 1, "
-            "and an older version of trackmark stored the ground truth without this number. Import "
-            "the results into another folder (--name)."
-        )
     if decided not in (None, first_pixel):
         notes.add(
             "origin",
@@ -435,7 +431,7 @@ def _convert_boxes(
     """Return boxes with pixels counted from 0; each segment starts with its init box."""
     rows = file.rows
     message = check_first_boxes(
-        file.first_boxes, rows.boxes, result_format.rounding, file.sequence.image_size
+        file.first_boxes, rows.boxes, result_format.round_boxes, file.sequence.image_size
     )
     if message:
         notes.add("first box", message)

@@ -2,8 +2,8 @@
 
 A folder contains `paper.toml` (runs, tables and figures), `claims.toml`, `sensitivity.toml` and
 `criteria.toml` (criteria that scenes must meet). Its `measures.py`, `scenes.py`, `timing.py` and
-`figures.py` contain functions that only this paper needs. `criteria/<paper>.py` measures its
-criteria.
+`figures.py` contain functions that only this paper needs. `tools/criteria/<paper>.py`, which is not
+part of the wheel, measures its criteria.
 """
 
 from dataclasses import dataclass
@@ -37,6 +37,11 @@ class Effort:
 def paper_names() -> list[str]:
     """Return the names of the papers that can be reproduced, without importing their modules."""
     return sorted(file.parent.name for file in FOLDER.glob("*/paper.toml"))
+
+
+def paper_file(paper: str, name: str) -> Path:
+    """Return the path of a file in the folder of a paper."""
+    return FOLDER / paper / name
 
 
 def check_paper_name(name: str) -> None:

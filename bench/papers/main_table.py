@@ -1,15 +1,13 @@
 """Tables of a paper: main table, sensitivity, settings, and criteria of the scenes."""
 
-from dataclasses import asdict
-
 import pandas as pd
 
 from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers.criteria import read_criteria, read_values
 from trackmark.bench.papers.description import Description, MainRow, Sensitivity
 from trackmark.bench.papers.measures import Measure, find_measure
 from trackmark.bench.papers.plan import tracker_text
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.scene_check import read_criteria, read_values
 from trackmark.reports.tables import MISSING, Table, text_table
 
 
@@ -95,9 +93,9 @@ def criteria_table(paper: str) -> Table:
         values = read_values(paper)
     except FileNotFoundError:
         return text_table("criteria", "This paper has no criteria of scenes.", heads, [], 2)
-    rows, table_of_values = [], pd.DataFrame(map(asdict, values))
+    rows = []
     for criterion in declared:
-        of_sequence = table_of_values[table_of_values["sequence"] == criterion.sequence]
+        of_sequence = values[values["sequence"] == criterion.sequence]
         measured = of_sequence[of_sequence["name"] == criterion.name]
         met = f"{measured['passes'].sum()} of {len(measured)}" if criterion.target else "printed"
         name = f"{criterion.name} *" if criterion.with_result_in_view else criterion.name
@@ -107,7 +105,7 @@ def criteria_table(paper: str) -> Table:
         rows.append([sequence, name, middle, target, met, criterion.sentence])
     in_view = any(criterion.with_result_in_view for criterion in declared)
     notes = ["* The criterion uses a result of the paper."] if in_view else []
-    failed = table_of_values[~table_of_values["passes"]]
+    failed = values[~values["passes"]]
     for member, scenes in failed.groupby("sequence", sort=False)["scene"]:
         numbers = ", ".join(map(str, sorted(set(scenes))))
         name = str(member).partition("/")[2]

@@ -5,16 +5,16 @@ further measures. Frames are numbered as in the paper.
 """
 
 import importlib
-import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import hypot, nan
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.experiment import ExperimentError
@@ -169,12 +169,10 @@ def find_measure(text: str, paper: str) -> Measure:
     if function is None or declared is None:
         raise ExperimentError(f"bench/papers/{paper}: unknown measure {name!r} in {text!r}.")
     unit, lower_is_better, lost_before = declared
-    parameters = inspect.signature(function).parameters
-    if unknown := [key for key in options if key not in parameters]:
-        raise ExperimentError(
-            f"bench/papers/{paper}: measure {name!r} has no option {unknown[0]!r} ({text!r})."
-        )
-    typed = {key: typed_option(value, parameters[key].annotation) for key, value in options.items()}
+    try:
+        typed = typed_options(function, options)
+    except ValueError as error:
+        raise ExperimentError(f"bench/papers/{paper}: measure {text!r}: {error}.") from None
 
     def with_options(chosen: Function) -> Function:
         return lambda judged: chosen(judged, **typed)
@@ -203,13 +201,15 @@ def check_measure(text: str, paper: str) -> None:
         find_measure(text, paper)
 
 
-def typed_option(value: str, annotation: Any) -> Any:
-    """Convert the text of an option to the annotated type of a parameter."""
-    if annotation in (bool, "bool"):
-        return value == "true"
-    if annotation in (float, "float"):
-        return float(value)
-    return int(value) if "int" in str(annotation) else value
+def typed_options(function: Callable[..., Any], options: Mapping[str, str]) -> dict[str, Any]:
+    """Convert the texts of options to the types of a function's parameters.
+
+    Raises `ValueError` for an unknown option or a text of another type.
+    """
+    types = get_type_hints(function)
+    if unknown := [name for name in options if name not in types]:
+        raise ValueError(f"no option {unknown[0]!r}")
+    return {name: TypeAdapter(types[name]).validate_python(text) for name, text in options.items()}
 
 
 def series(name: str, paper: str) -> Callable[[JudgedRun], Values]:

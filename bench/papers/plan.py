@@ -8,8 +8,8 @@ from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.papers import Effort
+from trackmark.bench.papers.criteria import FIRST_SCENE, passing_scenes, read_values
 from trackmark.bench.papers.description import Description, Sensitivity
-from trackmark.bench.papers.scene_check import FIRST_SCENE, passing_scenes, read_values
 from trackmark.datasets.spec_string import format_text, parse_text
 
 MAIN_SCENES = 24
@@ -80,7 +80,7 @@ def _scene_numbers(
         raise ExperimentError(
             f"{description.name}: {count} scenes of {sequence} are requested, but only "
             f"{len(passing)} meet the criteria. Check more: "
-            f"python -m trackmark.bench.papers.scene_check {description.name}."
+            f"python -m tools.scene_check {description.name}."
         )
     return passing[:count] or range(FIRST_SCENE, FIRST_SCENE + count)
 

@@ -47,8 +47,7 @@ class StoredTruth:
     annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True))
     # (n,): see `Sequence`; shape () for no frame
     malformed: NDArray[np.bool_] = field(default_factory=lambda: np.array(False))
-    # Coordinate of the first pixel in the files of the data set; None if an older version stored it
-    first_pixel: int | None = None
+    first_pixel: int = 0  # coordinate of the first pixel in the files of the data set
 
 
 class TruthRow(NamedTuple):
@@ -168,8 +167,7 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
         arrays["malformed"] = truth.malformed
     if truth.fps is not None:
         arrays["fps"] = np.array(truth.fps, np.float64)
-    if truth.first_pixel is not None:
-        arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
+    arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
     if truth.image_size is not None:
         arrays["image_size"] = np.array(truth.image_size, np.int64)
     for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
@@ -201,5 +199,5 @@ def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
         annotated=arrays.get("annotated", np.ones(n, np.bool_)),
         malformed=arrays.get("malformed", np.zeros(n, np.bool_)),
-        first_pixel=int(arrays["first_pixel"]) if "first_pixel" in arrays else None,
+        first_pixel=int(arrays["first_pixel"]),
     )

@@ -117,7 +117,7 @@ def test_scene_has_its_golden_digests(synthetic):
     """Compare images and ground truth with the golden digests.
 
     A change affects all results on the sequence. If it is intended, check the images and give the
-    scene a new version: `python -m trackmark.bench.evaluation.version_check --new NAME`.
+    scene a new version: `python -m tools.golden_check --new NAME`.
     """
     assert datasets.describe(synthetic.name) == sequence_metadata(synthetic)
     if synthetic.name not in GOLDEN:  # only a harder variant of stress/twin has golden digests

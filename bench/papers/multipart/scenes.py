@@ -4,9 +4,9 @@ from functools import partial
 
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.criteria.margins import right_choice as share_of_right_choices
 from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.multipart.first_frame import right_choice_rate
 from trackmark.bench.papers.multipart.measures import PERSON
 from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
@@ -25,7 +25,7 @@ def right_choice(scene: str, setting: str) -> float:
     sequence = datasets.load(scene)
     number = parse_text(scene)[0].rpartition("/")[2]
     first = sequence.first_frame
-    share = share_of_right_choices(
+    share = right_choice_rate(
         sequence[first],
         sequence.regions[PERSON][first],
         DESIGNS[number].two_coloured,

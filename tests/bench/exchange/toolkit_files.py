@@ -175,7 +175,7 @@ def export(folder, trackmark):
 
     def write_input(kind, name, repetition, rows, subfolder=""):
         target = folder / "input" / kind / subfolder
-        texts = exchange.load_format(kind).write(target, name, repetition, rows)
+        texts = exchange.find_format(kind).write(target, name, repetition, rows)
         for path, words in texts.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(words)

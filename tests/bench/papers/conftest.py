@@ -13,7 +13,7 @@ from trackmark.bench import papers as papers_package
 from trackmark.bench.claims import claims_file
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers import Effort, description, plan, reproduction, scene_check
+from trackmark.bench.papers import Effort, description, plan, reproduction
 from trackmark.bench.papers.measures import find_measure
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
@@ -217,7 +217,7 @@ def tiny(tmp_path_factory):
         (papers / "tiny" / name).parent.mkdir(exist_ok=True)
         (papers / "tiny" / name).write_text(text)
     with pytest.MonkeyPatch.context() as patch:
-        for module in (papers_package, description, claims_file, scene_check, reproduction):
+        for module in (papers_package, description, claims_file, reproduction):
             patch.setattr(module, "FOLDER", papers)
         patch.setattr(papers_package, "__path__", [*papers_package.__path__, str(papers)])
         patch.setattr(plan, "MAIN_SCENES", len(SCENES))

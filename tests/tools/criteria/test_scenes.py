@@ -6,14 +6,9 @@ The stored values select the scenes on which claims are judged, so no criterion 
 import pytest
 
 from tests.datasets.synthetic.scenes import slow_if_unchanged
+from tools.scene_check import CLIPS, check_scene
 from trackmark.bench.papers import paper_names
-from trackmark.bench.papers.scene_check import (
-    CLIPS,
-    check_scene,
-    passing_scenes,
-    read_criteria,
-    read_values,
-)
+from trackmark.bench.papers.criteria import passing_scenes, read_criteria, read_values
 
 EVERYDAY = (
     *("moreno2005/leaf", "multipart/8", "wang2010/hand"),
@@ -39,9 +34,10 @@ def parametrized(paper, sequence):
 )
 def test_scene_has_its_stored_criteria(paper, sequence):
     stored = read_values(paper)
-    scene = next(passing_scenes(stored, sequence))
+    scene = passing_scenes(stored, sequence)[0]
     criteria = [row for row in read_criteria(paper)[1] if row.sequence == sequence]
-    measured = {row.name: row.value for row in check_scene(sequence, scene, criteria)}
-    expected = [row for row in stored if (row.sequence, row.scene) == (sequence, scene)]
-    assert measured == pytest.approx({row.name: row.value for row in expected}, rel=1e-3)
-    assert all(row.passes for row in expected)
+    measured = check_scene(sequence, scene, criteria).set_index("name")
+    of_scene = stored[(stored["sequence"] == sequence) & (stored["scene"] == scene)]
+    expected = of_scene.set_index("name")
+    assert measured["value"].to_dict() == pytest.approx(expected["value"].to_dict(), rel=1e-3)
+    assert expected["passes"].all()

@@ -1,6 +1,6 @@
-"""Version check of scenes and trackers: shows that changed sources have unchanged output.
+"""Golden check of scenes and trackers: shows that changed sources have unchanged output.
 
-`python -m trackmark.bench.evaluation.version_check` (`make seal`) renders the scenes and runs the
+`python -m tools.golden_check` (`make seal`) renders the scenes and runs the
 trackers whose syntax trees differ from the recorded ones. If the output has the golden digests, it
 records the new tree. Otherwise, it reports the difference and keeps the record. `--new NAME` gives
 the scene or tracker a new version, so that stored runs of the old version are stale. See
@@ -35,20 +35,20 @@ ball, and a mask. They are few, because some trackers take a second per frame.""
 
 
 @dataclass(frozen=True)
-class Sealed:
+class GoldenEntry:
     """Scene or tracker that has a recorded version, or needs one."""
 
     name: str  # key in the `golden.json`
     file: Path  # the `golden.json`
     tree: str  # current digest of the syntax trees
-    seal: VersionEntry | None  # recorded version in the file; None if missing
+    recorded: VersionEntry | None  # recorded version in the file; None if missing
     texts: list[str]  # keys of the golden digests
     digests: Callable[[str], dict[str, str]]  # current golden digests of a text
     libraries: list[str]  # import names of the libraries of a tracker; empty for scenes
     described: list[str]  # sequences of a scene whose metadata are recorded
 
 
-def sealed() -> Iterator[Sealed]:
+def golden_entries() -> Iterator[GoldenEntry]:
     """Yield all scenes and trackers that can be checked on this machine."""
     yield from _scenes()
     yield from _trackers()
@@ -84,29 +84,29 @@ def _short(name: str) -> datasets.Sequence:
     return sequence
 
 
-def _scenes() -> Iterator[Sealed]:
+def _scenes() -> Iterator[GoldenEntry]:
     for suite in suites():
-        seals = read_versions(suite.golden)
+        recorded_entries = read_versions(suite.golden)
         covered: dict[str, list[str]] = {}
         for name in suite.names():
-            key = next((key for key in seals if fnmatchcase(name, key)), name)
+            key = next((key for key in recorded_entries if fnmatchcase(name, key)), name)
             covered.setdefault(key, []).append(name)
         for key, described in covered.items():
-            name, seal = described[0], seals.get(key)
-            yield Sealed(
+            name, recorded = described[0], recorded_entries.get(key)
+            yield GoldenEntry(
                 key,
                 suite.golden,
                 suite.tree(name),
-                seal,
-                texts=[name, f"{name}:scene=1"] if seal is None else list(seal.golden),
+                recorded,
+                texts=[name, f"{name}:scene=1"] if recorded is None else list(recorded.golden),
                 digests=lambda text: golden_digests(datasets.load(text)),
                 libraries=[],
                 described=described,
             )
 
 
-def _trackers() -> Iterator[Sealed]:
-    seals = read_versions(GOLDEN)
+def _trackers() -> Iterator[GoldenEntry]:
+    recorded_entries = read_versions(GOLDEN)
     for name in trackers.names():
         try:
             specification = trackers.resolve(name)
@@ -120,59 +120,61 @@ def _trackers() -> Iterator[Sealed]:
         plain = about["default_preset"]
         texts = [name if key == plain else f"{name}:preset={key}" for key in about["presets"]]
         keys = [f"{text} on {sequence}" for text in texts for sequence, _, _ in SHORT]
-        yield Sealed(name, GOLDEN, tree, seals.get(name), keys, golden_boxes, libraries, [])
+        yield GoldenEntry(
+            name, GOLDEN, tree, recorded_entries.get(name), keys, golden_boxes, libraries, []
+        )
 
 
-def _seal(item: Sealed, new: bool) -> str:
+def _check(item: GoldenEntry, new: bool) -> str:
     """Check a scene or tracker and record its version; return a message, empty if unchanged."""
-    seal = item.seal
+    recorded = item.recorded
     if (
-        seal is not None
-        and seal.tree == item.tree
-        and set(seal.golden) == set(item.texts)
-        and set(seal.known) == set(item.described)
-        and not _lacks_instruction_set(seal)
+        recorded is not None
+        and recorded.tree == item.tree
+        and set(recorded.golden) == set(item.texts)
+        and set(recorded.known) == set(item.described)
+        and not _lacks_instruction_set(recorded)
     ):
         return ""
     golden: Golden = {text: item.digests(text) for text in item.texts}
     metadata = {name: stored_metadata(datasets.load(name)) for name in item.described}
-    if seal is None:
+    if recorded is None:
         entry, message = (
             VersionEntry([1], item.tree, golden, item.libraries, metadata),
             "sealed for the first time",
         )
     else:
-        if seal.tree != item.tree and _lacks_instruction_set(seal) and not new:
+        if recorded.tree != item.tree and _lacks_instruction_set(recorded) and not new:
             return (
                 f"NOT sealed: its golden digests are of processors without {instruction_set()}. "
                 "Run `make seal` on the unchanged source on this machine first."
             )
-        common = [text for text in golden if text in seal.golden]
-        different = [text for text in common if not _agree(golden[text], seal.golden[text])]
+        common = [text for text in golden if text in recorded.golden]
+        different = [text for text in common if not _agree(golden[text], recorded.golden[text])]
         if different and not new:
             return (
                 f"NOT sealed: the output changed for {', '.join(different)}. If that is intended, "
                 f"use --new {item.name} for a new version."
             )
-        entry = replace(seal, tree=item.tree, golden=golden, known=metadata)
+        entry = replace(recorded, tree=item.tree, golden=golden, known=metadata)
         message = "equal output: sealed again"
         if different:
-            entry = replace(entry, version=seal.next_version(), libraries=item.libraries)
+            entry = replace(entry, version=recorded.next_version(), libraries=item.libraries)
             message = f"now version {entry.version[0]}"
         else:  # keep the digests of other processors
             entry = replace(
                 entry,
-                golden={text: {**seal.golden.get(text, {}), **golden[text]} for text in golden},
+                golden={text: {**recorded.golden.get(text, {}), **golden[text]} for text in golden},
             )
-    seals = {**read_versions(item.file), item.name: entry}
-    write_file(item.file, lambda file: write_versions(file, seals))
+    recorded_entries = {**read_versions(item.file), item.name: entry}
+    write_file(item.file, lambda file: write_versions(file, recorded_entries))
     return message
 
 
-def _lacks_instruction_set(seal: VersionEntry) -> bool:
+def _lacks_instruction_set(recorded: VersionEntry) -> bool:
     """Return whether a tracker has no golden digests of this processor."""
-    is_tracker = any(" on " in text for text in seal.golden)
-    return is_tracker and not any(instruction_set() in parts for parts in seal.golden.values())
+    is_tracker = any(" on " in text for text in recorded.golden)
+    return is_tracker and not any(instruction_set() in parts for parts in recorded.golden.values())
 
 
 def _agree(digests: Mapping[str, str], golden: Mapping[str, str]) -> bool:
@@ -195,8 +197,8 @@ def _agree(digests: Mapping[str, str], golden: Mapping[str, str]) -> bool:
 def main(new: tuple[str, ...], only: str) -> None:
     """Check scenes and trackers whose source changed, and record their versions."""
     refused = 0
-    for item in sealed():
-        if item.name.startswith(only) and (message := _seal(item, item.name in new)):
+    for item in golden_entries():
+        if item.name.startswith(only) and (message := _check(item, item.name in new)):
             refused += message.startswith("NOT")
             click.echo(f"{item.name}: {message}")
     raise SystemExit(1 if refused else 0)

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from tools import golden_check
+from tools.golden_check import SHORT, GoldenEntry, golden_boxes, golden_entries
 from trackmark import trackers
-from trackmark.bench.evaluation import version_check as command
-from trackmark.bench.evaluation.version_check import SHORT, Sealed, golden_boxes, sealed
 from trackmark.datasets.source_digest import library_versions
 from trackmark.datasets.versioning import VersionEntry, read_versions, write_versions
 
@@ -24,7 +24,7 @@ def sealing(tmp_path, monkeypatch):
 
     def seal(present, images, *arguments, tree="new tree"):
         write_versions(file, {} if present is None else {"suite/one": present})
-        entry = Sealed(
+        entry = GoldenEntry(
             "suite/one",
             file,
             tree,
@@ -34,8 +34,8 @@ def sealing(tmp_path, monkeypatch):
             ["cv2"],
             [],
         )
-        monkeypatch.setattr(command, "sealed", lambda: iter([entry]))
-        answer = CliRunner().invoke(command.main, arguments)
+        monkeypatch.setattr(golden_check, "golden_entries", lambda: iter([entry]))
+        answer = CliRunner().invoke(golden_check.main, arguments)
         return answer, read_versions(file).get("suite/one")
 
     return seal
@@ -108,13 +108,15 @@ def test_boxes_equal_golden_digests(key):
 
 def library_versions_of_constraints(libraries):
     """Return the versions in `constraints.txt`."""
-    lines = (Path(__file__).parents[3] / "constraints.txt").read_text().splitlines()
+    lines = (Path(__file__).parents[2] / "constraints.txt").read_text().splitlines()
     pinned = dict(line.split("==") for line in lines if "==" in line)
     return {name: pinned[name] for name in library_versions(set(libraries))}
 
 
 def test_every_source_has_its_golden_digest():
     changed = [
-        entry.name for entry in sealed() if entry.seal is None or entry.seal.tree != entry.tree
+        entry.name
+        for entry in golden_entries()
+        if entry.recorded is None or entry.recorded.tree != entry.tree
     ]
     assert not changed, "their source changed: run `make seal`"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from tools.criteria.shared import SceneImages
 from trackmark import datasets
-from trackmark.bench.papers.criteria.shared import SceneImages
 
 
 def painted(images, boxes, masks=None, visibility=None, **others):

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.criteria.shared import (
+from tools.criteria.shared import (
     SceneImages,
     bhattacharyya,
     box_mask,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.bench.papers.criteria.scenes import blocks, inside, painted
-from trackmark.bench.papers.criteria import nguyen2002 as criteria
-from trackmark.bench.papers.criteria.nguyen2002 import ClipSet
+from tests.tools.criteria.scenes import blocks, inside, painted
+from tools.criteria import nguyen2002 as criteria
+from tools.criteria.nguyen2002 import ClipSet
 
 BOX = 20, 20, 20, 20
 SIZE = 60, 60

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.criteria.shared import SceneImages, colour_auc, speeds
+from tools.criteria.shared import SceneImages, colour_auc, speeds
 from trackmark.datasets.interface import Mask
 
 

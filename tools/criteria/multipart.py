@@ -1,4 +1,4 @@
-"""Margins of the single and the two-part histogram, measured on images and ground truth.
+"""Criteria of the multipart scenes: margins of the single and of the two-part histogram.
 
 A margin is positive if the target matches the histogram of the first frame better than clutter
 does. The rectangle encloses the whole person (region `full`), as the init box of the trackers does.
@@ -10,34 +10,68 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from tools.criteria.shared import SceneImages, box_mask, longest_stretch
+from trackmark.bench.papers.multipart.first_frame import half_counts, right_choice_rate
 from trackmark.datasets.interface import Sequence
 from trackmark.trackers.base.interface import Image
-from trackmark.trackers.base.sharing import SharedFrame
-from trackmark.trackers.histograms.bins import N_BINS, LuvBins
-from trackmark.trackers.histograms.counting import count_regions
-from trackmark.trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
+from trackmark.trackers.histograms.bins import LuvBins
+from trackmark.trackers.histograms.rectangles import bhattacharyya_distances
 
-THRESHOLD = 0.4
-"""Threshold T in Eq. 7."""
-
-JITTERS, JITTER = 50, 0.05
 SAMPLES = 100
 CLEAR = 0.9
 """Minimum visible share of the person in frames whose margins are measured."""
 
-MIN_INSIDE, MIN_PIXELS = 0.5, 16
 WIDTHS, STEP = 3.0, 0.5
 RISES = (-0.5, -0.25, 0.0, 0.25, 0.5)
 MAX_OVERLAP = 0.1
 
-_BINS = np.arange(N_BINS)
+
+def right_choice(scene: SceneImages, *, two_coloured: bool) -> float:
+    """Return the share of jittered init boxes for which Eq. 7 selects the right representation."""
+    frame = scene.sequence.first_frame
+    box = scene.sequence.regions["full"][frame]
+    return right_choice_rate(scene.image(frame), box, two_coloured, LuvBins())
+
+
+def low_margin_share(scene: SceneImages, *, parts: int, below: float, until: float = 1.0) -> float:
+    """Return the share of frames with a margin below a limit, before `until` times the length."""
+    frames, values = margins(scene.sequence)
+    return float((values[parts - 1][frames < until * len(scene)] < below).mean())
+
+
+def low_margin_stretch(scene: SceneImages, *, parts: int, below: float) -> float:
+    """Return the longest run of measured frames with a margin below a limit [frames]."""
+    frames, values = margins(scene.sequence)
+    step = sampled_frames(len(scene))[1]
+    low = np.zeros(len(scene) // step + 1, bool)
+    low[frames // step] = values[parts - 1] < below
+    return float(max(longest_stretch(low) - 1, 0) * step + 1)
+
+
+def crossing_time(scene: SceneImages, *, after: float) -> float:
+    """Return the time of strongest occlusion after `after`, both as parts of the length."""
+    first = round(after * len(scene))
+    return float((first + scene.visibility[first:].argmin()) / len(scene))
+
+
+def crossing_margin(scene: SceneImages, *, after: float) -> float:
+    """Return the smallest margin of the single histogram after `after`, a part of the length."""
+    frames = tuple(range(round(after * len(scene)), len(scene), 2))
+    return float(margins(scene.sequence, frames)[1][0].min())
+
+
+def background_in_person(scene: SceneImages) -> float:
+    """Return the share of the person's first rectangle that does not show the target."""
+    frame = scene.sequence.first_frame
+    inside = box_mask(scene.mask(frame).shape, scene.sequence.regions["full"][frame])
+    return float(1.0 - (scene.mask(frame) & inside).sum() / inside.sum())
 
 
 class Appearance:
     """Histograms of a rectangle `[x, y, width, height]` [px] in a BGR image, and of its halves."""
 
     def __init__(self, image: Image, box: NDArray[np.float64]) -> None:
-        counts, totals = _half_counts(image, box[np.newaxis])
+        counts, totals = half_counts(image, box[np.newaxis], LuvBins())
         self._counts, self._totals = counts[:, 0], totals[:, 0]
 
     def distances(self, image: Image, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -46,7 +80,7 @@ class Appearance:
         First row: single histogram; second row: two-part histogram. The distance is 1 if less than
         half of a rectangle is inside the image.
         """
-        counts, totals = _half_counts(image, boxes)
+        counts, totals = half_counts(image, boxes, LuvBins())
         single = bhattacharyya_distances(
             counts.sum(axis=0, dtype=np.int32),
             totals.sum(axis=0),
@@ -58,41 +92,6 @@ class Appearance:
             for k in range(2)
         )
         return np.stack([single, (upper + lower) / 2])
-
-
-def _half_counts(
-    image: Image, boxes: NDArray[np.float64], colours: LuvBins | None = None
-) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Return the votes by half, rectangle and bin, and their sums by half and rectangle."""
-    centres = boxes[:, :2] + boxes[:, 2:] / 2
-    states = np.column_stack([centres, boxes[:, 2] * boxes[:, 3]])
-    aspect = float(boxes[0, 2] / boxes[0, 3])
-    height, width = image.shape[:2]
-    regions = pixel_regions(states, aspect, 2, width, height, MIN_INSIDE, MIN_PIXELS)
-    colours = colours or LuvBins()
-    counts = count_regions(SharedFrame(image), regions, colours, _BINS)
-    return counts, regions.pixels * colours.votes_a_pixel
-
-
-def part_distance(image: Image, box: NDArray[np.float64], colours: LuvBins | None = None) -> float:
-    """Return the distance between the histograms of a rectangle's halves (Eq. 7)."""
-    counts, totals = _half_counts(image, box[np.newaxis], colours)
-    return float(bhattacharyya_distances(counts[0], totals[0], counts[1, 0], int(totals[1, 0]))[0])
-
-
-def right_choice(
-    image: Image, box: NDArray[np.float64], two_coloured: bool, colours: LuvBins | None = None
-) -> float:
-    """Return the share of jittered rectangles for which Eq. 7 selects the right representation.
-
-    Positions and sizes of the 50 rectangles vary by up to 5 % of the sides, like rectangles drawn
-    by hand. `colours`: bins of the histogram, by default those of the setting `as-written`.
-    """
-    x, y, width, height = box
-    jitters = np.random.default_rng(0).uniform(-JITTER, JITTER, (JITTERS, 4))
-    rectangles = np.array([x, y, width, height]) + jitters * [width, height, width, height]
-    selects_two = [part_distance(image, rectangle, colours) > THRESHOLD for rectangle in rectangles]
-    return float(np.mean(np.array(selects_two) == two_coloured))
 
 
 def sampled_frames(n_frames: int) -> NDArray[np.int64]:

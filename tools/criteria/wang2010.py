@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.criteria.shared import SceneImages, ring_distance
+from tools.criteria.shared import SceneImages, ring_distance
 
 
 def upward_speed(scene: SceneImages, *, first: int, last: int) -> float:

@@ -1,12 +1,19 @@
 """Shared criteria, and the check of scenes by a paper's `criteria.toml`."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from tests.bench.papers.criteria.scenes import blank, moving, painted
-from trackmark.bench.papers import scene_check
-from trackmark.bench.papers.criteria import shared as criteria
-from trackmark.bench.papers.scene_check import Criterion, CriterionValue
+from tests.tools.criteria.scenes import blank, moving, painted
+from tools import scene_check
+from tools.criteria import shared as criteria
+from trackmark.bench import papers
+from trackmark.bench.papers.criteria import (
+    Criterion,
+    passing_scenes,
+    read_criteria,
+    read_values,
+)
 
 
 def test_speeds_are_displacements_of_box_centres():
@@ -90,39 +97,43 @@ def test_criterion_passes_within_all_bounds(target, passing):
 
 def test_criterion_measures_with_its_options():
     scene = moving([20, 20.5, 23.5])
-    assert criterion().value(scene) == pytest.approx(1.75)
-    assert criterion(measure="slow_share:limit=1").value(scene) == 0.5
+    assert scene_check.measure(criterion(sequence="wang2010/hand"), scene) == pytest.approx(1.75)
+    slow = criterion(sequence="wang2010/hand", measure="slow_share:limit=1")
+    assert scene_check.measure(slow, scene) == 0.5
 
 
-ROWS = [
-    CriterionValue("a", 200, "speed", 2.5, True),
-    CriterionValue("a", 200, "contrast", 49.0, False),
-    CriterionValue("a", 201, "speed", 3.0, True),
-    CriterionValue("a", 201, "contrast", 60.0, True),
-    CriterionValue("b", 200, "speed", 1.0, True),
-]
+VALUES = pd.DataFrame(
+    [
+        ("a", 200, "speed", 2.5, True),
+        ("a", 200, "contrast", 49.0, False),
+        ("a", 201, "speed", 3.0, True),
+        ("a", 201, "contrast", 60.0, True),
+        ("b", 200, "speed", 1.0, True),
+    ],
+    columns=["sequence", "scene", "name", "value", "passes"],
+)
 
 
 def test_passing_scenes_meet_all_criteria_of_their_sequence():
-    assert list(scene_check.passing_scenes(ROWS, "a")) == [201]
-    assert list(scene_check.passing_scenes(ROWS, "b")) == [200]
+    assert passing_scenes(VALUES, "a") == [201]
+    assert passing_scenes(VALUES, "b") == [200]
 
 
 def test_files_of_a_paper_are_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(scene_check, "FOLDER", tmp_path)
+    monkeypatch.setattr(papers, "FOLDER", tmp_path)
     (tmp_path / "paper").mkdir()
     (tmp_path / "paper" / "criteria.toml").write_text(
         '[first_scene]\ns = 200\n[[criterion]]\nsequence = "s"\nname = "n"\n'
         'measure = "slow_share:limit=1"\ntarget = "<= 0.1"\nsentence = "§"\n'
     )
     expected = criterion(measure="slow_share:limit=1", target="<= 0.1")
-    assert scene_check.read_criteria("paper") == ({"s": 200}, [expected])
-    scene_check.write_values("paper", ROWS)
-    assert scene_check.read_values("paper") == ROWS
+    assert read_criteria("paper") == ({"s": 200}, [expected])
+    scene_check.write_values("paper", VALUES)
+    pd.testing.assert_frame_equal(read_values("paper"), VALUES)
 
 
 def test_summary_counts_scenes_and_prints_the_median():
     declared = [criterion(sequence="a", name="speed", target=">= 2")]
-    first, *others = scene_check.summary(declared, ROWS).splitlines()
+    first, *others = scene_check.summary(declared, VALUES).splitlines()
     assert "median 2.75 [2.5, 3] target >= 2: 2 of 2" in first
     assert others == ["a: 1 of 2 scenes meet all criteria", "b: 1 of 1 scenes meet all criteria"]

@@ -5,8 +5,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from tools.criteria.shared import SceneImages, box_mask, colour_auc
 from trackmark import datasets
-from trackmark.bench.papers.criteria.shared import SceneImages, box_mask, colour_auc
 
 COMPLETE = 0.02  # visible share up to which an occlusion counts as complete
 
