@@ -16,7 +16,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.bench.analysis.by_metrics import measures_of
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
@@ -25,7 +25,7 @@ from trackmark.datasets import SequenceError, attributes
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 Progress = Callable[[int, int], object]
 """Callback with the number of measured frames and the number of all frames."""
@@ -85,7 +85,7 @@ def attribute_report(
         measure = next(measure for measure in measures_of(name) if measure.direction)
         if name != DEFAULT_METRICS:
             measure = replace(measure, title=f"{measure.title} ({name})")
-        scored = runs.scored(name, STORED_ONE_PASS, strict=True)
+        scored = runs.scored(name, ONE_PASS, strict=True)
         sequences = [str(sequence) for sequence in scored["sequence"].unique()]
         means = _means_by_sequence(scored, measure)
         values = attributes_of(scored, sequences, progress, on_message)
@@ -255,16 +255,3 @@ def _ends(curve: Curve, measure: ScoreMeasure) -> tuple[str, str]:
     first, last = curve.bins[0], curve.bins[-1]
     low, high = (f"{end.mean * measure.scale:.{measure.decimals}f}" for end in (first, last))
     return f"{low} (≤ {first.last:.2g})", f"{high} (≥ {last.first:.2g})"
-
-
-def plot_attributes(curves: Sequence[Curve], measure: ScoreMeasure, title: str) -> "Figure":
-    """Draw curves, one panel per attribute."""
-    from trackmark.reports.plots import AttributeScores, attribute_plot  # imports Matplotlib
-
-    panels: dict[str, list[AttributeScores]] = {}
-    for curve in curves:
-        points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
-        bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
-        drawn = AttributeScores(curve.label, curve.places, curve.scores * measure.scale, bins)
-        panels.setdefault(attributes.find(curve.attribute).head, []).append(drawn)
-    return attribute_plot(panels, measure.head, title)

@@ -23,8 +23,7 @@ from trackmark.bench.evaluation.outcomes import LATE_ESTIMATES
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import Column, PresetResult, heading, mean_of_sequences
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING, ProtocolError, parse_protocol
-from trackmark.bench.protocols import title as title_of_protocol
+from trackmark.bench.protocols import ONE_PASS, TIMING, ProtocolError, parse_protocol
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.runs import (
@@ -88,11 +87,11 @@ def metric_tables(runs: Runs, names: Sequence[str], title: str = "") -> MetricTa
     """
     protocols = runs.protocols
     title = title or runs.title
-    is_named = not set(protocols) <= {STORED_ONE_PASS}  # whether captions name the protocol
+    is_named = not set(protocols) <= {ONE_PASS}  # whether captions name the protocol
     with_curves: list[TableWithCurves] = []
     for protocol in protocols:
         metrics = metrics_for(names, protocol)
-        if protocol == STORED_ONE_PASS:
+        if protocol == ONE_PASS:
             metrics = [name for name in metrics if name != DEFAULT_METRICS]
         caption = _with_protocol(title, protocol, is_named)
         with_curves += [
@@ -100,14 +99,14 @@ def metric_tables(runs: Runs, names: Sequence[str], title: str = "") -> MetricTa
         ]
     all_tables = [scores.table for scores in with_curves]
     if DEFAULT_METRICS in names:
-        index = names.index(DEFAULT_METRICS) if STORED_ONE_PASS in protocols else 0
-        native = tables(runs, _with_protocol(title, STORED_ONE_PASS, is_named))
+        index = names.index(DEFAULT_METRICS) if ONE_PASS in protocols else 0
+        native = tables(runs, _with_protocol(title, ONE_PASS, is_named))
         all_tables[index:index] = native
     return MetricTables(all_tables, with_curves)
 
 
 def _with_protocol(title: str, protocol: str, is_named: bool) -> str:
-    return f"{title}, protocol {title_of_protocol(protocol)}" if is_named else title
+    return f"{title}, protocol {protocol}" if is_named else title
 
 
 def metrics_for(names: Sequence[str], protocol: str) -> list[str]:
@@ -115,7 +114,7 @@ def metrics_for(names: Sequence[str], protocol: str) -> list[str]:
 
     The metrics of the protocol replace `native`, which is kept if it can score such runs.
     """
-    if protocol in (STORED_ONE_PASS, TIMING):
+    if protocol in (ONE_PASS, TIMING):
         return list(names)
     try:
         defaults = [parse_protocol(protocol).preset]
@@ -130,7 +129,7 @@ def metrics_for(names: Sequence[str], protocol: str) -> list[str]:
 
 def table_prefix(protocol: str) -> str:
     """Return the start of the names of tables by a protocol; empty for one-pass."""
-    return "" if protocol == STORED_ONE_PASS else re.sub(r"[^a-z0-9.]+", "-", protocol) + "-"
+    return "" if protocol == ONE_PASS else re.sub(r"[^a-z0-9.]+", "-", protocol) + "-"
 
 
 def scores_by_metrics(

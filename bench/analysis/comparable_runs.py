@@ -16,7 +16,7 @@ from trackmark.bench.analysis.by_metrics import measures_of
 from trackmark.bench.analysis.run_tables import without_undefined
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import mean_of_sequences
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.tables import ScoreMeasure
@@ -129,7 +129,7 @@ def _place(row: "pd.Series[str]") -> str:
     return f"tracker {row['tracker']}, sequence {row['sequence']}"
 
 
-def same_boxes(runs: Runs, protocol: str = STORED_ONE_PASS) -> Counter[tuple[str, str]]:
+def same_boxes(runs: Runs, protocol: str = ONE_PASS) -> Counter[tuple[str, str]]:
     """Return the number of sequences on which two trackers gave equal boxes in all runs.
 
     Sequences whose overlap is undefined are not counted: they have no estimates to compare. Raises

@@ -27,7 +27,7 @@ from trackmark.bench.analysis.families import Families
 from trackmark.bench.analysis.published_scores import with_published
 from trackmark.bench.analysis.run_tables import not_repeatable, without_undefined
 from trackmark.bench.analysis.times import TIME, clock_of, time_mark, time_notes, with_times
-from trackmark.bench.protocols import STORED_ONE_PASS, title
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
@@ -209,7 +209,7 @@ def compare_runs(
     trackers: Sequence[str] | None = None,
     against: str | None = None,
     *,
-    protocol: str = STORED_ONE_PASS,
+    protocol: str = ONE_PASS,
     published: Path | None = None,
     by_scene: bool = False,
     families: Families | None = None,
@@ -219,16 +219,16 @@ def compare_runs(
     The title of the measure names the protocol, but one-pass evaluation only if runs by other
     protocols exist. `published` is a CSV file with scores of further trackers.
     """
-    others = [title(name) for name in runs.protocols if name != protocol]
+    others = [name for name in runs.protocols if name != protocol]
     if protocol not in runs.protocols:
         remedy = f" Stored runs used {', '.join(others)}. Select one with --protocol."
         raise ComparisonError(
-            f"no stored run used the protocol {title(protocol)}.{remedy if others else ''}"
+            f"no stored run used the protocol {protocol}.{remedy if others else ''}"
         )
-    if others or protocol != STORED_ONE_PASS:
-        measure = replace(measure, title=f"{measure.title}, protocol {title(protocol)}")
+    if others or protocol != ONE_PASS:
+        measure = replace(measure, title=f"{measure.title}, protocol {protocol}")
     scored = runs.scored(metrics, protocol, strict=True)
-    if protocol != STORED_ONE_PASS:
+    if protocol != ONE_PASS:
         scored = scored.assign(first_loss=nan)  # is defined for one-pass runs only
     if published is not None:
         scored, further = with_published(scored, published, measure)

@@ -14,7 +14,7 @@ from trackmark import datasets
 from trackmark.bench.analysis.outlines import Outlines, outlines_of_run
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.output_files import file_names, write_file
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import Runs, RunWithTruth, reopen_sequence
 from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip, save_png
 from trackmark.reports.palette import colours
@@ -72,7 +72,7 @@ def _draw_strip(
     shades: Mapping[str, str],
 ) -> NDArray[np.uint8]:
     """Return the film strip of a sequence with the one-pass runs among `rows`."""
-    one_pass = [row for row in rows if row["protocol"] == STORED_ONE_PASS]
+    one_pass = [row for row in rows if row["protocol"] == ONE_PASS]
     stored = list(runs.read(one_pass))
     boxes, named = {TRUTH: stored[0].truth.boxes} if stored else {}, {}
     for tracker, run in _select_repetition(stored, 0).items():
@@ -94,7 +94,7 @@ def boxes_on(
     stored = [
         run
         for runs in experiments
-        for run in runs.read(runs.evaluated_rows(protocol=STORED_ONE_PASS, sequence=sequence))
+        for run in runs.read(runs.evaluated_rows(protocol=ONE_PASS, sequence=sequence))
     ]
     boxes = {TRUTH: stored[0].truth.boxes} if stored else {}
     outlines = dict[str, Outlines]()

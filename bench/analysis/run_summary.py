@@ -30,7 +30,7 @@ from trackmark.bench.analysis.times import (
     with_fps,
     with_times,
 )
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.printable import one_line, wrap
 from trackmark.reports.renderers import terminal_lines
@@ -74,7 +74,7 @@ def summarise(runs: Runs) -> RunSummary | None:
 
     Times come from timing runs if these exist.
     """
-    scored = runs.scored(DEFAULT_METRICS, STORED_ONE_PASS)
+    scored = runs.scored(DEFAULT_METRICS, ONE_PASS)
     if scored.empty:
         return None
     means = summary_of(scored, runs.timed, "")

@@ -16,7 +16,7 @@ from trackmark.bench.analysis.times import (
     with_fps,
     with_times,
 )
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.data_frames import with_revised_scores
@@ -83,7 +83,7 @@ def tables(runs: Runs, title: str = "") -> list[Table]:
     there are tables of the online boxes and of the revised boxes, which captions distinguish.
     """
     title = title or runs.title
-    scored, timed = runs.scored(DEFAULT_METRICS, STORED_ONE_PASS), runs.timed
+    scored, timed = runs.scored(DEFAULT_METRICS, ONE_PASS), runs.timed
     revised = with_revised_scores(scored)
     if revised is None:
         result = score_tables(scored, timed, title)
@@ -120,7 +120,7 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
     finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])
     first, second = (
         finished[finished["protocol"] == name].astype(dict.fromkeys(key[:2], str)).set_index(key)
-        for name in (STORED_ONE_PASS, TIMING)
+        for name in (ONE_PASS, TIMING)
     )
     both = first.index.intersection(second.index)
     before, again = (frame.loc[both, scores].to_numpy(np.float64) for frame in (first, second))

@@ -25,7 +25,7 @@ TIMES = (
 """Columns of timing runs."""
 
 APPROXIMATE = "~"
-"""Mark of times of accuracy runs, in which trackers share the machine."""
+"""Mark of times of one-pass runs, in which trackers share the machine."""
 
 DISTURBED = "!"
 """Mark of times that other load has disturbed."""

@@ -29,7 +29,7 @@ from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.process_tree import in_child
-from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
+from trackmark.bench.protocols import ONE_PASS, parse_protocol, protocol_of_key
 from trackmark.bench.store.truth import stored_truth
 from trackmark.bench.temporary_paths import remove_abandoned
 from trackmark.datasets import Sequence, SequenceError
@@ -65,7 +65,7 @@ def evaluate(
     repetitions : int
         Number of runs of stochastic trackers per sequence; other trackers run once.
     protocol : str
-        Protocol, for example `supervised:skip=10`; see docs/protocols.md.
+        Protocol, for example `supervised:skip_frames=10`; see docs/protocols.md.
     metrics : str
         Default metrics of the results: one of `trackmark.metrics.names()`.
     seed : int, optional
@@ -88,7 +88,7 @@ def evaluate(
         of one of several sequences cannot be read, a warning is issued and its runs are missing.
     """
     base_seed = 0 if seed is None else seed
-    stored = _check(protocol, metrics, repetitions=repetitions, seed=base_seed)
+    protocol_key = _check(protocol, metrics, repetitions=repetitions, seed=base_seed)
     specs = resolve_trackers(trackers, repetitions, seed)
     opened = _open_sequences(sequences)
     for sequence, _ in opened:
@@ -98,15 +98,15 @@ def evaluate(
     search_path = list(sys.path)
     remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
     try:
-        runs, errors = _run_all(entries, opened, stored, raise_errors)
+        runs, errors = _run_all(entries, opened, protocol_key, raise_errors)
         # Only a run can show that its tracker draws from global generators.
-        drew = {run.identity.tracker for run in runs if "generators" in run.circumstances}
+        drew = {run.identity.tracker for run in runs if "generators" in run.metadata}
         stochastic = [spec for spec in specs if _runs_once(spec) and spec.label in drew]
         missing = [
             (spec, repetition) for spec in stochastic for repetition in range(1, repetitions)
         ]
         readable = [pair for pair in opened if pair[0].name not in errors]
-        more, more_errors = _run_all(missing, readable, stored, raise_errors)
+        more, more_errors = _run_all(missing, readable, protocol_key, raise_errors)
     finally:
         close_idle_processes()
         sys.path[:] = search_path
@@ -122,7 +122,7 @@ def evaluate(
     sequences_run = [sequence for sequence, _ in opened]
     truths = {(s.name, s.fingerprint): stored_truth(s) for s in sequences_run}
     evaluated = PrintedRuns.of(_in_order([*runs, *more], specs, sequences_run), truths)
-    evaluated.protocol, evaluated.metrics = stored, metrics_by_name(metrics, stored)
+    evaluated.protocol, evaluated.metrics = protocol_key, metrics_by_name(metrics, protocol_key)
     evaluated.unsaved_reasons, evaluated.sequences = unsaved_reasons, sequences_run
     _warn_of_failures(evaluated)
     return evaluated
@@ -186,7 +186,7 @@ def run(
 
 
 def _check(protocol: str, metrics: str, **numbers: int) -> str:
-    """Return the stored name of a protocol; raise an error for invalid arguments."""
+    """Return the key of a protocol; raise an error for invalid arguments."""
     if in_child():
         raise TrackerError(
             "a file that trackmark imports as a tracker starts runs itself. Put them below "
@@ -204,10 +204,10 @@ def _check(protocol: str, metrics: str, **numbers: int) -> str:
             raise ValueError(
                 f"{name} is {value_text(value)}. Expected: an integer of {least} or more."
             )
-    stored = parse_protocol(protocol).text
-    if not can_score(name := metrics_by_name(metrics, stored), stored):
+    protocol_key = parse_protocol(protocol).key
+    if not can_score(name := metrics_by_name(metrics, protocol_key), protocol_key):
         raise ValueError(f"{name} cannot score runs by the protocol {protocol}.")
-    return stored
+    return protocol_key
 
 
 def _listed(sequences: Any) -> list[Any]:
@@ -268,7 +268,7 @@ def _entries(specs: list[TrackerSpec], repetitions: int) -> list[tuple[TrackerSp
 def _run_all(
     entries: list[tuple[TrackerSpec, int]],
     opened: list[tuple[Sequence, str]],
-    stored: str,
+    protocol_key: str,
     raise_errors: bool,
 ) -> tuple[list[Run], dict[str, SequenceError]]:
     """Return the runs on all sequences, and the errors of unreadable sequences by name."""
@@ -276,7 +276,7 @@ def _run_all(
     errors: dict[str, SequenceError] = {}
     for sequence, source in opened if entries else ():
         try:
-            on_sequence = _run_trackers(entries, sequence, stored, raise_errors)
+            on_sequence = _run_trackers(entries, sequence, protocol_key, raise_errors)
         except SequenceError as error:  # the runs on other sequences are not lost
             if raise_errors:
                 raise
@@ -284,16 +284,19 @@ def _run_all(
             continue
         origin = {"source": source} if source else {}
         for run_of_tracker in on_sequence:
-            circumstances = {**run_of_tracker.circumstances, **origin}
-            runs.append(replace(run_of_tracker, circumstances=circumstances))
+            metadata = {**run_of_tracker.metadata, **origin}
+            runs.append(replace(run_of_tracker, metadata=metadata))
     return runs, errors
 
 
 def _run_trackers(
-    entries: list[tuple[TrackerSpec, int]], sequence: Sequence, stored: str, raise_errors: bool
+    entries: list[tuple[TrackerSpec, int]],
+    sequence: Sequence,
+    protocol_key: str,
+    raise_errors: bool,
 ) -> list[Run]:
     """Return the runs on a sequence."""
-    passes, frames = list(_passes(entries, stored)), sequence.frames
+    passes, frames = list(_passes(entries, protocol_key)), sequence.frames
     with _one_thread:
         if len(passes) > 1:
             sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
@@ -301,37 +304,40 @@ def _run_trackers(
             return [
                 run
                 for entries_of_pass in passes
-                for run in _run_pass(entries_of_pass, sequence, stored, raise_errors)
+                for run in _run_pass(entries_of_pass, sequence, protocol_key, raise_errors)
             ]
         finally:
             sequence.frames = frames
 
 
 def _run_pass(
-    entries: list[tuple[TrackerSpec, int]], sequence: Sequence, stored: str, raise_errors: bool
+    entries: list[tuple[TrackerSpec, int]],
+    sequence: Sequence,
+    protocol_key: str,
+    raise_errors: bool,
 ) -> list[Run]:
     """Return the runs of a pass, and restore the state of the process."""
     before = ProcessState.current()
     try:
-        return run_protocol(entries, sequence, stored, raise_errors=raise_errors).runs
+        return run_protocol(entries, sequence, protocol_key, raise_errors=raise_errors).runs
     except NotAttributableError:  # one of several trackers has exhausted the memory
         if raise_errors:
             raise
-        runs = (_run_pass([entry], sequence, stored, raise_errors) for entry in entries)
+        runs = (_run_pass([entry], sequence, protocol_key, raise_errors) for entry in entries)
         return [run for (run,) in runs]
     finally:
         before.restore()
 
 
 def _passes(
-    entries: list[tuple[TrackerSpec, int]], stored: str
+    entries: list[tuple[TrackerSpec, int]], protocol_key: str
 ) -> Iterator[list[tuple[TrackerSpec, int]]]:
     """Yield the runs of each pass over a sequence.
 
     The package's trackers share the images of a pass, unless they use the random numbers of the
     process, or time counts. Other trackers can change the state of the process.
     """
-    time_dependent = stored_protocol(stored).time_dependent
+    time_dependent = protocol_of_key(protocol_key).time_dependent
     shared = []
     for spec, repetition in entries:
         if not spec.is_built_in or spec.randomness is Randomness.PROCESS or time_dependent:
@@ -360,7 +366,7 @@ def _warn_of_drawing(runs: list[Run], specs: list[TrackerSpec]) -> None:
             name
             for run in runs
             if run.identity.tracker == spec.label
-            for name in run.circumstances.get("generators", ())
+            for name in run.metadata.get("generators", ())
         }
         text = drawing_note(spec.label, ", ".join(sorted(names)))
         warnings.warn(text, RuntimeWarning, stacklevel=3)

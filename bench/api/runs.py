@@ -17,7 +17,7 @@ from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.families import Families, read_families
 from trackmark.bench.analysis.run_tables import mean_table, undefined_notes, without_undefined
 from trackmark.bench.metrics import canonical_name
-from trackmark.bench.protocols import parse_protocol, title
+from trackmark.bench.protocols import parse_protocol
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, single_experiment
 from trackmark.bench.store.manifest import Manifest
@@ -164,14 +164,13 @@ def load_experiment(folder: Path, metrics: str, protocol: str | None) -> Printed
     """Return the runs of the experiment in an absolute path; see `load_runs`."""
     runs = PrintedRuns.open(folder)
     if protocol is not None:
-        runs.protocol = parse_protocol(protocol).text
+        runs.protocol = parse_protocol(protocol).key
     elif len(runs.protocols) == 1:
         runs.protocol = runs.protocols[0]
     if not len(runs):
-        others = ", ".join(map(title, runs.protocols)) or "none"
+        others = ", ".join(runs.protocols) or "none"
         raise ResultsError(
-            f"{folder}: no run used the protocol {title(runs.protocol)}. Stored protocols: "
-            f"{others}."
+            f"{folder}: no run used the protocol {runs.protocol}. Stored protocols: {others}."
         )
     runs.metrics = metrics_by_name(metrics, runs.protocol)
     return runs

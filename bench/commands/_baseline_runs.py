@@ -16,7 +16,7 @@ from trackmark.bench.commands._progress import (
     print_message,
 )
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class BaselineRunner:
     """Executor of the runs of a baseline; it stores them in one results folder."""
 
     name: str  # name of the results folder
-    texts: Mapping[str, str]  # specifications of the trackers, by label
+    specs: Mapping[str, str]  # specifications of the trackers, by label
     sources: Mapping[str, SequenceSource]  # by name of the sequence
     options: EngineOptions
     digests: Mapping[str, str] = field(
@@ -74,7 +74,7 @@ class BaselineRunner:
         for names, labels in labels_by_names.items():
             experiment = Experiment(
                 name=self.name,
-                trackers=tuple(self.texts[label] for label in labels),
+                trackers=tuple(self.specs[label] for label in labels),
                 sequences=tuple(self.sources[name] for name in names),
                 repetitions=n_repetitions,
             )
@@ -101,7 +101,7 @@ class BaselineRunner:
         }
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         if not temporary:
-            keys = [(*pair, 0, STORED_ONE_PASS) for pair in pairs]
+            keys = [(*pair, 0, ONE_PASS) for pair in pairs]
             print_corner_hints(open_runs(self.folder).select(keys))
         return stored_entries(self.folder, {pair: counts[pair[0]] for pair in pairs}, self.sources)
 
@@ -140,7 +140,9 @@ def _other_hash_seed() -> Iterator[None]:
             os.environ[_HASH_SEED] = before
 
 
-def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[tuple[str, str]]:
+def unrepeatable_runs(
+    entries: "BaselineEntries", repeated: "BaselineEntries"
+) -> list[tuple[str, str]]:
     """Return the tracker–sequence pairs whose repeated run of repetition 0 gave different boxes.
 
     Failed repetitions have no boxes and are omitted.
@@ -149,7 +151,7 @@ def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[t
         (tracker, name)
         for tracker, row in repeated.items()
         for name, entry in row.items()
-        if entry.boxes[0] not in ("", entries[tracker][name].boxes[0])
+        if entry.box_digests[0] not in ("", entries[tracker][name].box_digests[0])
     ]
 
 
@@ -179,7 +181,7 @@ def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refus
         print_message("\n".join([*lines, refusal]))
         return False
     undeclared = []
-    for tracker, name in differing(entries, repeated):
+    for tracker, name in unrepeatable_runs(entries, repeated):
         line = f"{tracker} is not repeatable: repetition 0 gave different boxes in two runs"
         if len(entries[tracker][name].overlap) == 1:
             undeclared.append(f"{line}.")

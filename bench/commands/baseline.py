@@ -47,7 +47,7 @@ class BaselineOptions(EngineOptions):
         default=20,
         type=click.IntRange(6, 10_000),
     )
-    detect: float = option(
+    detectable_drop: float = option(
         "Drop of the mean overlap on one sequence that a check must detect.",
         metavar="FLOAT",
         default=0.05,
@@ -76,7 +76,7 @@ def command(options: BaselineOptions) -> int:
     from trackmark.bench.regression.baseline import (
         Baseline,
         baseline_path,
-        surroundings,
+        current_environment,
         write_baseline,
     )
     from trackmark.bench.store.results import Results
@@ -91,7 +91,7 @@ def command(options: BaselineOptions) -> int:
     trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
     check_outputs({"NAME": path}, input_files(trackers, sequences))
     requested = Experiment(experiment, tuple(trackers), sequences)
-    made_with = surroundings()  # before the runs: a library that is missing costs no runs
+    environment = current_environment()  # before the runs: a library that is missing costs no runs
     plan = make_plan(requested, Results(options.output / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
@@ -101,7 +101,7 @@ def command(options: BaselineOptions) -> int:
     repeated = runner.repeat({label: list(sources)[:1] for label in texts})
     if not check_entries(entries, repeated, f"{path} is not written: runs failed."):
         return EXIT_NEGATIVE
-    baseline = Baseline(entries, texts, options.repetitions, options.detect, made_with)
+    baseline = Baseline(entries, texts, options.repetitions, options.detectable_drop, environment)
     write_baseline(baseline, path)
     runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
     click.echo(
@@ -166,7 +166,7 @@ def _advice(
     comparisons: int,
     baseline: "Baseline",
 ) -> str:
-    """Return how often the drop of --detect is found, and how many repetitions would find it."""
+    """Return how often --detectable-drop is found, and how many repetitions would find it."""
     from trackmark.bench.statistics.accuracy_drop import (
         MAX_REPETITIONS,
         advised_repetitions,
@@ -174,16 +174,18 @@ def _advice(
     )
     from trackmark.bench.statistics.rules import MARGIN, POWER
 
-    detect, share = baseline.detect, share_found(missed, baseline.detect)
+    detectable_drop, share = baseline.detectable_drop, share_found(missed, baseline.detectable_drop)
     if share >= POWER:
         return ""
     current = f"{baseline.n_repetitions} detect it in {100 * share:.0f} %"
-    if detect < MARGIN:
-        return f"; {detect:g} on one sequence is inside ±{MARGIN:g} and counts as no change"
-    advised = advised_repetitions(scores, baseline.n_repetitions, comparisons, detect)
+    if detectable_drop < MARGIN:
+        return (
+            f"; {detectable_drop:g} on one sequence is inside ±{MARGIN:g} and counts as no change"
+        )
+    advised = advised_repetitions(scores, baseline.n_repetitions, comparisons, detectable_drop)
     if advised is None:
         return (
-            f"; for {detect:g} on one sequence {MAX_REPETITIONS} repetitions are too few "
+            f"; for {detectable_drop:g} on one sequence {MAX_REPETITIONS} repetitions are too few "
             f"({current})"
         )
-    return f"; for {detect:g} on one sequence use --repetitions {advised} ({current})"
+    return f"; for {detectable_drop:g} on one sequence use --repetitions {advised} ({current})"

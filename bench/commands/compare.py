@@ -115,7 +115,7 @@ def command(options: CompareOptions) -> int:
     from trackmark.bench.analysis.comparable_runs import AllFailedError
     from trackmark.bench.analysis.comparison import compare_runs
     from trackmark.bench.analysis.families import read_families
-    from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
+    from trackmark.bench.protocols import ONE_PASS, parse_protocol
     from trackmark.bench.store.layout import single_experiment
 
     if (options.sequences is None) == (options.results is None):
@@ -127,9 +127,9 @@ def command(options: CompareOptions) -> int:
     if options.families is not None and options.unit is not None:
         raise click.UsageError("Give either --families or --unit.")
     families = None if options.families is None else read_families(options.families)
-    protocol = STORED_ONE_PASS
+    protocol = ONE_PASS
     if options.protocol is not None:
-        protocol = parse_protocol(options.protocol).text
+        protocol = parse_protocol(options.protocol).key
     measures = {name: _measure(name, options) for name in _metrics(options.metrics, protocol)}
     imported_trackers = parse_imported(options.results_of)
     imported = [entry.tracker for entry in imported_trackers]

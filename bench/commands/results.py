@@ -85,7 +85,7 @@ def list_results(options: FolderOptions) -> None:
         for row in rows:
             counts[row["tracker"], row["sequence"], row["protocol"]][row["status"]] += 1
         for (tracker, sequence, protocol), number in sorted(counts.items()):
-            suffix = "" if protocol == "accuracy" else f" ({protocol})"
+            suffix = "" if protocol == "one-pass" else f" ({protocol})"
             others = [f", {number[word]} {word}" for word in ("failed", "stale") if number[word]]
             click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{''.join(others)}")
 
@@ -121,7 +121,7 @@ def failures(options: FailuresOptions) -> None:
         reached = int(np.isfinite(run.boxes[:, 0]).sum())
         if options.as_json:
             data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
-            data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
+            data |= {"frames": len(run.boxes), "reached": reached, "output": run.tracker_output}
             click.echo(json.dumps({"experiment": experiment.name, **data}))
         else:
             click.echo(
@@ -131,7 +131,7 @@ def failures(options: FailuresOptions) -> None:
             reason, _, trace = run.failure.partition("\n")
             lines = [reason, tracker_line(run.failure)]
             if options.verbose:
-                lines = [reason, *trace.splitlines(), *run.output.splitlines()]
+                lines = [reason, *trace.splitlines(), *run.tracker_output.splitlines()]
             click.echo("\n".join(f"  {line}" for line in lines if line))
     if failed and not (options.as_json or options.verbose):
         print_hint("Tracebacks and last outputs of the trackers: add --verbose")
@@ -169,7 +169,7 @@ def remove(options: RemoveOptions) -> None:
     from trackmark.bench.store.run_rows import list_runs
 
     selected: dict[Path, list[RunKey]] = {}
-    stored = "*" if options.protocol is None else _stored_protocol(options.protocol)
+    protocol_key = "*" if options.protocol is None else _protocol_key(options.protocol)
     for experiment in experiment_folders(options.folder):
         results = Results(experiment)
         # Keys suffice: damaged runs can be removed, too.
@@ -178,7 +178,7 @@ def remove(options: RemoveOptions) -> None:
             for cell in results.list_keys()
             if fnmatchcase(cell[0], options.tracker)
             and fnmatchcase(cell[1], options.sequence)
-            and stored in ("*", cell[3])
+            and protocol_key in ("*", cell[3])
         ]
         if options.failed:
             failed = {run_key(row) for row in list_runs(results) if row["status"] == "failed"}
@@ -195,11 +195,11 @@ def remove(options: RemoveOptions) -> None:
     click.echo(f"Removed {number} run{'s' * (number != 1)}.")
 
 
-def _stored_protocol(text: str) -> str:
-    """Return the name under which runs of a protocol are stored."""
+def _protocol_key(text: str) -> str:
+    """Return the protocol key of a protocol's text."""
     from trackmark.bench.protocols import TIMING, parse_protocol
 
-    return TIMING if text == TIMING else parse_protocol(text).text
+    return TIMING if text == TIMING else parse_protocol(text).key
 
 
 @command.command("check")

@@ -213,7 +213,7 @@ def _print_row(runs: "Runs", row: Mapping[str, Any], metrics: Sequence[str]) -> 
     from trackmark.bench.store.run_rows import to_json_row
 
     data = to_json_row(row)
-    if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
+    if list(metrics) != ["native"] or row["protocol"] not in ("one-pass", "timing"):
         # Imports the table renderers.
         from trackmark.bench.analysis.by_metrics import metrics_for, scores_by_metrics
 
@@ -282,7 +282,7 @@ def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
     for key in keys:
         if has_output[key[0]]:
             continue
-        if lines := runs.run(key).output.splitlines():
+        if lines := runs.run(key).tracker_output.splitlines():
             has_output[key[0]] = True
             click.echo(f"Output of {key[0]} on {key[1]}:")
             click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.execution.plan import KnownSequences
-    from trackmark.bench.stress.breaking_points import Series
+    from trackmark.bench.stress.breaking_points import StressTest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,10 +41,10 @@ class StressOptions(ScreenOptions, EngineOptions):
     """Options of the command."""
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=True)
-    knobs: str = option(
+    difficulties: str = option(
         "Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
         "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
-        "--knob",
+        "--difficulty",
         metavar="NAMES",
     )
     sequences: str = option(
@@ -56,7 +56,7 @@ class StressOptions(ScreenOptions, EngineOptions):
         "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
     )
     against: str = option(
-        "Baseline tracker, by whose breaking points the others are divided.", default="camshift"
+        "Tracker by whose breaking points the others are divided.", default="camshift"
     )
     name: str = name_option(default="stress")
     folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
@@ -67,13 +67,13 @@ class StressOptions(ScreenOptions, EngineOptions):
 def command(options: StressOptions) -> int:
     """Find the level of a difficulty at which half of the runs survive.
 
-    Each difficulty of --knob is increased until the trackers lose the target. Most runs are made at
-    levels near the breaking point, at which half of the runs survive. Stored runs are not repeated.
-    See docs/stress.md.
+    Each difficulty is increased until the trackers lose the target. Most runs are made at levels
+    near the breaking point, at which half of the runs survive. Stored runs are not repeated. See
+    docs/stress.md.
 
     For example:
-      trackmark stress multipart --knob noise,occlusion
-      trackmark stress matcher.py --knob speed=2..8 --sequences plain/target --folder out
+      trackmark stress multipart --difficulty noise,occlusion
+      trackmark stress matcher.py --difficulty speed=2..8 --sequences plain/target --folder out
 
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
@@ -82,43 +82,51 @@ def command(options: StressOptions) -> int:
     from trackmark.bench.stress.breaking_points import (
         BreakingPoints,
         RunSequences,
-        Series,
-        answer_lines,
-        as_data,
+        StressTest,
+        breaking_point_lines,
         parse_difficulty,
-        tables,
+        stress_json,
+        stress_tables,
         write_curves,
     )
     from trackmark.reports.renderers import terminal_lines
 
-    if not (knob_texts := split_list(options.knobs)):
-        raise click.UsageError("--knob: the list is empty. Name at least one.")
+    if not (difficulty_texts := split_list(options.difficulties)):
+        raise click.UsageError("--difficulty: the list is empty. Name at least one.")
     specs = resolve_trackers(
         text for texts in (*options.trackers, options.against) for text in split_list(texts)
     )
     texts = {spec.label: text for text, spec in specs.items()}
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
-    knobs = {parse_difficulty(text, sequences.sequences): None for text in knob_texts}
-    if len({knob.name for knob in knobs}) < len(knobs):
+    difficulties = {parse_difficulty(text, sequences.sequences): None for text in difficulty_texts}
+    if len({difficulty.name for difficulty in difficulties}) < len(difficulties):
         raise click.UsageError(
-            "--knob: a name is given twice, with different ranges. Give each name once."
+            "--difficulty: a name is given twice, with different ranges. Give each name once."
         )
-    series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
-    title = f"{options.name}: {len(texts)} trackers, {', '.join(knob.name for knob in knobs)}"
+    stress_tests = [
+        StressTest(label, difficulty, sequences, options.runs)
+        for difficulty in difficulties
+        for label in texts
+    ]
+    names = ", ".join(difficulty.name for difficulty in difficulties)
+    title = f"{options.name}: {len(texts)} trackers, {names}"
     with RunProgress(title, options.output / options.name) as progress:
         runner = _Runner(options, progress, texts)
-        series = _execute_series(runner, series)
-    result = BreakingPoints(series, specs[options.against].label)
+        stress_tests = _complete_tests(runner, stress_tests)
+    result = BreakingPoints(stress_tests, specs[options.against].label)
     if options.as_json:
-        click.echo(json.dumps(as_data(result), allow_nan=False))
+        click.echo(json.dumps(stress_json(result), allow_nan=False))
     else:
-        click.echo("\n".join(answer_lines(result)))
+        click.echo("\n".join(breaking_point_lines(result)))
         if not options.quiet:
-            for table in tables(result):
+            for table in stress_tables(result):
                 click.echo("\n".join(["", *terminal_lines(table, "--folder")]))
     print_corner_hints(open_runs(options.output / options.name))
     if (folder := options.folder) is not None:
-        paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
+        paths = [
+            *write_tables(folder, stress_tables(result, whole=True)),
+            *write_curves(result, folder),
+        ]
         print_message("\n".join(list_written_files(paths)))
     return 0
 
@@ -156,12 +164,12 @@ class _Runner:
         return runs.table, texts
 
 
-def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series]":
-    """Return the completed series; in each round, every series gets a batch of runs.
+def _complete_tests(runner: _Runner, stress_tests: "Sequence[StressTest]") -> "list[StressTest]":
+    """Return the completed stress tests; in each round, every one gets a batch of runs.
 
     Trackers whose next runs use the same sequences share an execution.
     """
-    current = list(series)
+    current = list(stress_tests)
     while any(entry.next_runs() for entry in current):
         labels_by_runs: dict[tuple[str, ...], list[str]] = {}
         for label in runner.texts:
@@ -172,7 +180,7 @@ def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series
             if sequences:
                 outcomes |= _outcomes(runner, labels, sequences)
         current = [
-            entry.with_outcomes(outcomes[entry.tracker]) if entry.next_runs() else entry
+            entry.extended_by(outcomes[entry.tracker]) if entry.next_runs() else entry
             for entry in current
         ]
     return current

@@ -375,8 +375,8 @@ def _restore_types(run: Run, output: str) -> Run:
         run,
         arrays={int(frame): named for frame, named in run.arrays.items()},
         segments=tuple(run.segments),
-        output=run.output or output,
-        circumstances={**run.circumstances, "host": socket.gethostname()},
+        tracker_output=run.tracker_output or output,
+        metadata={**run.metadata, "host": socket.gethostname()},
     )
 
 

@@ -159,7 +159,7 @@ def perform(unit: Unit, run_seconds: float, observer: Observer = NULL_OBSERVER) 
     runs = _check_state(walk.runs, before, trackers)
     if unit.protocol != TIMING:
         measured = {"frame_seconds": walk.frame_seconds}
-        runs = [replace(run, circumstances={**run.circumstances, **measured}) for run in runs]
+        runs = [replace(run, metadata={**run.metadata, **measured}) for run in runs]
     _check_unchanged(unit)  # boxes must not be stored under another version
     return runs
 
@@ -185,7 +185,7 @@ def record_failure(unit: Unit, failure: Failure) -> Run:
         visible=rows[:, 4] == 1,
         confidence=rows[:, 5],
         failure=where + failure.reason + line,
-        output=failure.output,
+        tracker_output=failure.output,
         segments=segments,
     )
 
@@ -240,7 +240,7 @@ def _difference(entry: Entry, identity: Identity) -> str:
     The text is empty if the source or the sequence differs.
     """
     planned, current = json.loads(entry.planned or "{}"), planned_values(identity)
-    if not planned or planned["tracker_version"] != current["tracker_version"]:
+    if not planned or planned["tracker_code"] != current["tracker_code"]:
         return ""
     # Each worker finds another value: without it, equal errors are printed once.
     remedy = "Expected: a value that does not depend on the process, the time or a random number."

@@ -44,10 +44,10 @@ def outcome_of(run: Run, truth: Any, metrics: str) -> MetricOutcome:
         result = score_run(run, truth, metrics)
     except ValueError as error:  # raised by metrics that cannot score the run
         return str(error)
-    if run.source_frames is None:
+    if run.estimate_frames is None:
         return result
-    frames = np.flatnonzero(run.source_frames >= 0)[1:]
-    late = float(np.mean(run.source_frames[frames] != frames)) if len(frames) else nan
+    frames = np.flatnonzero(run.estimate_frames >= 0)[1:]
+    late = float(np.mean(run.estimate_frames[frames] != frames)) if len(frames) else nan
     return replace(result, scores={**result.scores, LATE_ESTIMATES: late})
 
 
@@ -82,7 +82,7 @@ def _lost_run(run: Run) -> Run:
     n = len(run.boxes)
     states: NDArray[np.int32] | None = None
     if run.states is not None:
-        skipped = max(getattr(parse_protocol(run.identity.protocol), "skip", 1), 1) - 1
+        skipped = max(getattr(parse_protocol(run.identity.protocol), "skip_frames", 1), 1) - 1
         cycle = [FrameState.INITIALISED, FrameState.FAILED] + [FrameState.SKIPPED] * skipped
         first = int(np.argmax(run.states == FrameState.INITIALISED))
         states = np.full(n, FrameState.SKIPPED, np.int32)
@@ -95,7 +95,7 @@ def _lost_run(run: Run) -> Run:
         confidence=np.full(n, nan),
         revised=None,
         segmentation=None,
-        source_frames=None,
+        estimate_frames=None,
         states=states,
     )
 

@@ -23,7 +23,7 @@ Trace: TypeAlias = Literal["online", "revised"]
 
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
-    + ["region_similarity", "contour_accuracy", "state", "segment", "answered"]
+    + ["region_similarity", "contour_accuracy", "state", "segment", "estimate_frame"]
 )
 """Column names of the harness, which trackers cannot use as names of details."""
 
@@ -60,14 +60,14 @@ class Run:
         Times of a timing run; None for other runs.
     states : ndarray of int32, shape (n,), or None
         `bench.metrics.preset.FrameState` by frame, in runs with restarts after failures.
-    source_frames : ndarray of int32, shape (n,), or None
+    estimate_frames : ndarray of int32, shape (n,), or None
         Frame of the estimate in each row of a real-time run; -1 before the first estimate.
     segments : tuple of ndarray of int32
         Frame numbers of each segment; empty for a protocol without segments.
-    circumstances : mapping of str to value
+    metadata : mapping of str to value
         Other properties, such as date, host, libraries, source of the sequence and times.
         `generators` lists the global random generators from which the tracker has drawn.
-    output : str
+    tracker_output : str
         Last part of the output of a failed tracker.
     """
 
@@ -82,10 +82,10 @@ class Run:
     segmentation: Segmentation | None = None
     times: Times | None = None
     states: NDArray[Any] | None = None
-    source_frames: NDArray[Any] | None = None
+    estimate_frames: NDArray[Any] | None = None
     segments: tuple[NDArray[Any], ...] = ()
-    circumstances: Mapping[str, Any] = field(default_factory=dict)
-    output: str = ""
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+    tracker_output: str = ""
 
     @property
     def status(self) -> Literal["finished", "failed"]:
@@ -155,8 +155,8 @@ class Run:
         """Return the sequence of the run; raise `SequenceError` if it cannot be opened."""
         if sequence := evaluated_sequences.get(self.identity.fingerprint):
             return sequence
-        name = self.circumstances.get("source") or self.identity.sequence
-        return load_sequence(name, self.circumstances.get("truth") or None)
+        name = self.metadata.get("source") or self.identity.sequence
+        return load_sequence(name, self.metadata.get("truth") or None)
 
     def __repr__(self) -> str:
         key = self.identity

@@ -21,7 +21,7 @@ from trackmark.bench.metrics.preset import (
     annotates_init_only,
 )
 from trackmark.bench.metrics.regions import segmentation_scores
-from trackmark.bench.protocols import ProtocolError, parse_protocol, stored_protocol, title
+from trackmark.bench.protocols import ProtocolError, parse_protocol, protocol_of_key
 from trackmark.bench.protocols import names as protocol_names
 
 DEFAULT_PRESET = "native"
@@ -53,7 +53,7 @@ def score_run(
             "the tracker again."
         )
     init = select_ground_truth(scored, run.identity.init, run.identity.sequence)
-    if n := int(run.circumstances.get("unscored_frames", 0)):
+    if n := int(run.metadata.get("unscored_frames", 0)):
         init = _without_last(init, n)
     chosen = metrics_preset(preset)
     if not can_score(preset, run.identity.protocol):
@@ -62,7 +62,7 @@ def score_run(
         ]
         raise ValueError(
             f"{canonical_name(preset)} cannot score runs of the protocol "
-            f"{title(run.identity.protocol)}. It scores runs of {', '.join(names)}."
+            f"{run.identity.protocol}. It scores runs of {', '.join(names)}."
         )
     if run.states is not None and chosen.protocol != "supervised":
         raise ValueError(f"{preset} cannot score {run!r}: it has restarts. Use vot-supervised.")
@@ -86,7 +86,7 @@ def can_score(preset: str, protocol: str) -> bool:
     No preset can score unknown protocols, which a later version of trackmark may have stored.
     """
     try:
-        rules = stored_protocol(protocol)
+        rules = protocol_of_key(protocol)
     except ProtocolError:
         return False
     return metrics_preset(preset).protocol in rules.judged

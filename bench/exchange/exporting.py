@@ -49,7 +49,7 @@ def export_results(
     rows = [
         row
         for row in ordered_rows(results)
-        if row["protocol"] == parse_protocol(protocol).text
+        if row["protocol"] == parse_protocol(protocol).key
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
     ]
@@ -127,7 +127,7 @@ def _run_rows(run: Run, origin: int, trace: Trace) -> ResultRows:
         run.boxes_in(trace) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
-        run.circumstances.get("ms_per_frame", nan) / 1e3,
+        run.metadata.get("ms_per_frame", nan) / 1e3,
     )
 
 

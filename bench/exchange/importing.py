@@ -34,10 +34,10 @@ from trackmark.bench.exchange.result_format import (
 )
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
-from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
+from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results, with_circumstances
+from trackmark.bench.store.results import Results, with_metadata
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 
@@ -113,7 +113,7 @@ def read_runs(
     short or too long.
     """
     return [
-        with_circumstances(run)
+        with_metadata(run)
         for tracker in trackers
         for run in _with_one_protocol(list(_read_tracker(tracker, sequences, on_message)))
     ]
@@ -289,7 +289,7 @@ def _run(tracker: str, file: _ResultFile, boxes: NDArray[np.float64]) -> Run:
         np.full(len(boxes), np.nan) if rows.confidence is None else rows.confidence,
         states=rows.states,
         segments=tuple(file.segments) if rows.protocol else (),
-        circumstances={
+        metadata={
             "source": sequence.source,
             "truth": sequence.truth,
             "file": str(file.path.resolve()),
@@ -455,7 +455,7 @@ def _stored_protocol(
 ) -> str:
     """Return the protocol of a run; `tre` without options if the start frames differ from ours."""
     if rows.protocol != "tre":
-        return rows.protocol or STORED_ONE_PASS
+        return rows.protocol or ONE_PASS
     present = _present(sequence)
     starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
     for text in ("tre", f"tre:starts={len(segments)}"):

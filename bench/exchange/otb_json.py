@@ -100,7 +100,7 @@ class OtbJsonFormat(ResultFormat):
 
     def can_write_segments(self, protocol: str) -> bool:
         """Return whether the protocol is TRE, or SRE with the default shifts."""
-        return parse_protocol(protocol).name == "tre" or parse_protocol(protocol).text == "sre"
+        return parse_protocol(protocol).name == "tre" or parse_protocol(protocol).key == "sre"
 
     def write_segments(
         self, folder: Path, sequence: str, protocol: str, segments: SegmentRows

@@ -18,7 +18,7 @@ from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_pla
 from trackmark.bench.execution.scheduling import Units, missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results, with_circumstances
+from trackmark.bench.store.results import Results, with_metadata
 from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
@@ -215,7 +215,7 @@ class Execution:
             )
         origin = {"source": source.text, "truth": str(source.truth or "")}
         complete = [
-            with_circumstances(replace(run, circumstances={**run.circumstances, **origin}))
+            with_metadata(replace(run, metadata={**run.metadata, **origin}))
             for run in runs.values()
         ]
         replaced = [entry.replaces for entry in runs]

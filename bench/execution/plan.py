@@ -17,7 +17,7 @@ from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.maintenance import RecordedData, find_different_data, group_recorded_data
 from trackmark.bench.store.manifest import Manifest
@@ -87,7 +87,7 @@ class Plan:
     @cached_property
     def protocol(self) -> str:
         """Name of the protocol under which runs are stored."""
-        return self.experiment.filed_under
+        return self.experiment.protocol_key
 
     @cached_property
     def run_trackers(self) -> NDArray[np.int64]:
@@ -195,10 +195,10 @@ def make_plan(
     trackers = _distinct_trackers(experiment)
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
-    protocol = experiment.filed_under
+    protocol = experiment.protocol_key
     known_sequences = {} if known_sequences is None else known_sequences
     # Timing runs have the frames of one-pass runs.
-    frame_protocol = STORED_ONE_PASS if experiment.timing else protocol
+    frame_protocol = ONE_PASS if experiment.timing else protocol
     keys = dict.fromkeys((source, frame_protocol) for source in experiment.sequences)
     unopened = [key for key in keys if key not in known_sequences]
     _open_all(unopened, known_sequences, on_opened, jobs)

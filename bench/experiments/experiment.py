@@ -3,7 +3,7 @@
 ```toml
 version = 1
 title = "Window rules on an easy target"
-protocol = "one-pass"                    # or, for example, "supervised:skip=10"
+protocol = "one-pass"                    # or, for example, "supervised:skip_frames=10"
 repetitions = 5                          # of stochastic trackers
 trackers = [
     "static",
@@ -112,11 +112,11 @@ class Experiment:
     arrays: bool = False
 
     @property
-    def filed_under(self) -> str:
+    def protocol_key(self) -> str:
         """Canonical text of the protocol under which runs are stored; `timing` for timing runs."""
         from trackmark.bench.protocols import TIMING
 
-        return TIMING if self.timing else self._protocol.text
+        return TIMING if self.timing else self._protocol.key
 
     @property
     def time_dependent(self) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from trackmark import trackers
 from trackmark.bench.external.definition import is_external, open_external, split_table
 from trackmark.bench.external.plugin import ExternalPlugin
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
 from trackmark.datasets.versioning import find_version
@@ -36,7 +36,7 @@ BOXES = "boxes"
 """Name of the ground-truth boxes, which initialise runs by default."""
 
 IMPORTED = "results of others"
-"""Value of `source` in the `tracker_version` of imported runs."""
+"""Value of `source` in the `tracker_code` of imported runs."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Identity:
     parameters: Mapping[str, Any]
     # `source` (sealed version, or digest of the syntax trees of the tracker's file and of the
     # shared modules it imports) and `libraries` (version by distribution).
-    tracker_version: Mapping[str, Any]
+    tracker_code: Mapping[str, Any]
     sequence: str
     fingerprint: str
     repetition: int
@@ -61,7 +61,7 @@ class Identity:
     @property
     def imported(self) -> bool:
         """True if the run was imported from a result file of another toolkit."""
-        return bool(self.tracker_version.get("source") == IMPORTED)
+        return bool(self.tracker_code.get("source") == IMPORTED)
 
     @cached_property
     def digest(self) -> str:
@@ -79,13 +79,13 @@ class Identity:
         return {name: getattr(self, name) for name in names if name not in excluded}
 
     @cached_property
-    def tracker_digest(self) -> str:
+    def tracker_version(self) -> str:
         """Digest of the tracker's source and libraries.
 
         The files of imported results do not count: each sequence has its own.
         """
-        version = {key: value for key, value in self.tracker_version.items() if key != "files"}
-        return _digest(version if self.imported else self.tracker_version)
+        version = {key: value for key, value in self.tracker_code.items() if key != "files"}
+        return _digest(version if self.imported else self.tracker_code)
 
 
 def _digest(determining: Mapping[str, Any]) -> str:
@@ -129,12 +129,12 @@ class TrackerSpec:
 
     @property
     def digest(self) -> str:
-        """Digest of the version, as `Identity.tracker_digest`."""
+        """Digest of the version, as `Identity.tracker_version`."""
         return _digest(self.version)
 
 
 def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[str, Any]:
-    """Compute the version of a tracker from its source file; see `Identity.tracker_version`."""
+    """Compute the version of a tracker from its source file; see `Identity.tracker_code`."""
     if file is None:
         return {"source": "unknown", "libraries": {}}
     source, libraries = source_digest(file, PACKAGE)
@@ -147,7 +147,7 @@ def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[
 
 
 def built_in_digest(name: str) -> str | None:
-    """Return a tracker's current `Identity.tracker_digest`; None if it is outside the package.
+    """Return a tracker's current `Identity.tracker_version`; None if it is outside the package.
 
     The tracker is not imported.
     """
@@ -231,7 +231,7 @@ def run_identity(
     chosen: TrackerSpec,
     sequence: SequenceIdentity,
     repetition: int,
-    protocol: str = STORED_ONE_PASS,
+    protocol: str = ONE_PASS,
 ) -> Identity:
     """Return the identity of a run of a tracker on a sequence."""
     return Identity(
@@ -239,7 +239,7 @@ def run_identity(
         tracker_name=chosen.name,
         preset=chosen.preset,
         parameters=chosen.parameters,
-        tracker_version=chosen.version,
+        tracker_code=chosen.version,
         sequence=sequence.name,
         fingerprint=sequence.fingerprint,
         repetition=repetition,
@@ -250,7 +250,7 @@ def run_identity(
 
 def planned_values(identity: Identity) -> dict[str, Any]:
     """Return the values of a run's identity that a worker process must find again."""
-    names = ("tracker", "parameters", "tracker_version")
+    names = ("tracker", "parameters", "tracker_code")
     values = {name: getattr(identity, name) for name in names}
     return json.loads(json.dumps(values))  # type: ignore[no-any-return]  # as after a transfer
 

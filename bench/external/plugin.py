@@ -38,7 +38,7 @@ class ExternalPlugin(AdaptedTracker):
     digest : str
         Digest of the tracker's files; a process that has read other content is not used.
     version : dict
-        Value of `Identity.tracker_version`.
+        Value of `Identity.tracker_code`.
     clock : str
         What the times of calls contain, if this differs from trackers in this process.
     drawn : list of str

@@ -7,7 +7,7 @@ from pathlib import Path
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import State
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.pages.content import Page, PageSection
+from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
@@ -62,16 +62,16 @@ def _page(runs: PageRuns, watch: Watch) -> Page:
     """Return the page of the only sequence."""
     (scene,) = scenes(runs, watch, height=_MAX_HEIGHT)
     named = ", ".join(runs.trackers)
-    repetition = max(take.repetition for take in scene.takes)
+    repetition = max(take.repetition for take in scene.runs)
     title = f"{named} on {scene.name}" + f", repetition {repetition}" * bool(repetition)
     caption = (
         f"The player shows the boxes, masks, contours, particles, maps and numbers that {named} "
         f"returned on {scene.name} in repetition {repetition}. Select the sequence to open the "
         "player; ? lists the keys."
     )
-    section = PageSection("frames", "Frames", scenes=True, caption=caption)
+    section = PageSection("frames", "Frames", lists_sequences=True, caption=caption)
     page = Page(title, [section], runs.trackers, [scene])
     address = {"tracker": runs.trackers[0], "repetition": str(repetition)}
-    for name in [name for take in scene.takes for name in take.maps][:1]:
+    for name in [name for take in scene.runs for name in take.maps][:1]:
         address["map"] = name
-    return replace(page, start=page.opening(scene, None, **address))
+    return replace(page, start=player_link(scene, None, **address))

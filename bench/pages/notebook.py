@@ -8,7 +8,7 @@ from pathlib import Path
 
 from trackmark import datasets
 from trackmark.bench.output_files import write_file
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.layout import single_experiment
 from trackmark.bench.store.runs import Runs, complete_name
 from trackmark.bench.temporary_paths import temporary_folder
@@ -68,7 +68,7 @@ def player(
     ResultsError
         If there are no results or several experiments in the folder, or a file is damaged.
     """
-    from trackmark.bench.pages.content import Page, PageSection
+    from trackmark.bench.pages.content import Page, PageSection, player_link
     from trackmark.bench.pages.page import write_page
     from trackmark.bench.pages.player_runs import collect_runs, scenes
     from trackmark.reports.charts import PlayerPosition
@@ -82,10 +82,11 @@ def player(
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
     (scene,) = scenes(page_runs, lambda *_: None)
     first = scene.first if frame is None else frame
-    if not 0 <= first < scene.frames:
-        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.frames - 1}.")
-    page = Page(name, [PageSection("frames", "Sequence", scenes=True)], page_runs.labels, [scene])
-    start = page.opening(scene, first)
+    if not 0 <= first < scene.n_frames:
+        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.n_frames - 1}.")
+    section = PageSection("frames", "Sequence", lists_sequences=True)
+    page = Page(name, [section], page_runs.labels, [scene])
+    start = player_link(scene, first)
     if tracker is not None:
         start = PlayerPosition(0, page_runs.labels.index(tracker), repetition, first).link
     with temporary_folder() as temporary:
@@ -95,7 +96,7 @@ def player(
 
 def _name_of(sequence: str | Path | Sequence, runs: Runs) -> str:
     """Return the name of a sequence in one-pass runs; raise `ValueError` without runs on it."""
-    names = {row["sequence"] for row in runs.evaluated_rows(protocol=STORED_ONE_PASS)}
+    names = {row["sequence"] for row in runs.evaluated_rows(protocol=ONE_PASS)}
     requested = sequence.name if isinstance(sequence, Sequence) else str(sequence)
     name = complete_name(requested, names)
     if name not in names:

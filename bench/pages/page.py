@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.output_files import write_file
 from trackmark.bench.package_version import package_version
-from trackmark.bench.pages.card_types import GLOSSARY, SYMBOLS
-from trackmark.bench.pages.content import Film, Page, PlayerScene, Shapes
+from trackmark.bench.pages.content import Film, Page, PlayerSequence, Shapes, player_link
 from trackmark.bench.pages.player_frames import ABSENT, compress, pack_boxes, quantise
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
@@ -33,7 +32,26 @@ MAX_INLINE_FRAMES = 10_000_000
 _MIN_WRAPPED = 16
 """Minimum number of characters of a text in a table that is wrapped."""
 
-_PARTS = Path(__file__).parent / "templates"
+GLOSSARY: Mapping[str, str] = {
+    "overlap": "Overlap (IoU): area shared by the estimated and the ground-truth box, divided by "
+    "the area that both cover. 1 is perfect, 0 is a miss.",
+    "success": "Share of frames with an overlap of at least 0.5.",
+    "centre error": "Distance between the centres of the estimated and the ground-truth box.",
+    "ms/frame": "Mean time of an update, without the time in which other processes had the "
+    "processor. The first update is not included.",
+    "95 % interval": "Range that contains the mean over new sequences in 95 % of cases. It is "
+    "drawn from six sequences on.",
+    "lost": "The estimated centre is outside the ground-truth box for ten visible frames in a row.",
+    "ground-truth box": "Box of the target in the ground truth: annotated, or known from "
+    "rendering.",
+    "seed": "Number that initialises the random generator of a stochastic tracker.",
+}
+"""Definitions of the terms of a page, for tooltips and the glossary."""
+
+_SYMBOLS = {"good": "✓", "bad": "✕", "undecided": "?", "none": "–"}
+"""Sign of each tone of a verdict, as colour alone does not show a verdict."""
+
+_TEMPLATES = Path(__file__).parent / "templates"
 
 
 def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
@@ -46,7 +64,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     inside: dict[str, str] = {}
     written: list[Path] = []
     scenes = []
-    for number, scene in enumerate(page.scenes):
+    for number, scene in enumerate(page.sequences):
         rows = _rows(scene)
         inside[f"boxes-{number}"] = pack_boxes(np.stack([quantise(boxes) for boxes, _ in rows]))
         if shapes := {row: outlines for row, (_, outlines) in enumerate(rows) if outlines}:
@@ -63,7 +81,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
                 else:
                     written.append(write_chunk(path, name, frames))
             reels[kind] = [[len(frame) for frame in frames] for frames in film]
-        for place, take in enumerate(scene.takes):
+        for place, take in enumerate(scene.runs):
             if take.numbers:
                 name = f"numbers-{number}-{place}"
                 inside[name] = compress(json.dumps(take.numbers).encode())
@@ -80,23 +98,22 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
         "start": page.start.removeprefix("#"),
     }
     template = _environment().get_template("page.html")
-    text = template.render(page=page, data=data, blocks=inside, card_html=card_html)
+    text = template.render(page=page, data=data, blocks=inside)
     text = re.sub(r"\n[ \n]+", "\n", text)  # without indentation a page is a tenth smaller
     write_file(path, text)
     return [path, *written]
 
 
-def card_html(card: object) -> Markup:
-    """Return a card or a list of cards of `bench.pages.card_types`, a chart or a table as HTML."""
-    kind = f"{type(card[0]).__name__}s" if isinstance(card, list) else type(card).__name__
-    html: Markup = getattr(_environment().get_template("cards.html").module, kind)(card)
+def card(name: str, **values: object) -> Markup:
+    """Return a card as HTML: the macro of this name in `cards.html`, called with the values."""
+    html: Markup = getattr(_environment().get_template("cards.html").module, name)(**values)
     return html
 
 
-def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
+def _films(scene: PlayerSequence) -> Iterator[tuple[str, Film]]:
     """Yield name and film of the frames and of the weight maps of all runs."""
     yield "thumbnails", scene.thumbnails
-    for number, take in enumerate(scene.takes):
+    for number, take in enumerate(scene.runs):
         for place, film in enumerate(take.maps.values()):
             yield f"map{number}.{place}", film
 
@@ -104,7 +121,7 @@ def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
 @cache
 def _environment() -> Environment:
     environment = Environment(
-        loader=FileSystemLoader(_PARTS),
+        loader=FileSystemLoader(_TEMPLATES),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=lambda value: one_line(value) if type(value) is str else value,
@@ -115,13 +132,14 @@ def _environment() -> Environment:
     for name, shades in (("light", LIGHT), ("dark", DARK)):
         environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
     environment.globals |= {
-        "part": lambda name: Markup((_PARTS / name).read_text("utf-8")),  # noqa: S704  # our file
+        "part": lambda name: Markup((_TEMPLATES / name).read_text("utf-8")),  # noqa: S704  # our file
         "long": _MIN_WRAPPED,
         "markers": MARKER_PATHS,
         "version": package_version(),
         "dashes": DASHES,
         "glossary": GLOSSARY,
-        "symbols": SYMBOLS,
+        "missing": MISSING,
+        "symbols": _SYMBOLS,
     }
     environment.filters |= {
         "score": lambda value: f"{value:.2f}" if isfinite(value) else MISSING,
@@ -132,8 +150,12 @@ def _environment() -> Environment:
         "divided": _divided,
         "texts": text_columns,
         "address": _address_of,
+        "player_link": player_link,
     }
-    environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
+    environment.tests |= {
+        "finite_number": lambda value: value is not None and isfinite(value),
+        "all_finite": lambda values: bool(np.isfinite(values).all()),
+    }
     return environment
 
 
@@ -171,31 +193,31 @@ def _address_of(picture: bytes) -> str:
     return f"data:image/{kind};base64,{b64encode(picture).decode()}"
 
 
-def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:
+def _rows(scene: PlayerSequence) -> list[tuple[NDArray[np.float64], Shapes]]:
     """Return boxes and shapes of a sequence: the ground truth first, then the runs."""
     rows = [(scene.boxes, scene.shapes)]
-    for take in scene.takes:
+    for take in scene.runs:
         rows.append((take.boxes, take.shapes))
         rows += [] if take.revised is None else [(take.revised, {})]
     return rows
 
 
-def _scene_data(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
+def _scene_data(scene: PlayerSequence, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
     """Return the data of a sequence for the player's script."""
     takes = []
-    for take in scene.takes:
+    for take in scene.runs:
         failure = one_line(take.failure.partition("\n")[0])
-        run = take.tracker, take.repetition, take.revised is not None, failure, take.round
-        segment = take.start, take.start_label, take.judged, take.marks
+        run = take.tracker, take.repetition, take.revised is not None, failure, take.is_ellipse
+        segment = take.start, take.start_label, take.scored, take.restarts
         takes.append([*run, [*take.maps], bool(take.numbers), *segment])
     return {
         "name": scene.name,
         "title": one_line(scene.name),
-        "frames": scene.frames,
+        "frames": scene.n_frames,
         "size": scene.size,
         "first": scene.first,
         "fps": scene.fps,
-        "why": one_line(scene.why),
+        "why": one_line(scene.reason),
         "kept": None if scene.frame_numbers is None else list(scene.frame_numbers),
         "shapes": shapes,
         "reels": {kind: sizes for kind, sizes in reels.items() if sizes},

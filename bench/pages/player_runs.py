@@ -18,10 +18,10 @@ from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.preset import FrameState
-from trackmark.bench.pages.content import PlayerRun, PlayerScene
+from trackmark.bench.pages.content import PlayerRun, PlayerSequence
 from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, film_all
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.charts import PlayerPosition
@@ -87,7 +87,7 @@ class PageRuns:
     trackers: Sequence[str]  # of one-pass runs
     labels: Sequence[str]  # trackers, then labels of runs by other protocols: `name_on_page`
     stages: Sequence[SequenceRuns]
-    circumstances: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
+    metadata: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
     def place(
         self, tracker: str, sequence: str | None, kind: str, trace: Trace = "online"
@@ -128,7 +128,7 @@ class PageRuns:
 
 def name_on_page(tracker: str, protocol: str) -> str:
     """Return the label of a tracker's runs by a protocol."""
-    return tracker if protocol == STORED_ONE_PASS else f"{tracker} ({protocol})"
+    return tracker if protocol == ONE_PASS else f"{tracker} ({protocol})"
 
 
 def collect_runs(
@@ -140,23 +140,23 @@ def collect_runs(
     """
     names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
     stages: dict[str, SequenceRuns] = {}
-    circumstances: dict[str, Mapping[str, Any]] = {}
+    metadata: dict[str, Mapping[str, Any]] = {}
     for row, run, stored in runs:
         truth = np.asarray(select_ground_truth(stored, run.identity.init, row["sequence"]).boxes)
         stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:
             continue  # the run is stale: the sequence has changed since; tables report it
-        if row["protocol"] == STORED_ONE_PASS:
+        if row["protocol"] == ONE_PASS:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
             number = names.index(row["tracker"])
             stage.clips.append(_judge(truth, _RunPart(run), row, number, with_numbers))
         else:
             others.append((row, run))
-        entry = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
-        entry |= {"libraries": run.circumstances.get("libraries") or {}}
-        entry |= {"date": str(run.circumstances.get("date", ""))[:10]}
-        circumstances[json.dumps(entry, sort_keys=True, default=str)] = entry
+        entry = {key: run.metadata.get(key) for key in ("host", "platform", "python")}
+        entry |= {"libraries": run.metadata.get("libraries") or {}}
+        entry |= {"date": str(run.metadata.get("date", ""))[:10]}
+        metadata[json.dumps(entry, sort_keys=True, default=str)] = entry
     labels = list(names)
     for row, run in others:
         name = name_on_page(row["tracker"], row["protocol"])
@@ -169,7 +169,7 @@ def collect_runs(
         else:
             part = _from_other_protocol(run, stage.truth)
             stage.others.append(_judge(stage.truth, part, row, number, with_numbers))
-    return PageRuns(names, labels, list(stages.values()), list(circumstances.values()))
+    return PageRuns(names, labels, list(stages.values()), list(metadata.values()))
 
 
 def _present(boxes: Array) -> NDArray[np.bool_]:
@@ -211,9 +211,9 @@ def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
     judged, marks = np.ones(len(truth), bool), list[int]()
     judged[np.flatnonzero(_present(truth))[:1]] = False
     numbers_by_name: dict[str, list[float | str | None]] = {}
-    if run.source_frames is not None:
-        answered = [None if frame < 0 else frame for frame in run.source_frames.tolist()]
-        numbers_by_name["estimate for frame"] = answered
+    if run.estimate_frames is not None:
+        estimate_frames = [None if frame < 0 else frame for frame in run.estimate_frames.tolist()]
+        numbers_by_name["estimate_frame"] = estimate_frames
     if run.states is not None:
         judged &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
         marks = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]
@@ -300,7 +300,7 @@ def scenes(
     keep: Keep | None = None,
     height: int = THUMBNAIL,
     selected: Sequence[Sequence[int]] | None = None,
-) -> Iterator[PlayerScene]:
+) -> Iterator[PlayerSequence]:
     """Yield the sequences with all frames, or with the `selected` frames of each, in order.
 
     See `film_all` for the other parameters.
@@ -312,18 +312,18 @@ def scenes(
         yield _scene(stage, filmed, its)
 
 
-def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
+def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> PlayerSequence:
     """Return a sequence for the player."""
     stored = stage.stored
     present = np.flatnonzero(_present(stored.boxes))
-    return PlayerScene(
+    return PlayerSequence(
         name=stage.name,
         size=stored.image_size or _extent(stored.boxes),
         boxes=stage.truth,
-        takes=[clip.take for clip in (*stage.clips, *stage.others)],
+        runs=[clip.take for clip in (*stage.clips, *stage.others)],
         thumbnails=filmed.thumbnails,
         full=filmed.full,
-        why=filmed.why,
+        reason=filmed.why,
         frame_numbers=None if len(frames) == len(stage.truth) else frames,
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,

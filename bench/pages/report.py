@@ -4,12 +4,13 @@ import json
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+from markupsafe import Markup
 
 from trackmark.bench.analysis.by_metrics import table_prefix
 from trackmark.bench.analysis.comparable_runs import ComparisonError, same_boxes
@@ -21,14 +22,13 @@ from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
 from trackmark.bench.analysis.times import time_mark, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trace
-from trackmark.bench.pages.card_types import GLOSSARY, Fold
 from trackmark.bench.pages.cards import (
-    failures,
-    hardest_moments,
-    heat_table,
     leaderboard,
+    lost_runs,
+    overlap_matrix,
     pair_matrix,
     sequence_folds,
+    worst_frames,
 )
 from trackmark.bench.pages.charts import (
     share_charts,
@@ -36,12 +36,12 @@ from trackmark.bench.pages.charts import (
     survival_charts,
     timeline_charts,
 )
-from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerScene
-from trackmark.bench.pages.page import write_chunk, write_page
+from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerSequence
+from trackmark.bench.pages.page import GLOSSARY, card, write_chunk, write_page
 from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.parts_table import parts_table
 from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.pages.subset_table import subset_table
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.charts import PlayerPosition
@@ -111,7 +111,7 @@ class _Content:
     def __init__(self, runs: Runs, tables: Sequence[Table], commands: Commands) -> None:
         self.runs, self.commands = runs, commands
         self.tables = {table.name: table for table in tables}
-        self.scored = complete(runs.scored(DEFAULT_METRICS, STORED_ONE_PASS))
+        self.scored = complete(runs.scored(DEFAULT_METRICS, ONE_PASS))
         self.timed = runs.timed
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
@@ -142,7 +142,7 @@ class _Content:
             return None, Answer("", ("There is no comparison: there are no one-pass runs.",))
         try:
             (heading, details), comparison = answer_on(
-                self.runs.scored(DEFAULT_METRICS, STORED_ONE_PASS),
+                self.runs.scored(DEFAULT_METRICS, ONE_PASS),
                 self.timed,
                 means_by_tracker(self.summary),
                 attributes=self.runs.attributes,
@@ -163,59 +163,69 @@ class _Content:
     @cached_property
     def protocols(self) -> list[str]:
         """Stored names of the protocols other than one-pass, longest first."""
-        others = [name for name in self.runs.protocols if name != STORED_ONE_PASS]
+        others = [name for name in self.runs.protocols if name != ONE_PASS]
         return sorted(others, key=len, reverse=True)
 
-    def page(self, title: str, filmed: Sequence[PlayerScene]) -> Page:
-        """Return the page; `filmed`: the sequences with their frames."""
-        heading, details = self.answer
-        page = Page(title, [], self.page_runs.labels, filmed)
-        page = replace(page, meta=self._counts(), answer=heading, details=details)
-        return replace(page, sections=[*self._sections(page)])
+    def page(self, title: str, sequences: Sequence[PlayerSequence]) -> Page:
+        """Return the page; `sequences` have their frames."""
+        return Page(
+            title,
+            [*self._sections(sequences)],
+            self.page_runs.labels,
+            sequences,
+            meta=self._counts(),
+            answer=self.answer.heading,
+            details=self.answer.details,
+        )
 
-    def _sections(self, page: Page) -> Iterator[PageSection]:
+    def _sections(self, sequences: Sequence[PlayerSequence]) -> Iterator[PageSection]:
         """Yield the sections in the order of the page."""
-        runs, filmed, summary = self.page_runs, page.scenes, self.summary
-        sheets = {name: self._sheet(table) for name, table in self.tables.items()}
+        runs, summary = self.page_runs, self.summary
+        score_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
         if summary is not None and runs.stages:
             board = leaderboard(summary, runs, self.failed, self.time_mark, self.time_notes)
-            yield PageSection("summary", "Leaderboard", blocks=[board], span=7)
+            yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
-            yield PageSection("curves", "Success and precision", blocks=[self.curves], span=5)
-        if hardest := hardest_moments(runs, filmed):
-            yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
+            cards = [card("charts", charts=self.curves)]
+            yield PageSection("curves", "Success and precision", cards, span=5)
+        if worst := worst_frames(runs, sequences):
+            yield PageSection("worst", "Worst frames", [worst], span=7)
         if summary is not None and self.means.notna().any(axis=None):
-            heat, title = heat_table(self.means, summary, runs, filmed), "Sequences by trackers"
-            yield PageSection("heat", title, blocks=[heat], span=half, nav="Sequences")
+            matrix = overlap_matrix(self.means, summary, runs, sequences)
+            title = "Sequences by trackers"
+            yield PageSection("heat", title, [matrix], span=half, nav="Sequences")
         compared = self.comparison
         if compared is not None and compared.pairs and len(compared.scores) <= _MAX_PAIRED:
             limit = next((text for text in self.answer.details if "too few" in text), "")
-            pairs, title = pair_matrix(compared, runs, limit), "Who beats whom"
-            yield PageSection("answers", title, blocks=[pairs], span=half, nav="Comparison")
+            pairs, title = pair_matrix(compared, runs, limit), "Pairwise comparison"
+            yield PageSection("pairs", title, [pairs], span=half, nav="Comparison")
         if self.speed:
-            yield PageSection("speed", "Speed and accuracy", blocks=self.speed, span=6, nav="Speed")
-        if cards := failures(runs, filmed):
-            title, block = cards
+            cards = [card("chart", chart=chart) for chart in self.speed]
+            yield PageSection("speed", "Speed and accuracy", cards, span=6, nav="Speed")
+        if lost := lost_runs(runs, sequences):
+            title, entries = lost
             caption = (
-                "Lost: the centre is outside the true box for ten visible frames in a row. At most "
-                "six runs are shown, first the worst of each tracker."
+                "Lost: the centre is outside the ground-truth box for ten visible frames in a row. "
+                "At most six runs are shown, first the worst of each tracker."
             )
-            options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Failures"}
-            yield PageSection("failures", title, blocks=[block], **options)
-        if parts := parts_table(self.scored, self.runs.attributes, runs):
-            yield PageSection("parts", "By parameter and attribute", blocks=[parts])
+            options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Lost runs"}
+            yield PageSection("lost", title, [entries], **options)
+        if subsets := subset_table(self.scored, self.runs.attributes, runs):
+            cards = [card("page_table", sheet=subsets)]
+            yield PageSection("subsets", "By parameter and attribute", cards)
         n_runs = self.scored.groupby("tracker").size()
         if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
-            yield PageSection("survival", "Time to failure", blocks=self.survival)
-        charts = timeline_charts(runs)
-        stages = sequence_folds(runs, filmed, charts, self.means, sheets.get("sequences"), page)
+            cards = [card("chart", chart=chart) for chart in self.survival]
+            yield PageSection("survival", "Survival", cards)
+        folds = sequence_folds(
+            runs, sequences, timeline_charts(runs), self.means, score_tables.get("sequences")
+        )
         caption = "Open a sequence for its overlap by frame and all scores."
-        title = "Sequence by sequence"
-        yield PageSection("timelines", title, blocks=[*stages], caption=caption)
-        folds = [_fold(sheet) for name, sheet in sheets.items() if name != "sequences"]
-        if blocks := [fold for fold in folds if fold]:
-            yield PageSection("tables", "All scores", blocks=blocks)
+        yield PageSection("timelines", "Per sequence", [*folds], caption=caption)
+        others = [table for name, table in score_tables.items() if name != "sequences"]
+        if cards := [_fold(table) for table in others if _has_values(table.table)]:
+            yield PageSection("tables", "All scores", cards)
         yield self._provenance()
 
     def _words(self) -> list[str]:
@@ -249,7 +259,7 @@ class _Content:
             "failed run": (runs["status"] == "failed").sum(),
         }
         parts = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
-        days = sorted({entry["date"] for entry in self.page_runs.circumstances if entry["date"]})
+        days = sorted({entry["date"] for entry in self.page_runs.metadata if entry["date"]})
         parts.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
         return " · ".join(filter(None, parts))
 
@@ -276,7 +286,7 @@ class _Content:
         )
         return [PageTable(table, places[:_MAX_FAILURES])]
 
-    def _sheet(self, table: Table) -> PageTable:
+    def _with_positions(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames."""
         data, columns = table.data, len(table.heads) - table.n_labels
         if "measure" not in data or len(data) != len(table.rows) * columns:
@@ -290,7 +300,7 @@ class _Content:
         places = []
         for row in data[::columns].to_dict("records"):
             sequence = row["sequence"] if row.get("sequence") in names else None
-            tracker = name_on_page(row["tracker"], [*protocols, STORED_ONE_PASS][0])
+            tracker = name_on_page(row["tracker"], [*protocols, ONE_PASS][0])
             places.append([self.page_runs.place(tracker, sequence, kind, trace) for kind in kinds])
         return PageTable(table, places)
 
@@ -315,9 +325,9 @@ class _Content:
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
         hosts = [
             {**entry, "libraries": ", ".join(map(" ".join, entry["libraries"].items()))}
-            for entry in self.page_runs.circumstances
+            for entry in self.page_runs.metadata
         ]
-        sheets = [
+        tables = [
             _listed(
                 "trackers",
                 "Trackers: parameters, and the digest of source and libraries.",
@@ -329,7 +339,7 @@ class _Content:
                 sequences[["sequence", "source", "fingerprint", "frames"]].astype({"frames": int}),
             ),
             _listed(
-                "circumstances",
+                "metadata",
                 "Where and when runs were made.",
                 pd.DataFrame(hosts, columns=["host", "date", "platform", "python", "libraries"]),
             ),
@@ -338,23 +348,33 @@ class _Content:
         commands.append(self.commands.text("compare"))
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
-        result, tables = "commands, versions, parameters, fingerprints", [*failed, *sheets]
+        provenance = card(
+            "fold",
+            key="provenance",
+            title="Provenance",
+            summary="commands, versions, parameters, fingerprints",
+            paragraphs=self._words(),
+            tables=[*failed, *tables],
+            commands=commands,
+        )
         terms = [f"{name}: {text}" for name, text in GLOSSARY.items()]
-        folds = [
-            Fold("provenance", "Provenance", result, self._words(), tables, commands),
-            Fold("glossary", "Glossary", "terms of this page", terms),
-        ]
-        return PageSection("provenance", "About this report", blocks=folds, nav="Provenance")
+        glossary = card(
+            "fold", key="glossary", title="Glossary", summary="terms of this page", paragraphs=terms
+        )
+        cards = [provenance, glossary]
+        return PageSection("about", "About this report", cards, nav="Provenance")
 
 
-def _fold(sheet: PageTable) -> Fold | None:
-    """Return a folded table of scores; None if it has no values."""
-    rows, n_labels = sheet.table.rows, sheet.table.n_labels
-    if all(cell.text == MISSING for row in rows for cell in row[n_labels:]):
-        return None
-    name, caption = sheet.table.name, sheet.table.caption.partition(". ")[0]
+def _has_values(table: Table) -> bool:
+    """Return whether a cell after the labels has a value."""
+    return any(cell.text != MISSING for row in table.rows for cell in row[table.n_labels :])
+
+
+def _fold(table: PageTable) -> Markup:
+    """Return a folded table of scores."""
+    name, caption = table.table.name, table.table.caption.partition(". ")[0]
     title = name.replace("-", " ").capitalize()
-    return Fold(f"fold-{name}", title, caption, sheets=[sheet])
+    return card("fold", key=f"fold-{name}", title=title, summary=caption, tables=[table])
 
 
 def _listed(name: str, caption: str, data: pd.DataFrame) -> PageTable:

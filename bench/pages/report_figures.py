@@ -5,10 +5,13 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
 
+from trackmark.bench.analysis.attribute_plot import plot_attributes
 from trackmark.bench.analysis.by_annotation import MIN_AXES, AnnotationReport
-from trackmark.bench.analysis.by_attribute import AttributeReport, plot_attributes
+from trackmark.bench.analysis.by_attribute import AttributeReport
 from trackmark.bench.analysis.by_metrics import TableWithCurves
 from trackmark.bench.analysis.film_strips import TRACE_WORDS, write_strips
 from trackmark.bench.metrics import preset as metrics_preset
@@ -17,8 +20,8 @@ from trackmark.bench.output_files import write_file
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.store.runs import Runs
 from trackmark.reports.charts import Chart, Line
-from trackmark.reports.figures import save_figure
-from trackmark.reports.plots import chart_plot, radar_plot
+from trackmark.reports.figures import add_legend, bare_figure, named_line, save_figure
+from trackmark.reports.plots import chart_plot
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ def write_figures(
     for report in requested.annotated:
         if report.scores and len(report.heads) >= MIN_AXES:
             scores, heads = report.scores, report.heads
-            figures[report.table.name] = radar_plot(scores, heads, report.quantity, title)
+            figures[report.table.name] = _radar_plot(scores, heads, report.quantity, title)
     paths = [
         write_file(folder / f"{name}{requested.suffix}", partial(save_figure, figure=figure))
         for name, figure in figures.items()
@@ -86,3 +89,27 @@ def metric_curves(
         file = f"{scored.table.name}-{name.replace('_', '-')}"
         figures[file] = chart_plot(chart, title, trackers)
     return figures
+
+
+def _radar_plot(
+    values: Mapping[str, Sequence[float]], heads: Sequence[str], quantity: str, title: str
+) -> Figure:
+    """Draw scores by attribute, from 0 in the centre to the best score at the edge.
+
+    `values`: scores by tracker, in the order of `heads`; NaN leaves a gap.
+    """
+    figure = bare_figure(title, 6.5)
+    axes = figure.add_subplot(projection="polar")
+    assert isinstance(axes, PolarAxes)
+    angles = np.linspace(0, 2 * np.pi, len(heads), endpoint=False)
+    axes.set_theta_zero_location("N")
+    axes.set_theta_direction(-1)
+    axes.set_xticks(angles, heads, fontsize=9)
+    axes.tick_params(axis="x", pad=12)
+    axes.grid(alpha=0.3)
+    for position, (label, scores) in enumerate(values.items()):
+        axes.plot([*angles, angles[0]], [*scores, scores[0]], **named_line(label, position))
+    axes.set_ylim(0)
+    axes.tick_params(axis="y", labelsize=8)
+    add_legend(figure, f"{quantity}; number of sequences in brackets")
+    return figure

@@ -12,7 +12,7 @@ import numpy as np
 from trackmark import datasets
 from trackmark.bench.claims.claims_file import Claim
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.pages.content import PlayerScene
+from trackmark.bench.pages.content import PlayerSequence
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
 from trackmark.bench.papers.description import MainRow
@@ -48,7 +48,7 @@ class Footage:
     """Rendered scenes of a page, and the position in the player that each number opens."""
 
     reading: PageRuns
-    scenes: Sequence[PlayerScene]
+    scenes: Sequence[PlayerSequence]
     places: Mapping[ShownRun | None, PlayerPosition]
 
 

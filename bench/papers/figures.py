@@ -20,10 +20,10 @@ from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.description import FigureEntry
 from trackmark.bench.papers.measures import JudgedRun, find_measure, series
 from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.papers.plots import series_plot
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.figures import save_figure
 from trackmark.reports.overlay import save_png
-from trackmark.reports.plots import series_plot
 
 Image = NDArray[np.uint8]
 Drawn = Figure | Image

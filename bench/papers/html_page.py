@@ -3,15 +3,14 @@
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from markupsafe import Markup
 
 from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, effect_text
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.pages import card_types
-from trackmark.bench.pages.card_types import Fold, Still
 from trackmark.bench.pages.content import Page, PageSection, PageTable
-from trackmark.bench.pages.page import write_page
+from trackmark.bench.pages.page import card, write_page
 from trackmark.bench.pages.page_frames import Watch
 from trackmark.bench.pages.player_frames import compress_picture, encode_film
 from trackmark.bench.papers.evidence_frames import (
@@ -98,26 +97,30 @@ def _sections(report: Report, footage: Footage) -> Iterator[PageSection]:
     """Yield the parts of the page in their order."""
     groups = _groups(report, footage)
     if groups:
-        counts = [card_types.VerdictCount(g.title, g.tone, len(g.claims), g.key) for g in groups]
-        yield PageSection("counts", f"{len(report.verdicts)} claims", blocks=[counts])
+        counts = [(g["title"], g["tone"], len(g["claims"]), g["key"]) for g in groups]
+        cards = [card("verdict_counts", counts=counts)]
+        yield PageSection("counts", f"{len(report.verdicts)} claims", cards)
     caption = "A number of ours opens the worst run behind it."
     table = _main_table(report, footage)
     title = "The paper's numbers and ours"
-    yield PageSection("numbers", title, blocks=[table], caption=caption, nav="Table")
+    yield PageSection("numbers", title, [table], caption=caption, nav="Table")
     if panels := _panels(report.figures):
-        yield PageSection("figures", "Figures", blocks=[panels], nav="Figures")
+        yield PageSection(
+            "figures", "Figures", [card("figure_panels", panels=panels)], nav="Figures"
+        )
     for times in report.main[1:]:
-        yield PageSection(times.name, "Times", blocks=[PageTable(times)])
+        yield PageSection(times.name, "Times", [card("page_table", sheet=PageTable(times))])
     if groups:
         caption = (
             "A positive difference supports the claim; “not worse” allows the margin. A claim "
             "unfolds its quote, its worst runs and the reasons of its verdicts."
         )
-        yield PageSection("verdicts", "Verdicts", blocks=[groups], caption=caption, nav="Verdicts")
-    yield PageSection("details", "Details", blocks=[*_folds(report)], nav="Details")
+        cards = [card("verdict_groups", groups=groups)]
+        yield PageSection("verdicts", "Verdicts", cards, caption=caption, nav="Verdicts")
+    yield PageSection("details", "Details", [*_folds(report)], nav="Details")
 
 
-def _main_table(report: Report, footage: Footage) -> card_types.SideTable:
+def _main_table(report: Report, footage: Footage) -> Markup:
     """Return the main table; a value opens its worst run and shows the verdict on its claim."""
     main, verdicts = report.description.main_table, {row.claim.name: row for row in report.verdicts}
     rows = []
@@ -131,29 +134,38 @@ def _main_table(report: Report, footage: Footage) -> card_types.SideTable:
             texts = [[row.separator.join(values)] for values in texts]
         ours = [
             [
-                card_types.SideCell(
-                    texts[k][i],
-                    _share(texts[k][i]),
-                    *_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
-                    place=places[k][i] if i < len(places[k]) else None,
-                )
+                {
+                    "text": texts[k][i],
+                    "share": _share(texts[k][i]),
+                    "position": places[k][i] if i < len(places[k]) else None,
+                    **_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
+                }
                 for k, setting in enumerate(SETTINGS)
             ]
             for i in range(len(texts[0]))
         ]
-        rows.append(card_types.SideRow(row.labels, row.paper, ours))
+        rows.append({"labels": row.labels, "paper": row.paper, "ours": ours})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
     videos = "Our videos are not those of the paper: compare orders, not numbers."
     notes = [main.caption, *([colours] if verdicts else []), videos]
-    return card_types.SideTable(" / ".join(main.heads), main.columns or [""], NAMES, rows, notes)
+    return card(
+        "paper_table",
+        heading=" / ".join(main.heads),
+        columns=main.columns or [""],
+        settings=NAMES,
+        rows=rows,
+        notes=notes,
+        is_paired=any(len(row.paper) > 1 for row in main.rows),
+    )
 
 
-def _mark(row: VerdictRow | None, setting: str) -> tuple[str, str]:
+def _mark(row: VerdictRow | None, setting: str) -> dict[str, str]:
     """Return tone and tip of a value that a claim is about."""
     if row is None:
-        return "", ""
+        return {"tone": "", "tip": ""}
     verdict = row.verdicts[setting].verdict
-    return TONES.get(verdict, ""), f"{row.claim.name}, {row.claim.short}: {verdict}"
+    tip = f"{row.claim.name}, {row.claim.short}: {verdict}"
+    return {"tone": TONES.get(verdict, ""), "tip": tip}
 
 
 def _share(text: str) -> float | None:
@@ -161,7 +173,7 @@ def _share(text: str) -> float | None:
     return int(number[1]) / 100 if number else None
 
 
-def _panels(figures: Sequence[Drawing]) -> list[card_types.FigurePanel]:
+def _panels(figures: Sequence[Drawing]) -> list[dict[str, Any]]:
     """Return the figures of the paper; all files of a figure share a panel."""
     panels: dict[str, list[Drawing]] = {}
     for figure in figures:
@@ -169,16 +181,17 @@ def _panels(figures: Sequence[Drawing]) -> list[card_types.FigurePanel]:
     return [_panel(label, drawings) for label, drawings in panels.items()]
 
 
-def _panel(label: str, figures: Sequence[Drawing]) -> card_types.FigurePanel:
+def _panel(label: str, figures: Sequence[Drawing]) -> dict[str, Any]:
     """Return a figure: a strip as frames with one row per tracker, other figures as pictures."""
     figure, strip = figures[0], figures[0].strip
     caption = f"{figure.caption[:1].upper()}{figure.caption[1:].rstrip('.')}."
+    panel = {"label": label, "caption": caption, "frames": [], "rows": [], "pictures": []}
     if strip is None:
-        words = f"Ours: {figure.words.rstrip('.')}."
         pictures = [
             compress_picture(drawing.path.read_bytes()) for drawing in figures if drawing.path
         ]
-        return card_types.FigurePanel(label, caption, words, pictures=pictures)
+        words = f"Ours: {figure.words.rstrip('.')}."
+        return panel | {"description": words, "pictures": pictures}
     colours = "; green: on or off as in the paper; red: not" if figure.entry.paper else ""
     words = (
         f"Ours: {figure.words} White: true {figure.entry.shape}; solid: as written; dashed: "
@@ -192,9 +205,9 @@ def _panel(label: str, figures: Sequence[Drawing]) -> card_types.FigurePanel:
             _tile(strip.sequence[frame], frame, runs, state, figure.entry.shape, number)
             for frame, state in zip(strip.frames, paper, strict=True)
         ]
-        rows.append(card_types.StripRow(tracker, number, tiles))
+        rows.append((number, tracker, tiles))
     frames = [f"frame {number}" for number in figure.entry.frames]
-    return card_types.FigurePanel(label, caption, words, frames, rows)
+    return panel | {"description": words, "frames": frames, "rows": rows}
 
 
 def _tile(
@@ -204,29 +217,29 @@ def _tile(
     paper: str,
     shape: str,
     tracker: int,
-) -> card_types.StripTile:
-    """Return a frame with the boxes of both settings; `paper`: its `on` or `off`, or empty."""
+) -> tuple[Markup, list[tuple[str, str, str]]]:
+    """Return a frame with the boxes of both settings, and notes: label, text and tone of each.
+
+    `paper`: `on` or `off` in the paper, or empty.
+    """
     notes = [("paper", paper, "")] if paper else []
     for setting, judged in runs:
         state = "on" if judged.on_target[frame] else "off"
         text = f"{state} ({judged.error[frame]:.0f} px)" if judged.present[frame] else MISSING
         notes.append((setting, text, paper and ("good" if state == paper else "bad")))
-    truth, *boxes = (
-        rows[frame].tolist()
-        for rows in (runs[0][1].truth.boxes, *(judged.boxes for _, judged in runs))
+    frame_image = card(
+        "frame_image",
+        image=next(encode_film([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
+        size=(image.shape[1], image.shape[0]),
+        truth=runs[0][1].truth.boxes[frame],
+        boxes=[(tracker, dash, judged.boxes[frame]) for dash, (_, judged) in enumerate(runs)],
+        description=", ".join(f"{name}: {text}" for name, text, _ in notes),
+        is_ellipse=shape == "ellipse",
     )
-    still = Still(
-        next(encode_film([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
-        (image.shape[1], image.shape[0]),
-        truth if np.isfinite(truth).all() else None,
-        [(tracker, dash, box) for dash, box in enumerate(boxes) if np.isfinite(box).all()],
-        ", ".join(f"{name}: {text}" for name, text, _ in notes),
-        shape == "ellipse",
-    )
-    return card_types.StripTile(still, notes)
+    return frame_image, notes
 
 
-def _groups(report: Report, footage: Footage) -> list[card_types.VerdictGroup]:
+def _groups(report: Report, footage: Footage) -> list[dict[str, Any]]:
     """Return the claims by their verdicts in both settings; groups without claims are left out."""
     groups = {
         "both": ("Holds in both settings", "good"),
@@ -235,7 +248,7 @@ def _groups(report: Report, footage: Footage) -> list[card_types.VerdictGroup]:
         "inconclusive": ("Inconclusive in both settings", "undecided"),
         "numbers": ("Not testable", "none"),
     }
-    items: dict[str, list[card_types.VerdictItem]] = {key: [] for key in groups}
+    items: dict[str, list[dict[str, Any]]] = {key: [] for key in groups}
     for row in report.verdicts:
         verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
         key = ("neither", "one", "both")[verdicts.count("holds")]
@@ -245,13 +258,13 @@ def _groups(report: Report, footage: Footage) -> list[card_types.VerdictGroup]:
             key = "inconclusive"
         items[key].append(_item(row, report.context, footage))
     return [
-        card_types.VerdictGroup(f"group-{key}", *groups[key], claims)
-        for key, claims in items.items()
-        if claims
+        {"key": f"group-{key}", "title": title, "tone": tone, "claims": items[key]}
+        for key, (title, tone) in groups.items()
+        if items[key]
     ]
 
 
-def _item(row: VerdictRow, context: Context, footage: Footage) -> card_types.VerdictItem:
+def _item(row: VerdictRow, context: Context, footage: Footage) -> dict[str, Any]:
     """Return a claim: its verdicts open the worst runs, and it unfolds quote and reasons."""
     claim, cells = row.claim, []
     facts = {head: text for head, name in FACTS.items() if (text := str(getattr(claim, name)))}
@@ -263,11 +276,24 @@ def _item(row: VerdictRow, context: Context, footage: Footage) -> card_types.Ver
         effect = f"difference {effect}" if is_difference and effect != MISSING else effect
         facts[name] = f"{verdict.verdict}: {effect}; {verdict.reason}"
         tone, remarks = TONES.get(verdict.verdict, "none"), "; ".join(row.remarks(setting))
-        place = footage.places.get(claim_run(claim, setting, context))
-        cells.append(card_types.VerdictCell(name, verdict.verdict, tone, effect, remarks, place))
-    quote = f"“{claim.quote}” ({claim.source})"
-    title = f"{claim.short[:1].upper()}{claim.short[1:]}"
-    return card_types.VerdictItem(f"claim-{claim.name}", title, claim.paper, cells, quote, facts)
+        cells.append(
+            {
+                "setting": name,
+                "verdict": verdict.verdict,
+                "tone": tone,
+                "effect": effect,
+                "reason": remarks,
+                "position": footage.places.get(claim_run(claim, setting, context)),
+            }
+        )
+    return {
+        "key": f"claim-{claim.name}",
+        "title": f"{claim.short[:1].upper()}{claim.short[1:]}",
+        "paper": claim.paper,
+        "cells": cells,
+        "quote": f"“{claim.quote}” ({claim.source})",
+        "facts": facts,
+    }
 
 
 def _measure_words(measure: str, context: Context) -> str:
@@ -279,7 +305,7 @@ def _measure_words(measure: str, context: Context) -> str:
     return f"{definition} (`{measure}`)"
 
 
-def _folds(report: Report) -> Iterator[Fold]:
+def _folds(report: Report) -> Iterator[Markup]:
     """Yield the details of the page."""
     notes, effort = report.notes, report.context.effort
     result, differs, times, history = (
@@ -288,18 +314,30 @@ def _folds(report: Report) -> Iterator[Fold]:
     )
     about = [plain(VIDEOS), report.description.method]
     if report.verdicts:
-        yield Fold("differences", "What differs and why", words=[*about, RULES, *result, *differs])
+        about += [RULES, *result, *differs]
+        yield card("fold", key="differences", title="What differs and why", paragraphs=about)
     else:
-        yield Fold("method", "Method and scenes", words=about)
-    yield Fold("scenes", "The scenes", "criteria, and values", sheets=[PageTable(report.criteria)])
-    yield Fold("parameters", "Settings", "parameters", sheets=[PageTable(report.settings)])
-    if report.sensitivity:
-        tables = [PageTable(report.sensitivity)]
-        yield Fold("choices", "Sensitivity", "open choices, without verdicts", sheets=tables)
+        yield card("fold", key="method", title="Method and scenes", paragraphs=about)
+    tables = {
+        "scenes": ("The scenes", "criteria, and values", report.criteria),
+        "parameters": ("Settings", "parameters", report.settings),
+        "choices": ("Sensitivity", "open choices, without verdicts", report.sensitivity),
+    }
+    for key, (title, summary, table) in tables.items():
+        if table:
+            yield card("fold", key=key, title=title, summary=summary, tables=[PageTable(table)])
     command = effort.command(report.description.name)
-    yield Fold("command", "How to run it", command, times, commands=[command])
+    yield card(
+        "fold",
+        key="command",
+        title="How to run it",
+        summary=command,
+        paragraphs=times,
+        commands=[command],
+    )
     if history:
-        yield Fold("history", "History", "earlier scenes, claims and rules", history)
+        summary = "earlier scenes, claims and rules"
+        yield card("fold", key="history", title="History", summary=summary, paragraphs=history)
 
 
 def _paragraphs(markdown: str) -> list[str]:

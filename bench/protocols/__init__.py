@@ -25,11 +25,8 @@ from trackmark.trackers.base.parameters import Parameters, TrackerError
 ONE_PASS = "one-pass"  # noqa: S105  # not a password
 """Name of the default protocol."""
 
-STORED_ONE_PASS = "accuracy"  # noqa: S105  # not a password
-"""Name under which one-pass runs are stored; it is older than the other protocols."""
-
 TIMING = "timing"
-"""Stored name of timing runs, which are one-pass runs with measured times."""
+"""Protocol key of timing runs, which are one-pass runs with measured times."""
 
 _FOLDER = Path(__file__).parent
 
@@ -79,7 +76,7 @@ class Controller:
     """Decides on each frame after the init frame; by default, the tracker is updated."""
 
     states: NDArray[np.int32] | None = None  # (n,): `bench.metrics.preset.FrameState` of each frame
-    source_frames: NDArray[np.int32] | None = None  # (n,): frame of the estimate in each row
+    estimate_frames: NDArray[np.int32] | None = None  # (n,): frame of the estimate in each row
 
     def action(self, frame: int) -> Action:
         """Return the action for a frame; called once per frame, in order."""
@@ -112,11 +109,11 @@ class Protocol(Parameters):
         return type(self).__module__.rpartition(".")[2].replace("_", "-")
 
     @property
-    def text(self) -> str:
-        """Canonical text under which runs are stored: name, and parameters other than defaults."""
+    def key(self) -> str:
+        """Key of the protocol in `runs.db`: its name, and parameters that are not defaults."""
         fields = type(self).model_fields
         return format_text(
-            self.name, {key: value for key, value in self if value != fields[key].default}
+            self.name, {name: value for name, value in self if value != fields[name].default}
         )
 
     @property
@@ -150,7 +147,7 @@ def names() -> list[str]:
 
 
 def parse_protocol(text: str) -> Protocol:
-    """Return the protocol from its text `name:parameter=value:…`, or from its stored name.
+    """Return the protocol from its text `name:parameter=value:…`.
 
     Raises `ProtocolError` for an unknown name or parameter, or an invalid value. Raises `TypeError`
     unless the argument is a text.
@@ -161,7 +158,6 @@ def parse_protocol(text: str) -> Protocol:
         name, options = parse_text(text)
     except ValueError as error:
         raise ProtocolError(f"protocol {error}") from None
-    name = ONE_PASS if name == STORED_ONE_PASS else name
     if name not in names():
         hint = name_hint(name, names())
         raise ProtocolError(f"unknown protocol {name!r}.{hint}")
@@ -172,14 +168,9 @@ def parse_protocol(text: str) -> Protocol:
         raise ProtocolError(str(error)) from None
 
 
-def stored_protocol(stored: str) -> Protocol:
-    """Return the protocol of stored runs; for timing runs, the one-pass protocol."""
-    return parse_protocol(STORED_ONE_PASS if stored == TIMING else stored)
-
-
-def title(stored: str) -> str:
-    """Return the protocol's title in tables, from its stored name."""
-    return ONE_PASS if stored == STORED_ONE_PASS else stored
+def protocol_of_key(protocol_key: str) -> Protocol:
+    """Return the protocol of runs with this key; for timing runs, the one-pass protocol."""
+    return parse_protocol(ONE_PASS if protocol_key == TIMING else protocol_key)
 
 
 def definition(name: str) -> dict[str, Any]:

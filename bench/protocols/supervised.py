@@ -2,9 +2,9 @@
 
 A tracker fails at a frame with a target if the overlap of its box with the ground truth is at most
 `threshold`. The overlap is defined as in the preset `vot-supervised`: counted in pixels within the
-image. A new tracker with its own random numbers is initialised with the ground truth `skip` frames
-after the failure, or at the first later frame with a target. The tracker does not receive the
-frames in between.
+image. A new tracker with its own random numbers is initialised with the ground truth `skip_frames`
+frames after the failure, or at the first later frame with a target. The tracker does not receive
+the frames in between.
 
 Without a failure, the run equals the one-pass run. The state of each frame is stored: tracked,
 failed, skipped or initialised. Ten frames after each initialisation (burn-in) are excluded by the
@@ -69,14 +69,14 @@ class Supervised(Protocol):
     judged: ClassVar[tuple[str, ...]] = ("supervised",)
     preset: ClassVar[str] = "vot-supervised"
 
-    skip: int = whole(5, "number of frames from a failure to the restart")
+    skip_frames: int = whole(5, "number of frames from a failure to the restart")
     threshold: float = Field(
         0.0, ge=0, lt=1, description="maximum overlap that counts as a failure"
     )
 
     def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
         """See `Protocol.controller`."""
-        return _Supervision(truth, first, size, self.skip, self.threshold)
+        return _Supervision(truth, first, size, self.skip_frames, self.threshold)
 
 
 PROTOCOL = Supervised

@@ -46,42 +46,46 @@ def decide_deterministic(difference: float, margin: float) -> Decision:
     return Decision("not worse", difference)
 
 
-def decide_by_repetitions(differences: ArrayLike, comparisons: int, detect: float) -> Decision:
-    """Judge a stochastic tracker by its differences, shape (repetitions,), in the range -1 to 1.
+def decide_by_repetitions(
+    differences: ArrayLike, comparisons: int, detectable_drop: float
+) -> Decision:
+    """Decide on the change of a stochastic tracker, a drop of `detectable_drop` being relevant.
 
-    `comparisons`: number of decisions; the probability that any is false is 5 %. `detect`: drop to
-    detect.
+    `differences` has one value per repetition, in the range -1 to 1. `comparisons` is the number of
+    decisions; the probability that any of them is false is 5 %.
     """
     decision = decide(differences, MARGIN, comparisons, unit="repetitions")
     interval = decision.interval
     if interval is None or decision.label in ("better", "worse"):
         return decision
-    if interval.low > -detect:
+    if interval.low > -detectable_drop:
         return replace(decision, label="not worse", reason="", needed=None)
     if are_equal(differences):
         return replace(decision, label="inconclusive", needed=None)
     likely = mean_interval(differences, LIKELY)
-    needed = _repetitions_needed(decision.mean, interval, likely, np.size(differences), detect)
+    needed = _repetitions_needed(
+        decision.mean, interval, likely, np.size(differences), detectable_drop
+    )
     reason = in_words(needed, "repetitions")
     return replace(decision, label="inconclusive", reason=reason, needed=needed)
 
 
 def _repetitions_needed(
-    mean: float, interval: Interval, likely: Interval, n_repetitions: int, detect: float
+    mean: float, interval: Interval, likely: Interval, n_repetitions: int, detectable_drop: float
 ) -> Interval:
-    """Return the range of repetitions that would show a drop, or exclude one as large as `detect`.
+    """Return the range of repetitions that would show a drop, or exclude `detectable_drop`.
 
-    The range belongs to the true drops in `likely`; a drop of half of `detect` needs the most.
+    The range belongs to the true drops in `likely`; half of `detectable_drop` needs the most.
     """
     above, below = interval.high - mean, mean - interval.low
 
     def number(drop: float) -> float:
         ratios = [above / drop] if drop > 0 else []
-        ratios += [below / (detect - drop)] if drop < detect else []
+        ratios += [below / (detectable_drop - drop)] if drop < detectable_drop else []
         return max(n_repetitions + 1, ceil(n_repetitions * (POWER_FACTOR * min(ratios)) ** 2))
 
     drops = [-likely.high, -mean, -likely.low]
-    hardest = above / (above + below) * detect
+    hardest = above / (above + below) * detectable_drop
     drops += [hardest] if drops[0] < hardest < drops[2] else []
     numbers = [number(drop) for drop in drops]
     return Interval(min(numbers), max(numbers))
@@ -155,7 +159,7 @@ def found_drop(missed: NDArray[np.float64]) -> float:
 
 
 def advised_repetitions(
-    scores: Sequence[ArrayLike], n_repetitions: int, comparisons: int, detect: float
+    scores: Sequence[ArrayLike], n_repetitions: int, comparisons: int, detectable_drop: float
 ) -> int | None:
     """Return the number of repetitions that finds a drop on one sequence in 80 % of checks.
 
@@ -163,16 +167,16 @@ def advised_repetitions(
     `n_repetitions`: number from which the search starts. Other parameters: see `missed_drops`.
     """
     sufficient = None
-    for _ in range(_MAX_TRIALS if detect >= MARGIN else 0):
+    for _ in range(_MAX_TRIALS if detectable_drop >= MARGIN else 0):
         missed = missed_drops(scores, n_repetitions, comparisons)
-        share = share_found(missed, detect)
+        share = share_found(missed, detectable_drop)
         if share >= POWER:
             sufficient = min(n_repetitions, sufficient or n_repetitions)
         if POWER <= share < POWER + 0.02 or (share >= POWER and n_repetitions == MIN_UNITS):
             break
         drop = float(np.quantile(missed, POWER, method="higher"))
         # Intervals are about as wide as the inverse root of the number of repetitions.
-        factor = (drop / detect) ** 2 if isfinite(drop) else 2.0
+        factor = (drop / detectable_drop) ** 2 if isfinite(drop) else 2.0
         following = min(max(MIN_UNITS, ceil(n_repetitions * factor)), MAX_REPETITIONS)
         if following == n_repetitions:
             break

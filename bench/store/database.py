@@ -21,13 +21,14 @@ from trackmark.bench.store.layout import DATABASE
 APPLICATION_ID = 0x74726D6B
 """SQLite application id of trackmark's files: "trmk" in ASCII."""
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 """Version of the schema."""
 
 _BUSY_SECONDS = 60.0
 
 _TABLES = {
-    "setting": ("name TEXT PRIMARY KEY, value TEXT NOT NULL", ""),  # title, digests of tables
+    # Title of the report, and digests of tables.
+    "metadata_of_file": ("name TEXT PRIMARY KEY, value TEXT NOT NULL", ""),
     "requested": (
         "position INTEGER PRIMARY KEY, tracker TEXT NOT NULL, sequence TEXT NOT NULL, "
         "repetition INTEGER NOT NULL, protocol TEXT NOT NULL, version TEXT NOT NULL",
@@ -43,13 +44,13 @@ _TABLES = {
         "repetition INTEGER NOT NULL, protocol TEXT NOT NULL, "
         "version TEXT NOT NULL REFERENCES tracker, fingerprint TEXT NOT NULL, "
         "status TEXT NOT NULL CHECK (status IN ('finished', 'failed')), failure TEXT NOT NULL, "
-        "output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, frame_seconds REAL, "
-        "circumstances TEXT NOT NULL, contents TEXT NOT NULL",
+        "tracker_output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, frame_seconds REAL, "
+        "metadata TEXT NOT NULL, arrays TEXT NOT NULL",
         "UNIQUE (tracker, sequence, repetition, protocol)",
     ),
-    "content": (  # `frames`, `revised`, `arrays`; not in `run`, so that runs are listed quickly
-        "run INTEGER NOT NULL REFERENCES run, name TEXT NOT NULL, data BLOB NOT NULL",
-        "PRIMARY KEY (run, name)",
+    "arrays": (  # `frames`, `revised`, `arrays`; not in `run`, so that runs are listed quickly
+        "run INTEGER NOT NULL REFERENCES run, array_group TEXT NOT NULL, data BLOB NOT NULL",
+        "PRIMARY KEY (run, array_group)",
     ),
     "score": (
         "run INTEGER PRIMARY KEY REFERENCES run, scorer TEXT NOT NULL, scores TEXT NOT NULL",
@@ -131,14 +132,14 @@ class Database:
 
     def setting(self, name: str) -> str:
         """Return the value stored by `set`; raise `DamagedError` if it is missing."""
-        for row in self.rows("setting", "name = ?", name):
+        for row in self.rows("metadata_of_file", "name = ?", name):
             return str(row["value"])
         raise self.damaged(f"the setting {name!r} is missing")
 
     def set(self, name: str, value: str) -> None:
         """Store a value under a name."""
         values = name, value, digest((name, value))
-        self._connection.execute("INSERT OR REPLACE INTO setting VALUES (?, ?, ?)", values)
+        self._connection.execute("INSERT OR REPLACE INTO metadata_of_file VALUES (?, ?, ?)", values)
 
     def insert(self, table: str, rows: Iterable[Sequence[Any]]) -> None:
         """Insert rows, given the values of all columns except the digest."""
@@ -164,7 +165,7 @@ class Database:
 
     def recount(self, *tables: str) -> None:
         """Recompute the digests of tables (default: all), after damaged rows were deleted."""
-        for table in tables or _TABLES.keys() - {"setting"}:
+        for table in tables or _TABLES.keys() - {"metadata_of_file"}:
             rows = self.select(f"SELECT sha256 FROM {table}")
             self.set(_total(table), f"{_combine(row['sha256'] for row in rows):x}")
             del self._changed[table]
@@ -192,7 +193,7 @@ class Database:
             messages.append(str(self.damaged(problem)))
         for table in _TABLES:
             try:
-                if table == "setting":
+                if table == "metadata_of_file":
                     self.rows(table)
                     self.setting("title")
                 else:

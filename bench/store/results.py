@@ -35,7 +35,7 @@ MAX_RUNS = 1_000_000
 
 _KEY = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
 _SECONDS = ("seconds", "frame_seconds")
-_METADATA = -2  # index of `circumstances` in the columns of a run
+_METADATA = -2  # index of `metadata` in the columns of a run
 
 
 class RemovedError(ResultsError):
@@ -182,28 +182,28 @@ def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
     if run.arrays:
         flat = {f"{frame}/{k}": a for frame, named in run.arrays.items() for k, a in named.items()}
         contents["arrays"] = pack(flat)
-    circumstances = with_circumstances(run).circumstances
+    metadata = with_metadata(run).metadata
     row = (
-        *(key.version, key.fingerprint, run.status, _text(run.failure), _text(run.output)),
+        *(key.version, key.fingerprint, run.status, _text(run.failure), _text(run.tracker_output)),
         len(run.boxes),
-        *(_seconds(run.circumstances.get(name)) for name in _SECONDS),
-        json.dumps(circumstances),
+        *(_seconds(run.metadata.get(name)) for name in _SECONDS),
+        json.dumps(metadata),
         json.dumps({name: sha256(data).hexdigest() for name, data in contents.items()}),
     )
     return key, row, contents
 
 
-def with_circumstances(run: Run) -> Run:
+def with_metadata(run: Run) -> Run:
     """Return the run with date, machine and libraries, unless it has them already."""
-    circumstances = {
+    metadata = {
         "date": datetime.now(UTC).isoformat(timespec="microseconds"),
         "host": socket.gethostname(),
         "platform": platform.platform(),
         "python": platform.python_version(),
         "libraries": _libraries(),
-        **run.circumstances,
+        **run.metadata,
     }
-    return replace(run, circumstances=circumstances)
+    return replace(run, metadata=metadata)
 
 
 def _text(text: str) -> str:
@@ -223,8 +223,8 @@ def run_columns(run: Run) -> dict[str, NDArray[Any]]:
         columns |= {f"segmentation/{name}": a for name, a in vars(run.segmentation).items()}
     if run.states is not None:
         columns["states"] = run.states.astype(np.int32)
-    if run.source_frames is not None:
-        columns["answered"] = run.source_frames.astype(np.int32)
+    if run.estimate_frames is not None:
+        columns["estimate_frame"] = run.estimate_frames.astype(np.int32)
     columns |= {f"segment/{i}": frames.astype(np.int32) for i, frames in enumerate(run.segments)}
     if run.times is not None:
         times = {name: value for name, value in vars(run.times).items() if value is not None}
@@ -258,10 +258,10 @@ def _write(
             return False
         _delete(database, present["id"])
         if not intact:  # the deleted digest may have been wrong, and with it the tables' digests
-            database.recount("run", "content", "score")
+            database.recount("run", "arrays", "score")
     run_id = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")[0][0]
     database.insert("run", [(run_id, *key, *columns)])
-    database.insert("content", [(run_id, name, data) for name, data in contents.items()])
+    database.insert("arrays", [(run_id, name, data) for name, data in contents.items()])
     return True
 
 
@@ -269,13 +269,13 @@ def _is_quieter(key: RunKey, columns: tuple[Any, ...], present: Row) -> bool:
     """Return whether a timing run has a smaller run delay than the stored one."""
     new, stored = (
         json.loads(text).get("run_delay_share", 0.0)
-        for text in (columns[_METADATA], present["circumstances"])
+        for text in (columns[_METADATA], present["metadata"])
     )
     return key[3] == TIMING and new < stored
 
 
 def _delete(database: Database, run_id: int) -> None:
-    database.delete("content", "run = ?", run_id)
+    database.delete("arrays", "run = ?", run_id)
     database.delete("score", "run = ?", run_id)
     database.delete("run", "id = ?", run_id)
 
@@ -288,9 +288,11 @@ def _libraries() -> dict[str, str]:
 
 def _read_run(database: Database, row: Row) -> Run:
     trackers = database.rows("tracker", "version = ?", row["version"])
-    data = {part["name"]: part["data"] for part in database.rows("content", "run = ?", row["id"])}
+    data = {
+        part["array_group"]: part["data"] for part in database.rows("arrays", "run = ?", row["id"])
+    }
     digests = {name: sha256(content).hexdigest() for name, content in data.items()}
-    if not trackers or digests != json.loads(row["contents"]):
+    if not trackers or digests != json.loads(row["arrays"]):
         raise database.damaged(
             f"the contents of the run of {row['tracker']} on {row['sequence']}, repetition "
             f"{row['repetition']}, are missing or belong to another run"
@@ -316,8 +318,8 @@ def _read_run(database: Database, row: Row) -> Run:
         segmentation=Segmentation(**segmentation) if segmentation else None,
         times=Times(**times) if times else None,
         states=columns.get("states"),
-        source_frames=columns.get("answered"),
+        estimate_frames=columns.get("estimate_frame"),
         segments=tuple(select_group(columns, "segment").values()),
-        circumstances=json.loads(row["circumstances"]),
-        output=row["output"],
+        metadata=json.loads(row["metadata"]),
+        tracker_output=row["tracker_output"],
     )

@@ -92,7 +92,7 @@ def list_scored_runs(
 def run_row(run: Run, truth: Any) -> dict[str, Any]:
     """Return the row of a run, with scores."""
     ended = run.status, run.failure, run.identity.repetition, len(run.boxes)
-    fields = _fields(run.circumstances, *ended)
+    fields = _fields(run.metadata, *ended)
     return {**_identity_fields(run.identity), **fields, "scores": _scores(run, truth)}
 
 
@@ -156,23 +156,23 @@ def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
             if truth not in damaged_truths:
                 _warn(str(MissingTruthError(database.path, *truth)))
             continue
-        circumstances = json.loads(row["circumstances"])
+        metadata = json.loads(row["metadata"])
         ended = row["status"], row["failure"], row["repetition"], row["frames"]
-        rows.append((row["id"], {**shared[version], **_fields(circumstances, *ended)}))
+        rows.append((row["id"], {**shared[version], **_fields(metadata, *ended)}))
     return sorted(rows, key=lambda numbered: sort_key(run_key(numbered[1])))
 
 
 def _fields(
-    circumstances: Mapping[str, Any], status: str, failure: str, repetition: int, frames: int
+    metadata: Mapping[str, Any], status: str, failure: str, repetition: int, frames: int
 ) -> dict[str, Any]:
     return {
         "status": status,
         "failure": failure,
-        "generators": ", ".join(circumstances.get("generators", ())),
-        **{name: circumstances.get(name, "") for name in _METADATA_TEXTS},
+        "generators": ", ".join(metadata.get("generators", ())),
+        **{name: metadata.get(name, "") for name in _METADATA_TEXTS},
         "repetition": repetition,
         "frames": frames,
-        **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},
+        **{name: metadata.get(name) for name in NUMBER_FIELDS[2:]},
     }
 
 
@@ -183,7 +183,7 @@ def _identity_fields(identity: Identity) -> dict[str, Any]:
         "preset": identity.preset,
         "parameters": json.dumps(identity.parameters, sort_keys=True),
         "version": identity.version,
-        "tracker_version": identity.tracker_digest,
+        "tracker_version": identity.tracker_version,
         "sequence": identity.sequence,
         "fingerprint": identity.fingerprint,
         "protocol": identity.protocol,

@@ -12,7 +12,7 @@ from trackmark.bench.evaluation.outcomes import MetricOutcome, outcome_of
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import PresetResult
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import to_data_frame, with_manifest, with_one_version
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, RunKey, run_key
@@ -111,7 +111,7 @@ class Runs(Mapping[RunName, Run]):
         trackers: Collection[str] | None = None,
     ) -> None:
         self.folder, self.title = source.folder, title
-        self.protocol, self.metrics = STORED_ONE_PASS, DEFAULT_METRICS
+        self.protocol, self.metrics = ONE_PASS, DEFAULT_METRICS
         self.stored_rows, self.requested = list(rows), requested
         self._source, self._trackers = source, trackers
 
@@ -202,7 +202,7 @@ class Runs(Mapping[RunName, Run]):
     def protocols(self) -> list[str]:
         """Keys of the protocols of the runs except timing, one-pass first."""
         keys = dict.fromkeys(row["protocol"] for row in self.rows if row["protocol"] != TIMING)
-        return sorted(keys, key=lambda name: (name != STORED_ONE_PASS, name))
+        return sorted(keys, key=lambda name: (name != ONE_PASS, name))
 
     @property
     def truths(self) -> Mapping[tuple[str, str], StoredTruth]:

@@ -202,11 +202,11 @@ def store_many():
                 noise = random.normal(0, 1 + t / n_trackers, boxes.shape) * [1, 1, 0, 0]
                 noise[0] = 0
                 run = Run(
-                    Identity(*tracker, name, f"fingerprint {s}", 0, "accuracy"),
+                    Identity(*tracker, name, f"fingerprint {s}", 0, "one-pass"),
                     boxes + noise,
                     np.ones(n_frames, np.bool_),
                     np.full(n_frames, np.nan),
-                    circumstances={"seconds": 0.1, "update_seconds": 0.01, "source": f"/{name}"},
+                    metadata={"seconds": 0.1, "update_seconds": 0.01, "source": f"/{name}"},
                 )
                 runs.append(run)
         results = Results(folder)

@@ -359,7 +359,7 @@ def test_repetitions_in_another_process_share_it_and_end_it(line, tmp_path):
     (pid,) = {int(run.details["pid"][1]) for run in results.values()}
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
-    assert "python" in results["far", "line"].identity.tracker_version["libraries"]
+    assert "python" in results["far", "line"].identity.tracker_code["libraries"]
 
 
 def test_edited_class_is_not_saved_and_edited_file_is_reloaded(line, tmp_path, monkeypatch):
@@ -508,7 +508,7 @@ def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
     around = tm.run("static", "data/Small", folder="results", jobs=1)  # has other results in it
     assert len(around) == 1
     run = results["knob.py:Knob", "Small"]
-    assert again["knob.py:Knob", "Small"].circumstances == run.circumstances
+    assert again["knob.py:Knob", "Small"].metadata == run.metadata
     with pytest.raises(TrackerError, match=r"test_api\.py:Plain"):
         tm.run(Plain, "data/Small")
     with pytest.raises(ValueError, match=r"jobs is 0\. Expected: an integer of 1"):

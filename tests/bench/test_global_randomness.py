@@ -88,7 +88,7 @@ def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
     runs = run_protocol([(other, 0), (spec, 0), (spec, 1)], sequence).runs[1:]
     for run, boxes in zip(runs, alone, strict=True):
         np.testing.assert_array_equal(run.boxes, boxes)
-        assert run.circumstances["generators"]
+        assert run.metadata["generators"]
     assert not np.array_equal(*alone)
 
 
@@ -96,7 +96,7 @@ def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
 def test_failed_run_names_its_own_generators_only(file, make_sequence, name, generators):
     run = bench.evaluate_run(f"{file}:{name}", make_sequence(n=9))
     assert "ValueError" in run.failure
-    assert run.circumstances.get("generators") == generators
+    assert run.metadata.get("generators") == generators
 
 
 def test_stochastic_trackers_are_repeated_and_reported(file, tmp_path, caplog):
@@ -137,7 +137,7 @@ def test_other_interpreter_gives_the_same_boxes(file, make_sequence):
         far = bench.evaluate_run(f"{text}:python={sys.executable}", make_sequence(n=9), 1)
         near = bench.evaluate_run(text, make_sequence(n=9), 1)
         np.testing.assert_array_equal(far.boxes, near.boxes)
-        assert far.circumstances["generators"] == near.circumstances["generators"]
+        assert far.metadata["generators"] == near.metadata["generators"]
 
 
 def test_built_in_trackers_do_not_pay(make_sequence, monkeypatch):

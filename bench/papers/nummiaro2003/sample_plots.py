@@ -13,6 +13,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from trackmark.bench.papers.plots import QUARTILES, draw_median
 from trackmark.reports.figures import (
     add_legend,
     bare_figure,
@@ -21,7 +22,6 @@ from trackmark.reports.figures import (
     outline_effect,
 )
 from trackmark.reports.palette import colour
-from trackmark.reports.plots import QUARTILES, draw_median
 
 Array = NDArray[np.float64]
 

@@ -4,9 +4,9 @@ from matplotlib.figure import Figure
 
 from trackmark import datasets
 from trackmark.bench.papers.plan import scene_names
+from trackmark.bench.papers.plots import Panel, map_plot
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.wang2010.plain import PlainImprovedCamShift
-from trackmark.reports.figures import Panel, map_plot
 
 FRAME = 12  # second frame of the figure, counted from 1
 

@@ -22,7 +22,7 @@ def make_runs():
                 "tracker": tracker,
                 "sequence": names[sequence],
                 "repetition": repetition,
-                "protocol": "accuracy",
+                "protocol": "one-pass",
                 "status": "finished",
                 "failure": "",
                 "mean_overlap": score,

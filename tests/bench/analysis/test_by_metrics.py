@@ -17,7 +17,7 @@ from trackmark.bench.analysis.by_metrics import (
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.bench.metrics.preset import RunEstimates
 from trackmark.bench.pages.report_figures import metric_curves
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.runs import Runs
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
@@ -46,7 +46,7 @@ def camshift_runs():
 @pytest.mark.parametrize("name", metrics.names())
 def test_stored_runs_have_scores_of_their_boxes(stored, camshift_runs, name):
     preset = metrics.preset(name)
-    scored = MetricScores(stored, name, STORED_ONE_PASS, "T").table_with_curves()
+    scored = MetricScores(stored, name, ONE_PASS, "T").table_with_curves()
     means = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
     measures = set(scored.table.data["measure"])
     assert measures == (
@@ -105,7 +105,7 @@ def test_preset_without_judgeable_runs_has_a_note(run_trial, tmp_path):
 
 @pytest.mark.parametrize(("seconds", "late"), [(0.02, 0.0), (0.05, 1.0)])
 def test_late_estimates_are_counted_in_real_time(run_trial, tmp_path, seconds, late):
-    protocol = f"real-time:seconds={seconds}"
+    protocol = f"real-time:update_seconds={seconds}"
     folder = run_trial(tmp_path, ["static"], SEQUENCES, protocol=protocol)
     (table,) = metric_tables(Runs.open(folder), ["native"]).tables
     late_rows = table.data[table.data["measure"] == LATE.name]

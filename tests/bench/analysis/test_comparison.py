@@ -22,7 +22,7 @@ from trackmark.bench.analysis.families import Families, read_families
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide, p_value
-from trackmark.reports.plots import SurvivalCurve, breaking_plot
+from trackmark.bench.stress.breaking_plot import SurvivalCurve, breaking_plot
 from trackmark.reports.renderers import to_csv
 
 OVERLAP = SUMMARY[0]

@@ -32,7 +32,7 @@ def test_marks_and_intervals_follow_the_shared_rules():
     assert (intervals[0], marks[0]) == (None, False)
 
 
-def frame(tracker, overlap, protocol="accuracy", n=2, **more):
+def frame(tracker, overlap, protocol="one-pass", n=2, **more):
     return [
         {
             "tracker": tracker,

@@ -20,7 +20,7 @@ BASELINE = (
     "--repetitions",
     6,
 )
-ACCEPT = ("--accept", "mine", "--because", "x")
+ACCEPT = ("--accept", "mine", "--reason", "x")
 
 SHRUNK = ("return Estimate(self.box +", "return Estimate(self.box / 2 +")
 DETERMINISTIC = ("Randomness.GENERATOR", "Randomness.NONE")
@@ -81,25 +81,25 @@ def edit(workspace):
 
 
 def test_baseline_has_one_score_and_digest_per_run(trackmark, workspace):
-    printed = trackmark(*BASELINE, "--detect", 0.001)
+    printed = trackmark(*BASELINE, "--detectable-drop", 0.001)
     text = unwrapped(printed.stdout)
     assert "6 repetitions detect a drop of 0.0" in text
     assert "in 80 % of cases; 0.001 on one sequence is inside ±0.01 and counts as no change" in text
     file = workspace / "baselines" / "own.toml"
     content = file.read_bytes()
     table = tomllib.loads(content.decode())
-    assert (table["format"], table["repetitions"], table["detect"]) == (2, 6, 0.001)
+    assert (table["format"], table["repetitions"], table["detectable_drop"]) == (1, 6, 0.001)
     assert table["specifications"] == {"mine": "knob.py:as=mine"}
     for tracker, runs in (("mine", 6), ("static", 1)):
         for entry in table["trackers"][tracker].values():
-            assert len(entry["overlap"]) == len(entry["boxes"]) == runs
-            assert {*entry} <= {"sequence", "overlap", "boxes", "path"}
-    assert len(set(table["trackers"]["mine"]["Small"]["boxes"])) == 6
+            assert len(entry["overlap"]) == len(entry["box_digests"]) == runs
+            assert {*entry} <= {"fingerprint", "overlap", "box_digests", "path"}
+    assert len(set(table["trackers"]["mine"]["Small"]["box_digests"])) == 6
     assert "--force" in trackmark(*BASELINE, status=2).stderr
     assert file.read_bytes() == content
-    trackmark(*BASELINE, "--detect", 0.001, "--force")
+    trackmark(*BASELINE, "--detectable-drop", 0.001, "--force")
     assert file.read_bytes() == content
-    text = unwrapped(trackmark(*BASELINE, "--detect", 0.011, "--force").stdout)
+    text = unwrapped(trackmark(*BASELINE, "--detectable-drop", 0.011, "--force").stdout)
     assert re.search(
         r"80 % of cases; for 0.011 on one sequence use --repetitions \d+ \(6 detect it", text
     )
@@ -115,7 +115,7 @@ def test_unchanged_tracker_is_identical(trackmark, baseline_file):
     assert (quiet.stdout, quiet.stderr) == (printed.partition("\n")[0] + "\n", "")
     data = json.loads(trackmark("check", baseline_file, "--json", "--trackers", "static").stdout)
     assert data["verdict"] == "pass"
-    assert {entry["state"] for entry in data["cells"]} == {"identical"}
+    assert {entry["decision"] for entry in data["scores"]} == {"identical"}
     whole = trackmark("check", "own", "--verbose", "--repetitions", 6).stdout
     assert whole.count("identical") == 4
 
@@ -126,7 +126,7 @@ def test_check_selects_sequences_by_any_of_their_names(trackmark, baseline_file)
     for texts, number in numbers.items():
         selection = ("--sequences", texts, "--trackers", "knob.py*,none", "--json")
         data = json.loads(trackmark("check", "own", *selection).stdout)
-        assert [entry["tracker"] for entry in data["cells"]] == ["mine"] * number, texts
+        assert [entry["tracker"] for entry in data["scores"]] == ["mine"] * number, texts
 
 
 def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_file, edit):
@@ -134,18 +134,18 @@ def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_f
     files = ("--markdown", "pull.md", "--junit", "check.xml")
     printed = trackmark("check", "own", *files, status=1)
     lines = printed.stdout.splitlines()
-    headline = "FAIL  2 of 4 scores worse, 2 unchanged; 1 tracker worse in the mean"
-    assert lines[0].startswith(headline)
+    summary_line = "FAIL  2 of 4 scores worse, 2 unchanged; 1 tracker worse in the mean"
+    assert lines[0].startswith(summary_line)
     assert sum(line.split()[:2] == ["worse", "mine"] for line in lines) == 3
     assert "identical  static  2 sequences" in lines
     assert "REGRESSION: mine is worse on " in printed.stdout
-    assert "Accept  trackmark check own --accept mine --because '…'" in printed.stderr
+    assert "Accept  trackmark check own --accept mine --reason '…'" in printed.stderr
     assert "Scores" not in printed.stderr
     assert "REGRESSION" in (workspace / "pull.md").read_text()
     assert "failure" in (workspace / "check.xml").read_text()
-    trackmark("check", "own", "--accept", "mine", "--because", "smaller boxes\x7f")
+    trackmark("check", "own", "--accept", "mine", "--reason", "smaller boxes\x7f")
     (accepted,) = tomllib.loads(baseline_file.read_text())["accepted"]
-    assert accepted["because"] == "smaller boxes\x7f"
+    assert accepted["reason"] == "smaller boxes\x7f"
     before, after = accepted["overlap"]
     assert after < before
     assert trackmark("check", "own").stdout.endswith("; mine  2 sequences\n")
@@ -210,7 +210,7 @@ def test_harmless_draw_from_a_global_generator_is_no_regression(trackmark, works
     assert "mine" in printed.stdout
     assert "REGRESSION" not in printed.stdout
     table = tomllib.loads((workspace / "baselines" / "own.toml").read_text())
-    assert len(set(table["trackers"]["mine"]["Small"]["boxes"])) == 6
+    assert len(set(table["trackers"]["mine"]["Small"]["box_digests"])) == 6
 
 
 def test_hidden_randomness_is_inconclusive(trackmark, edit):
@@ -239,7 +239,7 @@ def test_crash_in_repeated_run_is_a_regression(trackmark, edit, workspace, monke
     assert "Small, repetition 0: 0001.png: KeyError: 'hash' (repeated run)" in unwrapped(printed)
     assert "not repeatable" not in printed
     data = json.loads(trackmark("check", "own", "--json", status=1).stdout)
-    assert [entry["failed"] for entry in data["cells"] if entry["tracker"] == "mine"] == [1, 1]
+    assert [entry["failed"] for entry in data["scores"] if entry["tracker"] == "mine"] == [1, 1]
     file = workspace / "baselines" / "own.toml"
     before = file.read_bytes()
     assert "is not changed: runs failed" in trackmark("check", "own", *ACCEPT, status=1).stderr
@@ -265,18 +265,18 @@ def test_tracker_that_draws_now_is_run_with_all_repetitions(trackmark, edit):
     trackmark(*BASELINE)
     edit(DETERMINISTIC[::-1], DRAW)
     data = json.loads(trackmark("check", "own", "--json", "--trackers", "mine", status=1).stdout)
-    assert {(entry["runs_before"], entry["runs"]) for entry in data["cells"]} == {(1, 6)}
+    assert {(entry["runs_before"], entry["runs"]) for entry in data["scores"]} == {(1, 6)}
 
 
 REFUSED = {
     ("own", "--trackers", "zzz"): "no entry of the baseline matches",
-    ("own", "--accept", "static", "--because", " "): "requires --because",
-    ("own", "--accept", "zzz", "--because", "x"): "has no 'zzz'",
+    ("own", "--accept", "static", "--reason", " "): "requires --reason",
+    ("own", "--accept", "zzz", "--reason", "x"): "has no 'zzz'",
     (
         "own",
         "--accept",
         "static",
-        "--because",
+        "--reason",
         "x",
         "--repetitions",
         "6",
@@ -305,9 +305,9 @@ def test_families_of_check_name_every_sequence(trackmark, workspace, baseline_fi
 def test_wrong_usage_or_format_of_check_exits_with_2(trackmark, baseline_file):
     for arguments, message in REFUSED.items():
         assert message in trackmark("check", *arguments, status=2).stderr
-    baseline_file.write_text(baseline_file.read_text().replace("format = 2", "format = 1"))
+    baseline_file.write_text(baseline_file.read_text().replace("format = 1", "format = 2"))
     message = trackmark("check", "own", status=2).stderr
-    assert "format: 1. This version reads format 2." in message
+    assert "format: 2. This version reads format 1." in message
     assert "`trackmark baseline --force`" in message
 
 
@@ -315,7 +315,7 @@ def test_edited_overlap_of_equal_boxes_is_refused(trackmark, baseline_file):
     text = baseline_file.read_text()
     overlap = tomllib.loads(text)["trackers"]["static"]["Small"]["overlap"][0]
     baseline_file.write_text(text.replace(f"overlap = [{overlap}]", "overlap = [0.123]", 1))
-    for options in ((), ("--accept", "static", "--because", "x")):
+    for options in ((), ("--accept", "static", "--reason", "x")):
         message = unwrapped(trackmark("check", "own", *options, status=2).stderr)
         assert "tracker 'static', sequence 'Small', overlap.0: 0.123. Runs with these" in message
         assert f"boxes have a mean overlap of {overlap} now. Restore the file" in message
@@ -361,7 +361,9 @@ def restricted(baseline, first):
     chosen = slice(first, first + N_REPETITIONS)
     entries = {
         tracker: {
-            name: replace(entry, overlap=entry.overlap[chosen], boxes=entry.boxes[chosen])
+            name: replace(
+                entry, overlap=entry.overlap[chosen], box_digests=entry.box_digests[chosen]
+            )
             for name, entry in row.items()
         }
         for tracker, row in baseline.entries.items()

@@ -157,7 +157,7 @@ def test_exported_times_are_those_of_updates(trackmark, workspace):
     trackmark(*run)
     stored = Results(workspace / "results/ours")
     (row,) = json_lines(trackmark("results", "list", "results/ours", "--json"))
-    update = stored.read(run_key(row)).circumstances["ms_per_frame"] / 1e3
+    update = stored.read(run_key(row)).metadata["ms_per_frame"] / 1e3
 
     def exported(form, name):
         trackmark("results", "export", "results/ours", f"there-{form}", "--as", form, "--force")

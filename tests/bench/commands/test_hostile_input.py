@@ -122,9 +122,9 @@ def test_files_of_check_hold_any_text_or_refuse_it(trackmark, workspace, break_t
     trackmark("baseline", "own", "--trackers", "knob.py:Knob", *SMALL)
     file = workspace / "baselines" / "own.toml"
     before = file.read_bytes()
-    accept = ("check", "own", "--accept", "knob.py:Knob", "--because")
+    accept = ("check", "own", "--accept", "knob.py:Knob", "--reason")
     message = trackmark(*accept, "\udcff", status=2).stderr
-    assert "--because" in message
+    assert "--reason" in message
     assert "not UTF-8" in message
     assert file.read_bytes() == before
     trackmark(*accept, "delete \x7f and escape \x1b")

@@ -8,12 +8,12 @@ from tests.bench.conftest import messages
 from trackmark.bench.commands._output_files import check_outputs
 
 BASELINE = """
-format = 2
+format = 1
 repetitions = 6
-detect = 0.05
-[made_with]
+detectable_drop = 0.05
+[environment]
 [trackers."knob.py:Knob"]
-"data/Small" = { sequence = "00000000", overlap = [0.5], boxes = ["00000000"] }
+"data/Small" = { fingerprint = "00000000", overlap = [0.5], box_digests = ["00000000"] }
 """
 SMALL = "--sequences data/Small"
 

@@ -328,4 +328,4 @@ def test_timing_runs_are_removed_by_their_protocol(trackmark, workspace):
     assert "unknown protocol 'timings'" in trackmark(*remove, "timings", status=2).stderr
     assert trackmark(*remove, "timing").stdout == "Removed 1 run.\n"
     table = bench.load_runs(workspace / "results")
-    assert table["protocol"].tolist() == ["accuracy"]
+    assert table["protocol"].tolist() == ["one-pass"]

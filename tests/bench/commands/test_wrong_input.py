@@ -113,7 +113,7 @@ show data/Small --output a.png --trace revised | requires --results
 show data/Small --live static --first 1 | exclude each other
 check nowhere | baseline not found
 baseline a/b --trackers static {SMALL} | 'a/b' is not a valid name of a baseline
-baseline own --trackers static {SMALL} --detect nan | nan is not a finite number
+baseline own --trackers static {SMALL} --detectable-drop nan | nan is not a finite number
 {STATIC} --memory-limit 511.9MB | is 511,900,000, below the minimum of 512,000,000 (512 MB)
 {STATIC} --name '' | '' is not a valid name of a results folder
 {STATIC} --name ' ' | ' ' is not a valid name of a results folder

@@ -145,14 +145,14 @@ def test_lost_scheduler_is_reported_in_one_line(data, start, scheduler):
     ],
 )
 def test_path_of_a_tracker_file_is_sent_as_absolute(typed, sent):
-    unit = Unit(SequenceSource("samples/face"), (Entry(typed, 0, ""),), "accuracy", 120)
+    unit = Unit(SequenceSource("samples/face"), (Entry(typed, 0, ""),), "one-pass", 120)
     (entry,) = with_absolute_paths(unit).entries
     assert entry.tracker == sent.format(Path.cwd())
 
 
 def test_worker_with_another_source_is_refused(monkeypatch):
     monkeypatch.setattr("socket.gethostname", lambda: "node-7")
-    unit = Unit(SequenceSource("samples/face"), (), "accuracy", 120)
+    unit = Unit(SequenceSource("samples/face"), (), "one-pass", 120)
     error = _perform_unit("command", Limits(), "another", unit)
     assert isinstance(error, ClusterError)
     assert str(error).startswith("the worker on node-7 has another version of trackmark's source")

@@ -63,7 +63,7 @@ def lock_step(data_folder):
             Entry(text, 0, run_identity(chosen[text], sequence, 0).version) for text in texts
         )
         source = SequenceSource(str(data_folder / "A"))
-        return Unit(source, entries, "accuracy", FRAMES, owner="hostile.py")
+        return Unit(source, entries, "one-pass", FRAMES, owner="hostile.py")
 
     return make
 
@@ -106,7 +106,7 @@ def wrong(runs, names, undisturbed):
         if not as_expected:
             differences.append((name, pattern, reason))
         assert len(run.failure) < 100_000
-        assert len(run.output) < 20_000
+        assert len(run.tracker_output) < 20_000
     return differences
 
 
@@ -114,8 +114,8 @@ def test_hostile_trackers_of_one_unit_cost_their_own_runs(
     lock_step, clock_of_hangs, undisturbed, capfd
 ):
     (runs,) = run_units([lock_step(*hostile.EVERYDAY)])
-    assert runs["PrintsAndEnds"].output == "famous last \\udcff words\n"
-    assert set(runs["Prints"].output.split()[1:]) == {"loud"}  # the first word may be cut
+    assert runs["PrintsAndEnds"].tracker_output == "famous last \\udcff words\n"
+    assert set(runs["Prints"].tracker_output.split()[1:]) == {"loud"}  # the first word may be cut
     assert np.isfinite(runs["Segfaults"].boxes[:, 0]).tolist() == [True] * 3 + [False] * 9
     assert wrong(runs, hostile.EVERYDAY, undisturbed) == []
     assert "loud" not in "".join(capfd.readouterr())

@@ -85,9 +85,9 @@ def start(data_folder, begin):
 
 
 def stamps(folder):
-    """Return the circumstances of every finished run, with date and times."""
+    """Return the metadata of every finished run, with date and times."""
     results = Results(folder)
-    return {cell: dict(results.read(cell).circumstances) for cell in results.list_keys()}
+    return {cell: dict(results.read(cell).metadata) for cell in results.list_keys()}
 
 
 @pytest.fixture(scope="module")

@@ -131,7 +131,7 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
 @pytest.mark.parametrize(
     "options",
     [
-        pytest.param({"protocol": "tre:starts=3:least=2"}, marks=pytest.mark.slow, id="tre"),
+        pytest.param({"protocol": "tre:starts=3:min_frames=2"}, marks=pytest.mark.slow, id="tre"),
         pytest.param({"timing": True}, id="timing"),
         pytest.param({"arrays": True}, marks=pytest.mark.slow, id="arrays"),
     ],
@@ -154,7 +154,7 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
         assert getattr(a, name).tobytes() == getattr(b, name).tobytes()
     assert [s.tolist() for s in a.segments] == [s.tolist() for s in b.segments]
     assert (a.times is None) == (b.times is None)
-    assert a.circumstances.keys() == b.circumstances.keys()
+    assert a.metadata.keys() == b.metadata.keys()
 
 
 def test_harmful_tracker_gets_units_of_its_own(data, tasks):
@@ -246,14 +246,16 @@ def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):
         ((_, runs),) = workers.perform([one_unit(data, "Raises")])
     assert len(sizes) > 1
     assert max(sizes) < 100_000
-    assert [run.output for run in runs.values()] == ["loud" * (1 << 12)]
+    assert [run.tracker_output for run in runs.values()] == ["loud" * (1 << 12)]
 
 
 def test_output_of_a_run_excludes_that_of_earlier_runs(data):
     unit = one_unit(data, "Prints")
     with closing(Pool(Limits())) as workers:
         both = [runs for _, runs in workers.perform([unit, replace(unit)])]
-    assert [run.output for runs in both for run in runs.values()] == ["." * (FRAMES - 1)] * 2
+    assert [run.tracker_output for runs in both for run in runs.values()] == [
+        "." * (FRAMES - 1)
+    ] * 2
 
 
 def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatch):

@@ -31,7 +31,7 @@ from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.machine_errors import MachineError
 from trackmark.datasets.decoding import decoding
 
-UNIT = Unit(SequenceSource("samples/face"), (), "accuracy", 120)
+UNIT = Unit(SequenceSource("samples/face"), (), "one-pass", 120)
 
 
 @pytest.fixture
@@ -153,7 +153,7 @@ def test_decoding_without_memory_is_harm_after_a_tracker_call(
 @pytest.mark.parametrize(("owner", "kind"), [("", "defect"), ("mine.py:Mine", "harm")])
 def test_defect_of_trackmark_is_not_harm_by_a_tracker(shared, monkeypatch, owner, kind):
     monkeypatch.setattr(worker, "perform", lambda *_: 1 / 0)
-    request = Request(Unit(UNIT.source, (), "accuracy", 120, owner), 1.0)
+    request = Request(Unit(UNIT.source, (), "one-pass", 120, owner), 1.0)
     answer = worker._answer(request, Heartbeat(shared), used=False)
     assert list(answer) == [kind]
     assert "ZeroDivisionError" in answer[kind]

@@ -10,7 +10,7 @@ from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackmark import bench
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.datasets import SequenceError
 from trackmark.trackers import Estimate
 from trackmark.trackers.base.sharing import SharingTracker
@@ -131,7 +131,7 @@ def test_identity_is_computed_before_the_run(make_sequence, tmp_path):
     )
     before = parse_tracker(f"{file}:Editing").version
     run = bench.evaluate_run(f"{file}:Editing", make_sequence())
-    assert run.identity.tracker_version == before
+    assert run.identity.tracker_code == before
     assert parse_tracker(f"{file}:Editing").version != before
 
 
@@ -146,7 +146,7 @@ def test_tracker_that_cannot_be_created_is_a_failed_run(make_sequence):
         tm.score(run, make_sequence())
 
 
-@pytest.mark.parametrize("protocol", [STORED_ONE_PASS, TIMING])
+@pytest.mark.parametrize("protocol", [ONE_PASS, TIMING])
 def test_frame_of_another_size_is_an_error(make_sequence, protocol):
     sequence = make_sequence(n=8)
     sequence.frames = [np.zeros((24, 32 + (frame == 5), 3), np.uint8) for frame in range(8)]

@@ -52,7 +52,7 @@ def test_round_trip_keeps_boxes_and_format_is_detected(kind, origin, tmp_path):
     np.testing.assert_array_equal(run.boxes[0], boxes[0])
     np.testing.assert_allclose(run.boxes[1:], expected[1:], rtol=0, atol=1e-9)
     assert not messages
-    assert run.circumstances["source"] == "/data/Some-one_1"
+    assert run.metadata["source"] == "/data/Some-one_1"
     # The texts of pysot look like those of OTB.
     assert parse_imported_tracker(f"theirs={theirs}").format == ("otb" if kind == "pysot" else kind)
     assert parse_imported_tracker(f"theirs={kind}:{theirs}").format == kind

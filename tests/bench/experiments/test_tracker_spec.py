@@ -156,7 +156,7 @@ def test_sealed_tracker_keeps_version_until_source_changes(monkeypatch):
 
 def test_built_in_digest_is_that_of_the_imported_tracker():
     for name in ("static", "opencv-mil"):
-        assert built_in_digest(name) == run_identity(parse_tracker(name), Data, 0).tracker_digest
+        assert built_in_digest(name) == run_identity(parse_tracker(name), Data, 0).tracker_version
     assert built_in_digest("knob.py:Knob") is None
 
 

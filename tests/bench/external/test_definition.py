@@ -28,7 +28,7 @@ def test_run_of_a_command_equals_that_of_static_in_process():
     assert not run.failure
     assert run.boxes.tobytes() == expected.boxes.tobytes()
     assert run.identity.tracker == "mine"
-    assert run.circumstances["clock"] == TraxPlugin.clock
+    assert run.metadata["clock"] == TraxPlugin.clock
     assert not bench.evaluate_run(trax(), "Noise", protocol="tre:starts=3").failure
     assert not living("plain.py")
 
@@ -220,6 +220,6 @@ def test_invalid_specification_is_explained(tables, text):
     ],
 )
 def test_specification_for_another_folder_has_absolute_paths(folder, text, expected):
-    unit = Unit(SequenceSource("Noise"), (Entry(text, 0, ""),), "accuracy", 6)
+    unit = Unit(SequenceSource("Noise"), (Entry(text, 0, ""),), "one-pass", 6)
     (entry,) = with_absolute_paths(unit).entries
     assert entry.tracker == expected.format(folder=folder)

@@ -246,7 +246,7 @@ def perform(texts, options=""):
         version = run_identity(spec, datasets.load("Noise"), 0).version
         entries, seconds = (Entry(text + options, 0, version),), spec.call_seconds
         source = SequenceSource("Noise")
-        units.append(Unit(source, entries, "accuracy", 8, owner=text, call_seconds=seconds))
+        units.append(Unit(source, entries, "one-pass", 8, owner=text, call_seconds=seconds))
     with closing(Pool(Limits())) as pool:
         outcomes = {unit.owner: outcome for unit, outcome in pool.perform(units)}
     wait_until(lambda: not living("plain"))  # killed processes end after their worker

@@ -64,7 +64,7 @@ def test_waiting_is_time_in_all_ways_in(waiting, folder, way):
         (run,) = tm.evaluate([namespace["Waiting"]], "Noise").values()
     else:
         run = bench.evaluate_run(waiting[way], "Noise")
-    facts = run.circumstances
+    facts = run.metadata
     assert not run.failure
     # Waiting ends when the thread may run again; the delay until it runs is not part of the time.
     # Run delay of a TraX tracker after its answer is subtracted, too.

@@ -10,7 +10,7 @@ import numpy as np
 from trackmark import datasets
 from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.pages.report import Commands, write_report_page
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import Runs
 
 
@@ -88,7 +88,7 @@ def write_experiment_page(experiment, folder, report_tables=None, **options):
 def stored_runs(experiment, **fields):
     """Return the runs of an experiment with their rows and ground truths, by default one-pass."""
     runs = Runs.open(experiment)
-    return runs.read(runs.evaluated_rows(**{"protocol": STORED_ONE_PASS, **fields}))
+    return runs.read(runs.evaluated_rows(**{"protocol": ONE_PASS, **fields}))
 
 
 def failing_tracker(frame, step=0):

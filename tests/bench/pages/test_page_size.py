@@ -36,7 +36,7 @@ def stored(folder, sequences, repetitions):
                 boxes[0] = sequence.boxes[0]
                 boxes[:, 2:] = boxes[:, 2:].clip(2)
                 fields = {"visible": np.ones(n, bool), "confidence": np.full(n, np.nan)}
-                fields["circumstances"] = {"source": sequences[number]}
+                fields["metadata"] = {"source": sequences[number]}
                 assert results.write(
                     Run(run_identity(tracker, sequence, repetition), boxes, **fields)
                 )

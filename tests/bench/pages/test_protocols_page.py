@@ -29,7 +29,7 @@ from trackmark.bench.store.runs import Runs
 SOURCE = "plain/target:length=60:scene=9:noise=30"
 LENGTH = 60
 PROTOCOLS = (
-    "real-time:seconds=0.1",
+    "real-time:update_seconds=0.1",
     "supervised:threshold=0.6",
     "tre:starts=3",
     "anchors:spacing=20",
@@ -47,7 +47,7 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
         experiment = Experiment("trial", (drifting,), sources, repetitions=2, protocol=protocol)
         with without_processes():
             stored = bench.run_experiment(experiment, folder, jobs=1)
-        if protocol == "real-time:seconds=0.1":
+        if protocol == "real-time:update_seconds=0.1":
             text = write_experiment_page(stored, folder / "first").read_text()
             assert "There is no comparison: there are no one-pass runs." in text
     tables, _ = metric_tables(Runs.open(stored), ["native"])
@@ -72,7 +72,7 @@ def test_segments_have_boxes_in_their_frames(by_protocols):
     runs = Runs.open(folder)
     for row, run, _ in runs.read(runs.evaluated_rows()):
         name = row["tracker"]
-        name += "" if row["protocol"] == "accuracy" else f" ({row['protocol']})"
+        name += "" if row["protocol"] == "one-pass" else f" ({row['protocol']})"
         number = data["labels"].index(name)
         takes = [t for t in scene["takes"] if t[:2] == [number, row["repetition"]]]
         earlier = scene["takes"][: scene["takes"].index(takes[0])]
@@ -92,7 +92,7 @@ def test_segments_have_boxes_in_their_frames(by_protocols):
                 assert take[10] == [*np.flatnonzero(run.states == FrameState.INITIALISED)[1:]]
                 assert judged == {*np.flatnonzero(run.states >= FrameState.FAILED).tolist()}
                 restarts += len(take[10])
-            assert judged or row["protocol"] == "accuracy"
+            assert judged or row["protocol"] == "one-pass"
     assert restarts
 
 

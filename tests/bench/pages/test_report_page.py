@@ -25,9 +25,8 @@ from trackmark.bench.analysis.times import time_text
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.pages.card_types import HeatRow, HeatTable
 from trackmark.bench.pages.content import Page, PageSection, PageTable
-from trackmark.bench.pages.page import write_page
+from trackmark.bench.pages.page import card, write_page
 from trackmark.reports.tables import Cell, Table
 
 HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
@@ -51,7 +50,7 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     page = (workspace / "report" / "report.html").read_text()
     page_tables = Cells(page).tables
     assert {"summary", "sequences", "metrics-otb"} <= tables.keys()
-    assert {"summary", "metrics-otb", "heat", "parts", "trackers"} <= page_tables.keys()
+    assert {"summary", "metrics-otb", "heat", "subsets", "trackers"} <= page_tables.keys()
     page_tables["sequences"] = [[], *(row[1:] for row in rows_of_sequences(page))]
     for name, rows in tables.items():
         with (workspace / "report" / f"{name}.csv").open() as file:
@@ -78,14 +77,14 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     }
     comparison = json.loads(trackmark("compare", "--results", "results/mine", "--json").stdout)
     check_cards(page, tables, by_sequence, comparison)
-    check_parts(page_tables["parts"], by_sequence)
+    check_subsets(page_tables["subsets"], by_sequence)
     check_terminal(lines.stdout, page, tables, comparison)
 
 
-def check_parts(part_table, overlaps):
+def check_subsets(subset_table, overlaps):
     """Check the mean overlaps by parameter value against those by sequence."""
-    trackers = [cell["text"] for cell in part_table[0][2:]]
-    rows = {row[0]["text"]: row[1:] for row in part_table[1:]}
+    trackers = [cell["text"] for cell in subset_table[0][2:]]
+    rows = {row[0]["text"]: row[1:] for row in subset_table[1:]}
     for noise in (10, 20):
         members = {name for name, _ in overlaps if f"noise={noise}" in name}
         n, *cells = rows[f"noise={noise}"]
@@ -202,25 +201,25 @@ def test_score_of_revised_boxes_opens_these(page):
         assert len(drifting) == 6
 
 
-def test_parts_open_the_worst_frame_of_their_sequences(results, page):
+def test_subsets_open_the_worst_frame_of_their_sequences(results, page):
     text = page.read_text()
     tables = Cells(text).tables
     name = canonical_name("plain/target:length=60:scene=9:noise=30")
     worst = {(row[0], row[1]["text"]): row[2]["link"] for row in rows_of_sequences(text)}
-    parts = {row[0]["text"]: row for row in tables["parts"][1:]}
-    trackers = [head["text"] for head in tables["parts"][0][2:]]
-    links = [cell["link"] for cell in parts["noise=30"][2:]]
+    subsets = {row[0]["text"]: row for row in tables["subsets"][1:]}
+    trackers = [heading["text"] for heading in tables["subsets"][0][2:]]
+    links = [cell["link"] for cell in subsets["noise=30"][2:]]
     assert links == [worst[name, tracker] for tracker in trackers]
 
 
-def test_page_without_parts_has_no_section_of_parts(without_processes, tmp_path):
+def test_page_without_subsets_has_no_section_of_them(without_processes, tmp_path):
     sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in range(2))
     with without_processes():
         experiment = Experiment("trial", ("static", "camshift:window=adaptive"), sources)
         folder = bench.run_experiment(experiment, tmp_path, jobs=1)
     text = write_experiment_page(folder, tmp_path / "page").read_text()
-    assert "parts" not in Cells(text).tables
-    assert "part-parts" not in text
+    assert "subsets" not in Cells(text).tables
+    assert "part-subsets" not in text
 
 
 def test_names_and_messages_cannot_inject_markup(trackmark, workspace, break_tracker, otb):
@@ -252,10 +251,10 @@ def test_failures_open_the_last_box(trackmark, workspace, break_tracker):
     also = re.search('<p class="also">(.*?)</p>', text)[1]
     assert "1 of 2 runs failed" in also
     assert "ValueError: lost" in also
-    assert "Failures: of 2 runs, 1 stopped" in text
-    (card,) = re.findall('<ul class="failures">.*?</ul>', text, re.S)
-    assert "stopped: 0004.png: ValueError: lost" in card
-    assert re.search(r'href="#0\.\d\.0\.2"', card)
+    assert "Lost and failed runs: of 2 runs, 1 failed" in text
+    (lost,) = re.findall('<ul class="failures">.*?</ul>', text, re.S)
+    assert "failed: 0004.png: ValueError: lost" in lost
+    assert re.search(r'href="#0\.\d\.0\.2"', lost)
     for row in Cells(text).tables["failed"][1:]:
         assert row[3]["text"] == "2"
         assert "frame=2" in row[3]["link"]
@@ -317,9 +316,15 @@ def test_click_on_a_head_sorts_its_column(opened_page):
 
 @browser.needs_browser
 def test_many_sequences_are_folded_and_filtered(chromium, tmp_path):
-    rows = [HeatRow(f"scene-{n}", b"", [n / 20, 0.5], [None, None]) for n in range(20)]
-    block = HeatTable([(0, "static"), (1, "camshift")], rows, [0.5, 0.5], 12)
-    sections = [PageSection("heat", "Heat", blocks=[block])]
+    row = {"thumbnail": b"", "overlaps": [0.5, 0.5], "positions": [None, None]}
+    matrix = card(
+        "overlap_matrix",
+        trackers=[(0, "static"), (1, "camshift")],
+        rows=[row | {"sequence": f"scene-{n}"} for n in range(20)],
+        means=[0.5, 0.5],
+        n_shown=12,
+    )
+    sections = [PageSection("heat", "Heat", [matrix])]
     (path,) = write_page(tmp_path / "a.html", Page("T", sections))
     chromium.open(path.as_uri())
     seen = (
@@ -354,7 +359,8 @@ def test_numbers_of_a_column_are_on_the_right(chromium, tmp_path):
     rows = [[*map(Cell, row)] for row in zip("abcd", *columns, strict=True)]
     table = Table("t", "", ["tracker", "overlap", "success", "the first is", "name"], 1, rows)
     (path,) = write_page(
-        tmp_path / "a.html", Page("T", [PageSection("a", "A", blocks=[PageTable(table)])])
+        tmp_path / "a.html",
+        Page("T", [PageSection("a", "A", [card("page_table", sheet=PageTable(table))])]),
     )
     assert ">plain/<wbr>target:<wbr>noise=<wbr>30:<wbr>scene=<wbr>4<" in path.read_text()
     chromium.open(path.as_uri())

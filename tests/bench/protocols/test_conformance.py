@@ -19,7 +19,7 @@ from trackmark.bench.execution.plan import State, make_plan
 from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.protocols import STORED_ONE_PASS, ProtocolError, parse_protocol
+from trackmark.bench.protocols import ProtocolError, parse_protocol
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.results import Results
@@ -34,14 +34,14 @@ DEFAULTS = {
     "anchors": {"spacing": 50},
     "long-term": {},
     "one-pass": {},
-    "real-time": {"fps": 25.0, "seconds": ""},
+    "real-time": {"fps": 25.0, "update_seconds": ""},
     "sre": {"shift": 0.1, "scale": 0.1},
-    "supervised": {"skip": 5, "threshold": 0.0},
-    "tre": {"starts": 20, "least": 20},
+    "supervised": {"skip_frames": 5, "threshold": 0.0},
+    "tre": {"starts": 20, "min_frames": 20},
 }
 """Defaults of all parameters. Stored names omit defaults: changing one changes their meaning."""
 
-REPEATABLE = {"real-time": "real-time:seconds=0.05/0.01"}
+REPEATABLE = {"real-time": "real-time:update_seconds=0.05/0.01"}
 """Texts of protocols that depend on measured times by default."""
 
 
@@ -59,7 +59,7 @@ def text_of(name):
 
 def runs_by(name, sequence, *makers):
     entries = [(parse_tracker(maker), 0) for maker in makers]
-    return run_protocol(entries, sequence, parse_protocol(text_of(name)).text).runs
+    return run_protocol(entries, sequence, parse_protocol(text_of(name)).key).runs
 
 
 @pytest.fixture
@@ -81,20 +81,19 @@ def test_definition_of_protocol_is_complete(name):
     assert len(definition["summary"]) < 80
     assert len(definition["definition"]) > 200
     assert all(parameter["meaning"] for parameter in definition["knobs"])
-    assert can_score(definition["preset"], parse_protocol(name).text)
+    assert can_score(definition["preset"], parse_protocol(name).key)
 
 
 @every_protocol
 def test_text_of_protocol_is_parsed_to_an_equal_protocol(name):
     protocol = parse_protocol(name)
-    assert protocol.text == (STORED_ONE_PASS if name == "one-pass" else name)
-    assert parse_protocol(protocol.text) == protocol
-    assert protocols.title(protocol.text) == name
+    assert protocol.key == name
+    assert parse_protocol(protocol.key) == protocol
 
 
 def test_parameters_are_parsed_and_checked():
-    protocol = parse_protocol(" supervised:threshold=0.10:skip=5")
-    assert (protocol.skip, protocol.threshold, protocol.text) == (
+    protocol = parse_protocol(" supervised:threshold=0.10:skip_frames=5")
+    assert (protocol.skip_frames, protocol.threshold, protocol.key) == (
         5,
         0.1,
         "supervised:threshold=0.1",
@@ -104,8 +103,8 @@ def test_parameters_are_parsed_and_checked():
         "tre:start=3": "Did you mean 'starts'",
         "tre:starts=0": "parameter starts=0",
         "tre:starts": "not key=value",
-        "real-time:seconds=a": "could not convert",
-        "real-time:seconds=-1": "numbers ≥ 0",
+        "real-time:update_seconds=a": "could not convert",
+        "real-time:update_seconds=-1": "numbers ≥ 0",
         "real-time:fps=nan": "fps",
     }.items():
         with pytest.raises(ProtocolError, match=words):
@@ -116,7 +115,7 @@ def test_parameters_are_parsed_and_checked():
 def test_rows_follow_segments_and_start_with_init_boxes(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
     assert run.status == "finished"
-    segments = segment_frames(parse_protocol(text_of(name)).text, sequence, "boxes")
+    segments = segment_frames(parse_protocol(text_of(name)).key, sequence, "boxes")
     assert [frames.tolist() for frames in run.segments] == [frames.tolist() for frames in segments]
     assert len(run.boxes) == (sum(map(len, segments)) or len(sequence))
     row = 0
@@ -150,7 +149,7 @@ def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
     read = results.read(run_key(run.identity))
     for frames, expected in zip(read.segments, run.segments, strict=True):
         np.testing.assert_array_equal(frames, expected)
-    for column in ("boxes", "visible", "confidence", "states", "source_frames"):
+    for column in ("boxes", "visible", "confidence", "states", "estimate_frames"):
         np.testing.assert_array_equal(getattr(read, column), getattr(run, column), column)
     assert read.identity == run.identity
 
@@ -204,9 +203,9 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
 
 def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
-    assert run.identity.protocol == "accuracy"
+    assert run.identity.protocol == "one-pass"
     assert run.identity == bench.evaluate_run(Walker, sequence).identity
-    assert run_key(run.identity) == ("Walker", "line", 0, "accuracy")
+    assert run_key(run.identity) == ("Walker", "line", 0, "one-pass")
     others = {runs_by(name, sequence, Confident)[0].identity.version for name in protocols.names()}
     assert len(others) == len(protocols.names())
 

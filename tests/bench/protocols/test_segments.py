@@ -27,16 +27,16 @@ def test_tre_spaces_starts_evenly_up_to_last_possible_frame():
     starts = [start for start, _ in starts_of("tre", np.ones(210, bool))]
     assert starts == list(range(0, 191, 10))
     assert starts_of("tre:starts=1", np.ones(50, bool)) == [(0, 1)]
-    short = [start for start, _ in starts_of("tre:starts=4:least=5", np.ones(7, bool))]
+    short = [start for start, _ in starts_of("tre:starts=4:min_frames=5", np.ones(7, bool))]
     assert short == [0, 1, 2]
     absent = np.ones(12, bool)
     absent[[0, 5, 6]] = False
-    assert starts_of("tre:starts=3:least=4", absent) == [(0, 1), (3, 1), (8, 1)]
+    assert starts_of("tre:starts=3:min_frames=4", absent) == [(0, 1), (3, 1), (8, 1)]
 
 
 @given(presences, st.integers(1, 30), st.integers(2, 40))
 def test_tre_starts_are_distinct_frames_with_target(present, n, least):
-    segments = parse_protocol(f"tre:starts={n}:least={least}").segments(present, {})
+    segments = parse_protocol(f"tre:starts={n}:min_frames={least}").segments(present, {})
     assert segments[0] == Segment()
     starts = [segment.start for segment in segments[1:]]
     assert starts == sorted(set(starts))
@@ -130,7 +130,7 @@ def test_backward_segment_shows_frames_in_reverse(make_sequence):
 @pytest.mark.parametrize("preset", ["native", "otb", "got10k"])
 def test_score_of_run_is_mean_over_segments(make_sequence, preset):
     sequence = make_sequence(n=40)
-    run = bench.evaluate_run(Walker, sequence, protocol="tre:starts=4:least=10")
+    run = bench.evaluate_run(Walker, sequence, protocol="tre:starts=4:min_frames=10")
     key = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}[preset]
     values, end = [], 0
     for frames in run.segments:
@@ -173,7 +173,13 @@ def test_anchor_scores_equal_slow_definition(make_sequence):
 
 @pytest.mark.parametrize(
     "protocol",
-    ["one-pass", "tre:starts=3:least=2", "anchors:spacing=7", "real-time:seconds=0", "supervised"],
+    [
+        "one-pass",
+        "tre:starts=3:min_frames=2",
+        "anchors:spacing=7",
+        "real-time:update_seconds=0",
+        "supervised",
+    ],
 )
 def test_protocol_starts_and_scores_at_annotated_frames(make_sequence, protocol):
     sequence = make_sequence(n=24, annotated=np.arange(24) % 4 == 1)

@@ -117,9 +117,9 @@ def test_parameters_set_failure_threshold_and_pause(make_sequence):
         def update(self, image):
             return Estimate(self.box + [4.0, 0, 0, 0])
 
-    run = bench.evaluate_run(Half, sequence, protocol="supervised:threshold=0.5:skip=1")
+    run = bench.evaluate_run(Half, sequence, protocol="supervised:threshold=0.5:skip_frames=1")
     assert set(run.states.tolist()) == {I, F}
-    run = bench.evaluate_run(Half, sequence, protocol="supervised:threshold=0.5:skip=3")
+    run = bench.evaluate_run(Half, sequence, protocol="supervised:threshold=0.5:skip_frames=3")
     assert run.states[:6].tolist() == [I, F, S, S, I, F]
 
 
@@ -155,7 +155,7 @@ def test_states_equal_those_of_vot_toolkit_loop(present, lost, skip):
     boxes = straight_line(n, [i for i in range(n) if not present[i]])
     sequence = datasets.Sequence("line", Noise(n), boxes, fingerprint="x", image_size=(32, 24))
     maker, _ = scripted(sequence, lost)
-    run = bench.evaluate_run(maker, sequence, protocol=f"supervised:skip={skip}")
+    run = bench.evaluate_run(maker, sequence, protocol=f"supervised:skip_frames={skip}")
     assert run.states.tolist() == vot_loop(present, lost, skip)
 
 

@@ -17,7 +17,7 @@ from trackmark.bench.store.truth import write_truth
 
 def of_version(run, source):
     """Return the run with another version of its tracker."""
-    return replace(run, identity=replace(run.identity, tracker_version={"source": source}))
+    return replace(run, identity=replace(run.identity, tracker_code={"source": source}))
 
 
 def full_run(sequence, repetition=2):
@@ -31,7 +31,7 @@ def full_run(sequence, repetition=2):
         confidence=rng.random(n),
         details={"half width": rng.random(n), "ünïcode/": rng.random(n)},
         failure="frame 3: Error: with\nseveral lines",
-        output="\ud800 is no character",
+        tracker_output="\ud800 is no character",
         revised=rng.normal(size=(n, 4)),
         arrays={
             3: {"cloud": rng.random((5, 2)), "mask": np.eye(3, dtype=bool)},
@@ -39,9 +39,9 @@ def full_run(sequence, repetition=2):
         },
         times=Times(*rng.random((4, n)), np.arange(n) == 0, np.array([0.5])),
         states=np.arange(n, dtype=np.int32),
-        source_frames=np.arange(n, dtype=np.int32),
+        estimate_frames=np.arange(n, dtype=np.int32),
         segments=(np.arange(5, dtype=np.int32), np.arange(n - 5, dtype=np.int32)),
-        circumstances={"seconds": 1.5, "frame_seconds": np.nan},
+        metadata={"seconds": 1.5, "frame_seconds": np.nan},
     )
 
 

@@ -41,7 +41,7 @@ for number in range(first, first + 100_000):
 def make_run(number):
     """Return a run without tracker and sequence."""
     rng = np.random.default_rng(number)
-    identity = Identity("t", "t", "", {}, {"source": "1"}, "s", "f", number, "accuracy")
+    identity = Identity("t", "t", "", {}, {"source": "1"}, "s", "f", number, "one-pass")
     boxes = rng.random((50, 4))
     return Run(identity, boxes=boxes, visible=boxes[:, 0] > 0.5, confidence=boxes[:, 1])
 
@@ -52,7 +52,7 @@ def assert_whole(results, numbers):
     stored = {cell[2] for cell in results.list_keys()}
     assert set(numbers) <= stored
     for number in stored:
-        run = results.read(("t", "s", number, "accuracy"))
+        run = results.read(("t", "s", number, "one-pass"))
         np.testing.assert_array_equal(run.boxes, make_run(number).boxes)
     return len(stored)
 
@@ -94,7 +94,7 @@ def test_interrupted_transaction_is_undone_by_next_reader(several):
     writer = sqlite3.connect(file, isolation_level=None)
     writer.execute("PRAGMA cache_size = 1")
     writer.execute("BEGIN IMMEDIATE")
-    writer.execute("UPDATE content SET data = randomblob(20000)")
+    writer.execute("UPDATE arrays SET data = randomblob(20000)")
     writer.execute("UPDATE run SET failure = 'x'")
     left = several.folder.parent / "left" / "trial"
     left.mkdir(parents=True)
@@ -123,7 +123,7 @@ def contents(results):
         arrays += [] if run.revised is None else [run.revised]
         truth = read_truth(folder, run.identity.sequence, run.identity.fingerprint)
         arrays += [truth.boxes, truth.visibility]
-        stored += [cell, run.identity, run.failure, run.output, run.circumstances]
+        stored += [cell, run.identity, run.failure, run.tracker_output, run.metadata]
         stored += [[array.tobytes() for array in arrays], truth.fps, truth.image_size]
     return repr(stored)
 
@@ -178,12 +178,18 @@ def test_no_flipped_bit_is_silent(several, number, evidence, caplog):
         ("UPDATE requested SET version = 'x' WHERE position = 1", "'requested' was changed"),
         ("UPDATE tracker SET identity = '{}'", "'tracker' was changed"),
         ("UPDATE truth SET data = zeroblob(9)", "'truth' was changed"),
-        ("UPDATE content SET data = zeroblob(9) WHERE run = 4", "'content' was changed"),
-        ("UPDATE setting SET value = 'x' WHERE name = 'title'", "'setting' was changed"),
+        ("UPDATE arrays SET data = zeroblob(9) WHERE run = 4", "'arrays' was changed"),
+        (
+            "UPDATE metadata_of_file SET value = 'x' WHERE name = 'title'",
+            "'metadata_of_file' was changed",
+        ),
         ("DELETE FROM run WHERE id = 3", "rows of its table 'run' are missing"),
         ("DELETE FROM requested WHERE position = 1", "rows of its table 'requested' are missing"),
-        ("DELETE FROM content WHERE name = 'revised'", "rows of its table 'content' are missing"),
-        ("DELETE FROM setting WHERE name = 'title'", "the setting 'title' is missing"),
+        (
+            "DELETE FROM arrays WHERE array_group = 'revised'",
+            "its table 'arrays' are missing",
+        ),
+        ("DELETE FROM metadata_of_file WHERE name = 'title'", "the setting 'title' is missing"),
     ],
 )
 def test_changes_in_any_table_are_reported_by_check_and_readers(several, change, reason):
@@ -199,7 +205,7 @@ def test_changes_in_any_table_are_reported_by_check_and_readers(several, change,
     [
         "UPDATE run SET frames = 99 WHERE id = 1",
         "UPDATE run SET sha256 = zeroblob(32) WHERE id = 1",
-        "UPDATE content SET data = zeroblob(9) WHERE run = 1",
+        "UPDATE arrays SET data = zeroblob(9) WHERE run = 1",
     ],
 )
 def test_damaged_run_costs_only_itself(several, sequence, change, caplog):
@@ -255,7 +261,7 @@ def edit(results, change):
         "UPDATE run SET failure = 'x'",
         "UPDATE tracker SET identity = '{}'",
         "UPDATE truth SET data = zeroblob(9)",
-        "DELETE FROM content",
+        "DELETE FROM arrays",
         "DELETE FROM run WHERE id = 1",
     ],
 )
@@ -308,7 +314,7 @@ def write_some(folder, first):
     results = Results(folder)
     for number in range(first, first + 8):
         results.prepare(
-            Manifest("", {("t", "s", number, "accuracy"): make_run(number).identity.version})
+            Manifest("", {("t", "s", number, "one-pass"): make_run(number).identity.version})
         )
         assert results.write(make_run(number))
     return first

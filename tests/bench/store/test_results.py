@@ -27,7 +27,7 @@ CELL = st.tuples(
     st.sampled_from(["a", "b:c=1"]),
     st.sampled_from(["s", "t/u", "_v"]),
     st.integers(0, 4),
-    st.sampled_from(["accuracy", "timing"]),
+    st.sampled_from(["one-pass", "timing"]),
 )
 CELLS = st.lists(CELL, unique=True, max_size=12)
 
@@ -58,11 +58,11 @@ def test_run_is_read_unchanged(results, sequence, change):
     assert results.write(run)
     back = results.read(run_key(run.identity))
     for field in fields(run):
-        if field.name not in ("circumstances", "output"):
+        if field.name not in ("metadata", "tracker_output"):
             assert_same(getattr(run, field.name), getattr(back, field.name))
-    assert back.circumstances["seconds"] == 1.5
-    assert {"date", "host", "libraries"} <= back.circumstances.keys()
-    assert back.output == "\\ud800 is no character"
+    assert back.metadata["seconds"] == 1.5
+    assert {"date", "host", "libraries"} <= back.metadata.keys()
+    assert back.tracker_output == "\\ud800 is no character"
     assert not back.boxes.flags.writeable
 
 
@@ -125,7 +125,7 @@ def test_repeated_request_does_not_write(several):
 
 def test_too_many_requests_are_refused(results, monkeypatch):
     monkeypatch.setattr("trackmark.bench.store.results.MAX_RUNS", 3)
-    cells = {("a", "s", i, "accuracy"): "1" for i in range(4)}
+    cells = {("a", "s", i, "one-pass"): "1" for i in range(4)}
     with pytest.raises(ResultsError, match=r"4 runs are requested .* at most 3\. .* --name"):
         results.prepare(Manifest("", cells))
 
@@ -156,7 +156,7 @@ def test_failed_run_is_replaced_by_planned_or_finished_run(results, sequence):
 
 def test_write_all_is_atomic(results, sequence):
     run = bench.evaluate_run("static", sequence)
-    broken = replace(bench.evaluate_run("static", sequence, 1), circumstances={"host": object()})
+    broken = replace(bench.evaluate_run("static", sequence, 1), metadata={"host": object()})
     with pytest.raises(TypeError):
         results.write_all([(run, ""), (broken, "")])
     assert results.list_keys() == []
@@ -268,7 +268,7 @@ def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     with pytest.raises(ResultsError, match="this folder contains no results"):
         bench.load_runs(tmp_path / "nothing")
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
-        several.read(("static", "line", 9, "accuracy"))
+        several.read(("static", "line", 9, "one-pass"))
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultsError, match=r"file/trial/runs\.db cannot be written"):
         Results(tmp_path / "file" / "trial").prepare(Manifest("", {}))
@@ -280,7 +280,7 @@ def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     ("change", "message"),
     [
         ("PRAGMA application_id = 5", "not a file of trackmark: its application id is 0x5"),
-        ("PRAGMA user_version = 5", "schema version 5; this version of trackmark reads 4"),
+        ("PRAGMA user_version = 4", "schema version 4; this version of trackmark reads 5"),
         ("DROP TABLE score", "is damaged: its tables do not have the expected columns"),
     ],
 )
@@ -298,12 +298,12 @@ def test_timing_run_is_replaced_by_a_less_disturbed_one(results, sequence):
     def timed(share, protocol="timing"):
         run = replace(full_run(sequence), failure="")
         identity = replace(run.identity, protocol=protocol)
-        return replace(run, identity=identity, circumstances={"run_delay_share": share})
+        return replace(run, identity=identity, metadata={"run_delay_share": share})
 
     assert results.write(timed(0.4))
     assert not results.write(timed(0.5))
     assert results.write(timed(0.2))
     (key,) = results.list_keys()
-    assert results.read(key).circumstances["run_delay_share"] == 0.2
-    assert results.write(timed(0.4, "accuracy"))
-    assert not results.write(timed(0.2, "accuracy"))
+    assert results.read(key).metadata["run_delay_share"] == 0.2
+    assert results.write(timed(0.4, "one-pass"))
+    assert not results.write(timed(0.2, "one-pass"))

@@ -101,7 +101,7 @@ class InProcessEngine:
 
 
 def content_digest(run):
-    """Return a digest of a run without its times and circumstances."""
+    """Return a digest of a run without its times and metadata."""
     revised = None if run.revised is None else run.revised.tobytes()
     whole = (run.identity, run.failure.partition("\n")[0], run.boxes.tobytes(), revised)
     return hashlib.sha256(repr(whole).encode()).hexdigest()
@@ -229,7 +229,7 @@ class Experimenter(RuleBasedStateMachine):
                 entry = parse_tracker(text)
                 for repetition in range(chosen.repetitions if entry.name != "static" else 1):
                     key = run_identity(entry, sequence, repetition)
-                    requested[key.tracker, key.sequence, repetition, "accuracy"] = key.version
+                    requested[key.tracker, key.sequence, repetition, "one-pass"] = key.version
                     version, status, _ = self.runs.get(run_key(key), ("", "", ""))
                     if version != key.version or (retry_failed and status == "failed"):
                         run = bench.evaluate_run(text, sequence, repetition)

@@ -13,7 +13,7 @@ from trackmark.bench.statistics.units import units_of
 from trackmark.reports.tables import MISSING, text_table
 
 
-def parts_table(
+def subset_table(
     scored: pd.DataFrame, occurring: Mapping[str, set[str]], runs: PageRuns
 ) -> PageTable | None:
     """Return mean overlaps by parameter value and attribute of the sequences; None without any."""
@@ -25,7 +25,7 @@ def parts_table(
     shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
     groups = scored.groupby(["tracker", "sequence"])["mean_overlap"]
     means = groups.mean().where(groups.count() == groups.size())
-    rows, places, has_intervals = [], [], False
+    rows, positions, has_intervals = [], [], False
     for (parameter, value), mask in masks.items():
         if parameter not in shared:
             continue
@@ -40,7 +40,8 @@ def parts_table(
             cells.append(f"{text} [{limits[0]:.3f}, {limits[1]:.3f}]" if limits else text)
             has_intervals |= limits is not None
         rows.append(cells)
-        places.append([None, *(runs.worst_of(name, members, "overlap") for name in runs.trackers)])
+        worst = [runs.worst_of(name, members, "overlap") for name in runs.trackers]
+        positions.append([None, *worst])
     if not rows:
         return None
     caption = (
@@ -48,5 +49,5 @@ def parts_table(
         "n sequences."
     )
     caption += f" In brackets the 95 % interval {units.scope}." if has_intervals else ""
-    table = text_table("parts", caption, ["part", "n", *runs.trackers], rows)
-    return PageTable(table, places)
+    table = text_table("subsets", caption, ["subset", "n", *runs.trackers], rows)
+    return PageTable(table, positions)
