@@ -154,9 +154,11 @@ def summary_text(runs: Runs, metrics: Sequence[str], *, only_means: bool) -> str
     """
     option = "" if tuple(metrics) == (DEFAULT_METRICS,) else f" --metrics {','.join(metrics)}"
     more = f"`trackmark report {runs.folder}{option} --wide`"
-    shown, _ = metric_tables(runs, metrics)
-    shown = [*map(_only_means, shown)] if only_means else shown
-    return "\n\n".join("\n".join(terminal_lines(table, more)) for table in shown)
+    texts = []
+    for table in metric_tables(runs, metrics).tables:
+        lines = terminal_lines(_only_means(table) if only_means else table, more)
+        texts.append("\n".join(lines))
+    return "\n\n".join(texts)
 
 
 def _only_means(table: Table) -> Table:

@@ -70,4 +70,4 @@ def imported_runs(imported: "Sequence[ImportedTracker]", sequences: str) -> "Run
     opened = open_sequences(matching_sequences(sequences), print_message)
     runs = read_runs(imported, [origin for origin, _ in opened], print_message)
     truths = {(s.name, s.fingerprint): stored_truth(s) for _, s in opened}
-    return Runs.of(runs, truths, IMPORTED_ONLY)
+    return Runs.in_memory(runs, truths, IMPORTED_ONLY)

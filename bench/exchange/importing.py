@@ -156,7 +156,7 @@ def with_imported_runs(
     truths = {
         (row["sequence"], row["fingerprint"]): runs.truth(row) for row in runs.evaluated_rows()
     }
-    return runs + Runs.of(imported, truths)
+    return runs + Runs.in_memory(imported, truths)
 
 
 def name_collision(folder: Path | None, tracker: str) -> ExchangeError:

@@ -133,7 +133,7 @@ class Runs(Mapping[RunName, Run]):
         )
 
     @classmethod
-    def of(
+    def in_memory(
         cls, runs: Iterable[Run], truths: Mapping[tuple[str, str], StoredTruth], title: str = ""
     ) -> Self:
         """Return runs in memory; `truths` has ground truths by name and fingerprint of sequence."""
