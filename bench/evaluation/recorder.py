@@ -23,7 +23,7 @@ from trackmark.bench.evaluation.machine import machine_name
 from trackmark.bench.evaluation.run_context import RunContext, SharedState
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
-from trackmark.bench.external.plugin import ExternalPlugin
+from trackmark.bench.external.plugin import RemoteTracker
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
@@ -39,13 +39,13 @@ from trackmark.bench.protocols import (
 from trackmark.datasets import Sequence
 from trackmark.trackers import (
     Box,
+    EarlyFrameTracker,
     Estimate,
-    Finisher,
-    Mapper,
     Mask,
+    RevisingTracker,
     Tracker,
     TrackerError,
-    Watcher,
+    WeightMapTracker,
 )
 from trackmark.trackers.base.call_clock import (
     CallClock,
@@ -158,7 +158,7 @@ class Recorder:
         self._clock_name = RUN_DELAY_CLOCK if self._clock.has_run_delay else WALL_CLOCK
         self._device = ""
         self._first_updates: list[int] = []  # index in `_updates` after each initialisation
-        self._external: ExternalPlugin | None = None
+        self._external: RemoteTracker | None = None
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._mask: Mask | None = None
@@ -185,13 +185,13 @@ class Recorder:
         self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
 
     def watches(self, first: int) -> bool:
-        """Create the tracker; return whether it is a `Watcher` and gets frames before `first`."""
-        return self._call(first, lambda: isinstance(self._tracker(), Watcher)) or False
+        """Create the tracker; return whether it is an `EarlyFrameTracker`."""
+        return self._call(first, lambda: isinstance(self._tracker(), EarlyFrameTracker)) or False
 
     def show(self, shared_frame: SharedFrame, frame: int) -> None:
-        """Pass a frame, in which the target has not appeared yet, to a `Watcher` tracker."""
+        """Pass a frame in which the target has not appeared yet to an `EarlyFrameTracker`."""
         tracker = self._tracker()
-        if isinstance(tracker, Watcher) and not self.failure:
+        if isinstance(tracker, EarlyFrameTracker) and not self.failure:
             self._call(frame, lambda: self._in_context(tracker.watch, shared_frame.image))
 
     def start(self, shared_frame: SharedFrame, frame: int, mask: Mask | None) -> None:
@@ -203,9 +203,9 @@ class Recorder:
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
-            # A tracker numbers the frames that it receives. Only a `Watcher` receives frames before
-            # the init box.
-            self._first_seen = 0 if isinstance(self._made, Watcher) else frame
+            # A tracker numbers the frames that it receives. Only an `EarlyFrameTracker` receives
+            # frames before the init box.
+            self._first_seen = 0 if isinstance(self._made, EarlyFrameTracker) else frame
             self._call(frame, lambda: self._initialise(shared_frame, box.copy(), mask))
 
     def follow(self, shared_frame: SharedFrame, frame: int) -> float:
@@ -240,9 +240,9 @@ class Recorder:
         self._segmentation.contour_accuracy[frame] = contour_accuracy(mask, truth)
 
     def finish(self, frame: int) -> None:
-        """Store the corrections of `Finisher.finish` after the last frame of a one-pass run."""
+        """Store the corrections of a `RevisingTracker` after the last frame of a one-pass run."""
         tracker = self._tracker()
-        if self._complete and isinstance(tracker, Finisher):
+        if self._complete and isinstance(tracker, RevisingTracker):
             self._call(
                 frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
             )
@@ -304,7 +304,7 @@ class Recorder:
         self._note_drawn()
         if self._made is not None:
             self._device = device_name(self._made) or self._device
-        if isinstance(self._made, ExternalPlugin):
+        if isinstance(self._made, RemoteTracker):
             self._clock_name = self._made.clock or self._clock_name
             try:
                 self._made.close()
@@ -322,6 +322,8 @@ class Recorder:
             if self._state.needs_contexts and uses_shared_state(self._spec):
                 self._context = self._state.context(seed_number(seed))
             self._made = self._in_context(self._spec.make, seed)
+            if isinstance(self._made, RemoteTracker):
+                self._made.keeps_arrays = self._keep_arrays
         return self._made
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
@@ -335,12 +337,12 @@ class Recorder:
         """Note which global generators the tracker has drawn from."""
         if self._context is not None:
             self._drawn.update(self._context.generators.drawn)
-        if isinstance(self._made, ExternalPlugin):
+        if isinstance(self._made, RemoteTracker):
             self._drawn.update(self._made.drawn)
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
-        self._external = tracker if isinstance(tracker, ExternalPlugin) else None
+        self._external = tracker if isinstance(tracker, RemoteTracker) else None
         self._timed_by_itself = tracker if isinstance(tracker, SelfTimed) else None
         self._has_synchronise = hasattr(type(tracker), "synchronise")
         self._shared = self._shares and isinstance(tracker, SharingTracker)
@@ -438,7 +440,7 @@ class Recorder:
             arrays["mask"] = np.array(estimate.mask)
         tracker = self._tracker()
         maps: Mapping[str, NDArray[Any]] = {}
-        if isinstance(tracker, Mapper):
+        if isinstance(tracker, WeightMapTracker):
             maps = self._in_context(tracker.maps, shared_frame.image)
         for key, weights in maps.items():
             if np.shape(weights) != shared_frame.image.shape[:2]:
@@ -467,7 +469,7 @@ class Recorder:
 
     def _fail(self, frame: int, error: BaseException) -> None:
         if self._external is not None and isinstance(error, MalformedEstimateError):
-            error = self._external.process.fail(f"returned an invalid estimate: {error}")
+            error = self._external.reject(error)
         if self._raise_errors:
             error.add_note(f"{self.identity.tracker} on {self._sequence.name}, frame {frame}")
             raise error
