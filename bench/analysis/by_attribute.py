@@ -16,13 +16,14 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from trackmark.bench.analysis.by_metrics import measures_of
+from trackmark.bench.analysis.score_tables import counted, with_not_run
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs, reopen_sequence
 from trackmark.datasets import SequenceError, attributes
-from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
+from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
 
 if TYPE_CHECKING:
     pass
@@ -100,7 +101,7 @@ def attribute_report(
 
 def _means_by_sequence(runs: pd.DataFrame, measure: ScoreMeasure) -> dict[str, NDArray[np.float64]]:
     """Return mean scores by sequence, (n,), of trackers whose runs all have a score."""
-    runs = complete(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+    runs = with_not_run(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     names = runs["sequence"].unique()
     return {
         str(tracker): rows.groupby("sequence")[measure.name].mean().reindex(names).to_numpy()

@@ -19,6 +19,7 @@ from trackmark.bench.analysis.run_tables import (
     meaning_of_intervals,
     tables,
 )
+from trackmark.bench.analysis.score_tables import counted, means_over, sequence_table, with_not_run
 from trackmark.bench.evaluation.outcomes import LATE_ESTIMATES
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.metrics import preset as metrics_preset
@@ -34,16 +35,7 @@ from trackmark.bench.store.runs import (
     without_failed_trackers,
 )
 from trackmark.reports.renderers import terminal_lines
-from trackmark.reports.tables import (
-    MISSING,
-    Cell,
-    ScoreMeasure,
-    Table,
-    complete,
-    counted,
-    means_over,
-    sequence_table,
-)
+from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
 
 ALL_SEQUENCES = "all sequences"
 """Label of rows with the metrics' own scores over all sequences."""
@@ -171,7 +163,7 @@ class MetricScores:
     """Runs by one protocol with their scores by metrics; captions start with `title`."""
 
     def __init__(self, runs: Runs, metrics: str, protocol: str, title: str = "") -> None:
-        table = complete(runs.table[runs.table["protocol"] == protocol]).reset_index(drop=True)
+        table = with_not_run(runs.table[runs.table["protocol"] == protocol]).reset_index(drop=True)
         outcomes = runs.outcomes(metrics, without_failed_trackers(table))
         self.protocol, self.metrics, self.title = protocol, metrics, title
         self._definition = metrics_preset(metrics)

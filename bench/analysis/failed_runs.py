@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from trackmark.reports.tables import failure_notes
+from trackmark.bench.analysis.score_tables import failure_notes
 
 
 class FailedRuns(NamedTuple):

@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.analysis import MARGINS
+from trackmark.bench.analysis.score_tables import Uncertainty, sequence_table, summary_table
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
@@ -21,13 +22,7 @@ from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_m
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.data_frames import with_revised_scores
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
-from trackmark.reports.tables import (
-    ScoreMeasure,
-    Table,
-    Uncertainty,
-    sequence_table,
-    summary_table,
-)
+from trackmark.reports.tables import ScoreMeasure, Table
 
 SUMMARY = tuple(
     replace(measure, least=0.0, margin=MARGINS[measure.name])

@@ -16,6 +16,7 @@ from trackmark.bench.analysis.comparison_tables import pair_table, screen_lines
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.families import Families, read_families
 from trackmark.bench.analysis.run_tables import mean_table, undefined_notes, without_undefined
+from trackmark.bench.analysis.score_tables import sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
 from trackmark.bench.store.files import ResultsError
@@ -26,7 +27,7 @@ from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.bench.store.truth import store_truth
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
-from trackmark.reports.tables import Table, sequence_table
+from trackmark.reports.tables import Table
 
 
 class PrintedRuns(Runs):

@@ -70,7 +70,7 @@ def player(
     """
     from trackmark.bench.pages.content import Page, PageSection, player_link
     from trackmark.bench.pages.page import write_page
-    from trackmark.bench.pages.player_runs import collect_runs, scenes
+    from trackmark.bench.pages.player_runs import collect_runs, player_sequences
     from trackmark.reports.charts import PlayerPosition
 
     if not isinstance(runs, Runs):
@@ -80,7 +80,7 @@ def player(
     if tracker is not None and tracker not in page_runs.labels:
         names = ", ".join(page_runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (scene,) = scenes(page_runs, lambda *_: None)
+    (scene,) = player_sequences(page_runs, lambda *_: None)
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.n_frames:
         raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.n_frames - 1}.")
