@@ -21,7 +21,7 @@ from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, single_experiment
-from trackmark.bench.store.manifest import Manifest
+from trackmark.bench.store.results import Manifest
 from trackmark.bench.store.results import Results as Store
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.bench.store.truth import store_truth

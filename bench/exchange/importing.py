@@ -36,8 +36,7 @@ from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results, with_metadata
+from trackmark.bench.store.results import Manifest, Results, with_metadata
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 

@@ -16,8 +16,7 @@ from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import to_data_frame, with_manifest, with_one_version
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, RunKey, run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, list_scored_runs, run_row
 from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.datasets import SequenceError
