@@ -18,8 +18,7 @@ from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.truth import write_truth
 
 SEQUENCE = "plain/target:length=64"
