@@ -13,8 +13,8 @@ import numpy as np
 import pandas as pd
 
 from trackmark.bench.analysis.by_metrics import presets_for, scores_by_group, table_prefix
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import heading
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import heading
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.truth import find_attributes
@@ -61,8 +61,8 @@ def _report(
     groups: Mapping[str, Collection[str]],
     protocol_key: str,
 ) -> AnnotationReport:
-    columns = metrics_preset(preset).columns
-    score = "eao" if "eao" in columns else next(key for key in columns if columns[key].better)
+    columns = find_metrics(preset).metrics
+    score = "eao" if "eao" in columns else next(key for key in columns if columns[key].direction)
     results = scores_by_group(experiment, preset, runs, groups, protocol_key)
     heads = [f"{group} ({len(members)})" for group, members in groups.items()]
     trackers = list(results[next(iter(groups))])

@@ -1,4 +1,4 @@
-"""Tables and curves of stored runs by any metrics presets.
+"""Tables and curves of stored runs by any metrics.
 
 The scores of each run are computed by all requested presets. A preset also combines the runs of a
 tracker: by means over sequences or frames, or by a curve over lengths.
@@ -27,8 +27,8 @@ from trackmark.bench.analysis.run_tables import (
 )
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score, score_run
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import Column, PresetResult, heading, mean_of_sequences
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import Metric, MetricResult, heading, mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS, TIMING, ProtocolError, parse_protocol
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
@@ -67,7 +67,7 @@ _MAX_NOTES = 3
 _MAX_NAMES = 3
 """Maximum number of sequences without scores that a note names."""
 
-ScoredRun = PresetResult | str
+ScoredRun = MetricResult | str
 """Result of a run by a preset, or the reason why the preset cannot score the run."""
 
 
@@ -133,7 +133,7 @@ def presets_for(names: Sequence[str], protocol_key: str) -> list[str]:
     if protocol_key in (ONE_PASS, TIMING):
         return list(names)
     try:
-        defaults = [parse_protocol(protocol_key).preset]
+        defaults = [parse_protocol(protocol_key).metrics]
     except ProtocolError:  # protocol of a later version of trackmark
         return list(names)
     defaults += [PRESET] if can_score(PRESET, protocol_key) else []
@@ -168,7 +168,7 @@ def runs_by(
         runs = runs.astype({"status": str, "failure": str})
         runs.loc[[*refused], "status"] = NOT_SCORED
         runs.loc[[*refused], "failure"] = [*refused.values()]
-    columns = list(metrics_preset(name).columns)
+    columns = list(find_metrics(name).metrics)
     return runs.drop(columns=columns, errors="ignore").join(_scores(results, columns))
 
 
@@ -178,7 +178,7 @@ def scores_by_group(
     runs: pd.DataFrame,
     groups: Mapping[str, Collection[str]],
     protocol_key: str,
-) -> dict[str, dict[str, PresetResult]]:
+) -> dict[str, dict[str, MetricResult]]:
     """Return the results of a preset over groups of sequences, by group and tracker.
 
     `runs`: as `load_runs` returns them. `groups`: names of sequences by group. A tracker is
@@ -205,7 +205,7 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
     scores_by_preset: dict[str, Any] = dict.fromkeys(names)
     for name in names:
         run = _judge_runs(folder, name, pd.DataFrame([dict(row)]))[0]
-        if isinstance(run, PresetResult):
+        if isinstance(run, MetricResult):
             scores_by_preset[name] = {
                 key: value if isfinite(value) else None for key, value in run.scores.items()
             }
@@ -269,7 +269,7 @@ def _judge_run(run: Run, truth: StoredTruth, name: str) -> ScoredRun:
 
 def _scores(scored: Mapping[int, ScoredRun], columns: list[str]) -> pd.DataFrame:
     """Return the scores of runs by row."""
-    scores = {row: dict(run.scores) for row, run in scored.items() if isinstance(run, PresetResult)}
+    scores = {row: dict(run.scores) for row, run in scored.items() if isinstance(run, MetricResult)}
     return pd.DataFrame.from_dict(scores, "index", columns=columns)
 
 
@@ -287,15 +287,15 @@ class ScoredRuns:
         runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
         scored = _judge_runs(folder, name, runs)
         self.protocol_key = protocol_key
-        self.name, self.title, self.preset = name, title, metrics_preset(name)
-        self.judged = {row: run for row, run in scored.items() if isinstance(run, PresetResult)}
+        self.name, self.title, self.metrics = name, title, find_metrics(name)
+        self.judged = {row: run for row, run in scored.items() if isinstance(run, MetricResult)}
         self.refused = {row: run for row, run in scored.items() if isinstance(run, str)}
         late = [LATE] if any(LATE.name in run.scores for run in self.judged.values()) else []
-        measures = [_measure(key, column) for key, column in self.preset.columns.items()]
+        measures = [_measure(key, column) for key, column in self.metrics.metrics.items()]
         self.measures = [*(SUMMARY if name == PRESET else measures), *late]
         labels = runs[["tracker", "sequence", "repetition", "status", "failure"]].copy()
         labels.loc[list(self.refused), "status"] = NOT_SCORED
-        names = [*self.preset.columns, *(measure.name for measure in late)]
+        names = [*self.metrics.metrics, *(measure.name for measure in late)]
         self.runs = labels.join(_scores(scored, names))
         self.together = {
             str(tracker): self.overall(rows)
@@ -303,13 +303,13 @@ class ScoredRuns:
             if counted(rows, self.measures[0].name).all()
         }
 
-    def overall(self, rows: pd.DataFrame) -> PresetResult:
+    def overall(self, rows: pd.DataFrame) -> MetricResult:
         """Combine the runs of a tracker."""
         by_sequence = [
             [self.judged[row] for row in sequence_rows.index if row in self.judged]
             for _, sequence_rows in rows.groupby("sequence", sort=False)
         ]
-        return self.preset.overall(by_sequence)
+        return self.metrics.overall(by_sequence)
 
     def report(self) -> PresetScores:
         """Return the table and the curves."""
@@ -321,7 +321,7 @@ class ScoredRuns:
         name = f"{table_prefix(self.protocol_key)}metrics-{self.name}"
         table = replace(table, name=name, notes=[*table.notes, *notes])
         if notes and not self.judged:  # the table would have no scores
-            caption = f"{self.title}; metrics preset {self.name}: nothing scored."
+            caption = f"{self.title}; metrics {self.name}: nothing scored."
             table = replace(table, rows=[], caption=caption, notes=notes)
         curves = {
             curve: {
@@ -329,7 +329,7 @@ class ScoredRuns:
                 for tracker, result in self.together.items()
                 if curve in result.curves
             }
-            for curve in self.preset.curves
+            for curve in self.metrics.curves
         }
         return PresetScores(self.name, self.title, table, curves)
 
@@ -338,10 +338,10 @@ class ScoredRuns:
         first = self.measures[0].name
         rows = self.runs.loc[list(self.judged)]
         sequences = list(dict.fromkeys(rows.loc[rows[first].isna(), "sequence"]))
-        if not sequences or not self.preset.undefined:
+        if not sequences or not self.metrics.undefined:
             return []
         more = f" and {len(sequences) - _MAX_NAMES} more" if len(sequences) > _MAX_NAMES else ""
-        return [f"{MISSING}: {self.preset.undefined}: {', '.join(sequences[:_MAX_NAMES])}{more}"]
+        return [f"{MISSING}: {self.metrics.undefined}: {', '.join(sequences[:_MAX_NAMES])}{more}"]
 
     def _with_means(self, table: Table) -> Table:
         """Return the table with additional first rows over all sequences.
@@ -349,14 +349,14 @@ class ScoredRuns:
         If the preset has unequal weights of sequences, its own scores come first, without
         intervals, and the means over units follow.
         """
-        whole = {name: nan for name, column in self.preset.columns.items() if column.whole}
+        whole = {name: nan for name, column in self.metrics.metrics.items() if column.only_overall}
         runs = self.runs.assign(**whole)
         means = mean_table(runs, self.measures, "", self.name, skip_undefined=True)
         sequences = [str(name) for name in runs["sequence"].unique()]
         units = units_of(sequences)
         label, words = TOGETHER, means_over(sequences, len(units))
         rows, data = list[list[TableCell]](), list[pd.DataFrame]()
-        if self.preset.combine is not mean_of_sequences:
+        if self.metrics.combine is not mean_of_sequences:
             label = MEANS
             words += f"; {TOGETHER}: weighted as the preset defines, without interval"
             if self.together:
@@ -391,18 +391,18 @@ def measures_of(preset: str) -> list[ScoreMeasure]:
     """Return the scores of a preset that have a mean over sequences."""
     if preset == PRESET:
         return list(SUMMARY)
-    columns = metrics_preset(preset).columns
-    return [_measure(name, column) for name, column in columns.items() if not column.whole]
+    columns = find_metrics(preset).metrics
+    return [_measure(name, column) for name, column in columns.items() if not column.only_overall]
 
 
-def _measure(name: str, column: Column) -> ScoreMeasure:
+def _measure(name: str, column: Metric) -> ScoreMeasure:
     """Return a score of a preset as a column; scores of which higher is better are shares."""
-    share = column.better == "higher"
+    share = column.direction == "higher"
     return ScoreMeasure(
         name,
         heading(name),
-        direction=column.better,
-        decimals=3 if column.better else 0,
+        direction=column.direction,
+        decimals=3 if column.direction else 0,
         least=0.0,
         most=1.0 if share else inf,
         margin=MARGIN if share else 0.0,

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from trackmark.bench.analysis.by_metrics import measures_of, runs_by
 from trackmark.bench.analysis.failed_runs import with_worst_scores
 from trackmark.bench.analysis.run_tables import PRESET, without_undefined
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import mean_of_sequences
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.results import Results
@@ -38,19 +38,19 @@ class AllFailedError(ComparisonError):
 def compared_measure(
     preset: str, metric: str | None = None, margin: float | None = None
 ) -> ScoreMeasure:
-    """Return a score of a metrics preset, by default the first one, with its equivalence margin.
+    """Return a score of metrics, by default the first one, with its equivalence margin.
 
     Raises `ComparisonError` for an invalid margin, if the preset has no such score, or if the score
     has no default margin.
     """
     if margin is not None and not (isinstance(margin, Real) and 0 <= margin < inf):
         raise ComparisonError(f"margin: {margin!r}. Expected: a finite number of 0 or more.")
-    definitions = metrics_preset(preset)
+    definitions = find_metrics(preset)
     measures = {measure.name: measure for measure in measures_of(preset) if measure.direction}
     name = metric or next(iter(measures))
     if name not in measures:
         problem = f"{preset} has no score {name!r}"
-        if name in definitions.columns and definitions.columns[name].whole:
+        if name in definitions.metrics and definitions.metrics[name].only_overall:
             problem = (
                 f"{name} is a score of all sequences together; trackers are compared by sequence"
             )

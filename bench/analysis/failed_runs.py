@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import score_run
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import (
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import (
     FrameState,
-    PresetResult,
+    MetricResult,
     annotates_init_only,
     mean_of_sequences,
 )
@@ -57,7 +57,7 @@ def failed_runs(runs: pd.DataFrame, counted: str = "the worst score") -> FailedR
 
 
 def with_worst_scores(folder: Path, runs: pd.DataFrame, preset: str = "native") -> pd.DataFrame:
-    """Return runs with the worst scores of a metrics preset in failed rows.
+    """Return runs with the worst scores of the metrics in failed rows.
 
     The status stays `failed`. Timing runs, runs of trackers whose runs all failed, and runs that
     the preset cannot score are unchanged. `runs`: as `load_runs` or `runs_by` return them; their
@@ -83,21 +83,21 @@ def with_worst_scores(folder: Path, runs: pd.DataFrame, preset: str = "native") 
     return filled
 
 
-def judge_failed(run: Run, truth: StoredTruth, preset: str) -> PresetResult:
-    """Return the worst possible scores of a run by a metrics preset.
+def judge_failed(run: Run, truth: StoredTruth, preset: str) -> MetricResult:
+    """Return the worst possible scores of a run by the metrics.
 
     Raises `ValueError` if the preset cannot score runs by the run's protocol.
     """
-    judged, definition = score_run(_lost_run(run), truth, preset), metrics_preset(preset)
+    judged, definition = score_run(_lost_run(run), truth, preset), find_metrics(preset)
     if annotates_init_only(truth):  # the scores of finished runs are undefined, too
         return judged
     present = np.isfinite(truth.boxes).all(axis=1)
     diagonal = _diagonal(truth)
     scores, curves = dict(judged.scores), judged.curves
-    for name, column in definition.columns.items():
-        if column.better == "higher":
+    for name, column in definition.metrics.items():
+        if column.direction == "higher":
             scores[name] = 0.0
-        elif column.better == "lower" and not isfinite(scores[name]):  # a centre error
+        elif column.direction == "lower" and not isfinite(scores[name]):  # a centre error
             scores[name] = diagonal
     if "first_loss" in scores:
         scores["first_loss"] = float(np.argmax(present)) + 1

@@ -126,7 +126,7 @@ class Results:
             `tracker`: mean over repetitions, then over sequences; families of scenes count as one
             sequence. `sequence`: mean over repetitions for each sequence and tracker.
         metrics : str, optional
-            Metrics preset; that of the results by default.
+            Metrics; those of the results by default.
 
         Returns
         -------
@@ -212,7 +212,7 @@ class Results:
         store.write_all((run, "") for run in runs)
 
     def _scored(self, metrics: str | None) -> tuple[str, pd.DataFrame]:
-        """Return the metrics preset, and the runs with its scores."""
+        """Return the name of the metrics, and the runs with its scores."""
         preset = self.metrics if metrics is None else preset_for(metrics, self.protocol)
         runs = load_runs(self.stored_folder)
         runs = runs[runs["protocol"] == self.protocol].reset_index(drop=True)

@@ -69,7 +69,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
     metrics: list[str] = metrics_option("Statistics")
     metric: str | None = option(
         f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
-        "[default: mean_overlap, or the first column of the preset]",
+        "[default: mean_overlap, or the first metric]",
         group="Statistics",
         metavar="NAME",
     )
@@ -101,7 +101,7 @@ def command(options: CompareOptions) -> int:
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
     trackers if none is named). The first tracker of each pair is reported as better, worse,
     equivalent or inconclusive. All pairs of up to four trackers are printed, all pairs of more
-    trackers with --verbose. Each metrics preset gets its own comparison. Failed runs count as the
+    trackers with --verbose. Each set of metrics gets its own comparison. Failed runs count as the
     worst score.
 
     For example:
@@ -167,7 +167,7 @@ def _presets(metrics: Sequence[str], protocol_key: str) -> list[str]:
     from trackmark.bench.protocols import parse_protocol
 
     replaced = (
-        {} if can_score(PRESET, protocol_key) else {PRESET: parse_protocol(protocol_key).preset}
+        {} if can_score(PRESET, protocol_key) else {PRESET: parse_protocol(protocol_key).metrics}
     )
     return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
 
@@ -271,7 +271,7 @@ def _compare(
     preset: str,
     measure: "ScoreMeasure",
 ) -> "Comparison":
-    """Compare the runs by a score of a metrics preset."""
+    """Compare the runs by a score of the metrics."""
     from trackmark.bench.analysis.comparable_runs import same_boxes, scored_runs
     from trackmark.bench.analysis.comparison import compare
     from trackmark.bench.analysis.published_scores import with_published

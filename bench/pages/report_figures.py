@@ -14,8 +14,8 @@ from trackmark.bench.analysis.by_annotation import MIN_AXES, AnnotationReport
 from trackmark.bench.analysis.by_attribute import AttributeReport
 from trackmark.bench.analysis.by_metrics import PresetScores
 from trackmark.bench.analysis.film_strips import TRACE_WORDS, write_strips
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import heading
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import heading
 from trackmark.bench.output_files import write_file
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.reports.charts import Chart, Line
@@ -71,20 +71,20 @@ def write_figures(
 def preset_curves(
     scored: PresetScores, trackers: Sequence[str], on_message: Callable[[str], None]
 ) -> Mapping[str, Figure]:
-    """Draw the curves of a metrics preset."""
+    """Draw the curves of the metrics."""
     if scored.curves and not any(scored.curves.values()):
         why = f"there is no tracker all of whose runs {scored.preset} can score."
         on_message(f"{scored.table.name}: no plot: {why}")
         return {}
     figures = {}
-    for name, axes in metrics_preset(scored.preset).curves.items():
+    for name, axes in find_metrics(scored.preset).curves.items():
         lines = [
             Line(tracker, position, *scored.curves[name][tracker].T)
             for position, tracker in enumerate(trackers)
             if tracker in scored.curves[name]
         ]
         chart = Chart("", axes.x, axes.y, lines, "", top=1.0)
-        title = f"{scored.title}: {heading(name)}, metrics preset {scored.preset}"
+        title = f"{scored.title}: {heading(name)}, metrics {scored.preset}"
         file = f"{scored.table.name}-{name.replace('_', '-')}"
         figures[file] = chart_plot(chart, title, trackers)
     return figures

@@ -22,7 +22,7 @@ from trackmark.bench.analysis.by_metrics import preset_report
 from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.pages.player_frames import ABSENT
 
 SOURCE = "plain/target:length=60:scene=9:noise=30"
