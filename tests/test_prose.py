@@ -28,11 +28,8 @@ MAX_WORDS = {"page": 30, "docstring": 35, "message": 10**6}  # of a sentence
 
 ALLOWED = {
     ("bench/api/results.py", "weak name: by"): 'argument, as in `means(by="sequence")` of pandas',
-    ("bench/claims/claims_file.py", "weak name: of"): "key in claims.toml",
     ("bench/analysis/comparison.py", "weak name: kept"): "key of compare --json",
-    ("bench/papers/description.py", "weak name: of"): "key in paper.toml",
     ("bench/papers/measures.py", "weak name: kept"): "measure in paper.toml and claims.toml",
-    ("bench/papers/nguyen2002/measures.py", "weak name: kept"): "measure in claims.toml",
     ("datasets/versioning.py", "weak name: known"): "key in golden.json",
 }
 """Reasons for wrong findings, by file and text; at most 20."""

@@ -25,7 +25,7 @@ from trackmark.bench.commands._progress import RunProgress, print_hint, print_me
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences
-    from trackmark.bench.papers import Effort
+    from trackmark.bench.papers import ReproductionOptions
     from trackmark.bench.papers.reproduction import Report, Reproduction
     from trackmark.bench.store.layout import RunKey
 
@@ -37,7 +37,7 @@ class ReproduceOptions(ScreenOptions, EngineOptions):
     paper: str | None = argument(required=False)
     all_papers: bool = option("Reproduce every paper, and write a page that lists all of them.")
     quick: bool = option("Main table and figure strips in a minute, without verdicts.")
-    everything: bool = option("Add the sensitivity table.", "--all")
+    with_sensitivity: bool = option("Add the sensitivity table.", "--all")
     repetitions: int | None = option("Maximum number of repetitions.", minimum=1)
     page: Path | None = output_option(
         "Markdown file for the page of the paper.", type=click.Path(path_type=Path, dir_okay=False)
@@ -61,7 +61,7 @@ def command(options: ReproduceOptions) -> int:
     Exit codes: 0 success; 1 a claim does not hold (only with --strict); 2 invalid usage or input;
     130 interrupted.
     """
-    from trackmark.bench.papers import Effort, paper_names
+    from trackmark.bench.papers import ReproductionOptions, paper_names
     from trackmark.bench.papers.markdown_page import write_page
     from trackmark.bench.papers.reproduction import Reproduction
 
@@ -73,21 +73,21 @@ def command(options: ReproduceOptions) -> int:
         raise click.UsageError(
             "--page requires one PAPER and verdicts. Omit --all-papers and --quick."
         )
-    if quick and options.everything:
+    if quick and options.with_sensitivity:
         raise click.UsageError("Give either --quick or --all.")
     if page is not None:
         folder = options.output / str(options.paper)
         reports = {str(folder / name): folder / name for name in ("report.html", "report.json")}
         check_outputs({"--page": page, **reports})
-    effort = Effort(
+    reproduced = ReproductionOptions(
         quick=quick,
-        everything=options.everything,
+        with_sensitivity=options.with_sensitivity,
         repetitions=options.repetitions,
         jobs=options.jobs,
     )
     fails = False
     for name in paper_names() if options.paper is None else [options.paper]:
-        report = _reproduce(Reproduction(name), effort, options)
+        report = _reproduce(Reproduction(name), reproduced, options)
         if page is not None:
             write_page(page, report)
         if options.all_papers:
@@ -99,37 +99,40 @@ def command(options: ReproduceOptions) -> int:
     return EXIT_NEGATIVE if options.strict and fails else 0
 
 
-def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOptions) -> "Report":
+def _reproduce(
+    reproduction: "Reproduction", reproduced: "ReproductionOptions", options: ReproduceOptions
+) -> "Report":
     """Run the reproduction of a paper; write and print its report."""
     from trackmark.bench.papers.reproduction import report_data
-    from trackmark.bench.papers.terminal_report import screen_lines
+    from trackmark.bench.papers.terminal_report import report_lines
 
-    started_at, folder = time.monotonic(), options.output / paper.name
+    started_at, paper = time.monotonic(), reproduction.paper
+    folder = options.output / paper.name
     requested: dict[str, Collection[RunKey]] = {}
     opened_sequences: KnownSequences = {}
     executions = [
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
-        for experiment in paper.experiments(effort)
+        for experiment in reproduction.experiments(reproduced)
     ]
     runs = sum(execution.units.runs for execution in executions)
-    quick = ", quick look without verdicts" if effort.quick else ""
+    quick = ", quick look without verdicts" if reproduced.quick else ""
     with RunProgress(f"{paper.name}{quick}: {runs} runs", folder) as progress:
         progress.expect(*executions)
         for execution in executions:
             execute_runs(execution, progress=progress)
             requested[execution.experiment.name] = execution.plan.manifest().versions
-    with progress_bar("Drawing figures and judging claims", None, "claim") as judged:
-        report = paper.report(options.output, folder, effort, requested, judged)
+    with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
+        report = reproduction.report(options.output, folder, reproduced, requested, progress)
     content = report_data(report, time.monotonic() - started_at)
     _write(report, content, folder)
     if options.as_json:
         click.echo(json.dumps(content, allow_nan=False))
         return report
-    lines = screen_lines(report, folder, verbose=options.verbose, quiet=options.quiet)
+    lines = report_lines(report, folder, verbose=options.verbose, quiet=options.quiet)
     click.echo("\n".join(lines))
-    if effort.quick:
-        claims = len(report.context.claims)
-        print_hint(f"Verdicts on its {claims} claims  trackmark reproduce {paper.name}")
+    if reproduced.quick:
+        n_claims = len(paper.claims)
+        print_hint(f"Verdicts on its {n_claims} claims  trackmark reproduce {paper.name}")
     return report
 
 

@@ -4,6 +4,9 @@ A folder contains `paper.toml` (runs, tables and figures), `claims.toml`, `sensi
 `criteria.toml` (criteria that scenes must meet). Its `measures.py`, `scenes.py`, `timing.py` and
 `figures.py` contain functions that only this paper needs. `tools/criteria/<paper>.py`, which is not
 part of the wheel, measures its criteria.
+
+`paper.py` reads the files and replaces the names in them by trackers, sequences and measures. All
+other modules work with these objects and with `Case`, the runs of a tracker on a sequence.
 """
 
 from dataclasses import dataclass
@@ -14,13 +17,19 @@ from trackmark.datasets.spec_string import name_hint
 
 FOLDER = Path(__file__).parent
 
+SETTINGS = ("as-written", "recommended")
+"""Settings in which every claim is judged."""
+
+SETTING_LABELS = {setting: setting.replace("-", " ") for setting in SETTINGS}
+"""Settings as they are called in tables and figures."""
+
 
 @dataclass(frozen=True)
-class Effort:
-    """Extent of a reproduction."""
+class ReproductionOptions:
+    """Options of `trackmark reproduce`: which parts of a paper are reproduced, and how often."""
 
     quick: bool = False  # only main table and film strips, on few scenes, without verdicts
-    everything: bool = False  # adds the sensitivity table
+    with_sensitivity: bool = False  # adds the sensitivity table
     repetitions: int | None = None  # maximum number of repetitions; None: as in `paper.toml`
     jobs: int | None = None  # worker processes; None: one per core
 
@@ -28,7 +37,7 @@ class Effort:
         """Return the command that writes the report."""
         options = [
             *(["--quick"] if self.quick else []),
-            *(["--all"] if self.everything else []),
+            *(["--all"] if self.with_sensitivity else []),
             *([f"--repetitions {self.repetitions}"] if self.repetitions is not None else []),
         ]
         return " ".join(["trackmark", "reproduce", paper, *options])

@@ -21,7 +21,7 @@ from pydantic import Field
 from trackmark.bench.metrics.interface import FrameState, GroundTruthLike
 from trackmark.bench.metrics.region_overlap import raster_overlap
 from trackmark.bench.protocols import Action, Controller, EvaluationProtocol
-from trackmark.trackers.base.parameters import whole
+from trackmark.trackers.base.parameters import integer
 
 
 class _RestartController(Controller):
@@ -68,7 +68,7 @@ class Supervised(EvaluationProtocol):
     run_kinds: ClassVar[tuple[str, ...]] = ("supervised",)
     metrics: ClassVar[str] = "vot-supervised"
 
-    skip_frames: int = whole(5, "number of frames from a failure to the restart")
+    skip_frames: int = integer(5, "number of frames from a failure to the restart")
     threshold: float = Field(
         0.0, ge=0, lt=1, description="maximum overlap that counts as a failure"
     )

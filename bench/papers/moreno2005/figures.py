@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
@@ -37,7 +37,6 @@ from trackmark.bench.papers.moreno2005.stages import (
     step_of,
     true_contour,
 )
-from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip
@@ -135,10 +134,10 @@ def error_figure(context: Context) -> Figure:
 
 def step_figures(context: Context) -> dict[str, Figure]:
     """Draw Fig. 3, 5 and 6 on a frame of the leaf; Fig. 5 and 6 in both settings."""
-    ((scene,),) = scene_names(context.description, "leaf", 1)
+    scene = context.paper.first_scene("leaf")
     figures = {"figure-3": colour_model_figure(scene)}
     for setting in SETTINGS:
-        step = step_of(tracker_text(context.description, "full", setting), scene)
+        step = step_of(context.paper.spec("full", setting), scene)
         figures[f"figure-5-{setting}"] = hypotheses_figure(step, setting)
         figures[f"figure-6-{setting}"] = snake_figure(step, setting)
     return figures
@@ -148,10 +147,10 @@ def film_strips(context: Context) -> dict[str, Strip]:
     """Draw Fig. 7 to 10: contours of the method and of the baseline, and posterior maps."""
     jobs = {}
     for number, sequence in STRIPS.items():
-        ((scene,),) = scene_names(context.description, sequence, 1)
+        scene = context.paper.first_scene(sequence)
         trackers = ["full", *(["smooth colour"] if sequence in COMPARED else [])]
         texts = {
-            f"{tracker}, {setting}": tracker_text(context.description, tracker, setting)
+            f"{tracker}, {setting}": context.paper.spec(tracker, setting)
             for tracker in trackers
             for setting in SETTINGS
         }

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.timing import Pairs, Values, kept_times, milliseconds, tracker_methods
@@ -17,7 +17,7 @@ def _times(context: Context, setting: str) -> dict[str, Values]:
 
     The clip has an occlusion, after which the tracker processes all hidden frames again.
     """
-    names = [*context.description.trackers]
+    names = [*context.paper.trackers]
     times = kept_times(context, tracker_methods, setting, names, [CLIPS], WHOLE)[CLIPS]
     return {name: times[name] for name in names}
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
 from trackmark.bench.papers.runs import Context
@@ -155,7 +155,7 @@ def time_table(context: Context) -> Table:
                 _weighting(times_of[name])[0] / times_of[name]["once"] for times_of in (slow, fast)
             ]
             shares = [f"{100 * float(np.median(part)):.0f} %" for part in parts]
-            label = [name, setting.replace("-", " "), "real time at 800 MHz"]
+            label = [name, SETTING_LABELS[setting], "real time at 800 MHz"]
             rows.append([*label, *map(milliseconds, times), *shares])
     heads = ["sequence", "setting", "paper", "NumPy [ms]", "NumPy at 800 MHz [ms]"]
     heads += ["compiled [ms]", "weighting, NumPy", "weighting, compiled"]

@@ -39,7 +39,7 @@ def test_version_depends_on_command_and_files(folder, monkeypatch):
 
     first, released = version(trax()), version(trax("as=mine:version=1.2"))
     assert (first["name"], first["command"]) == ("plain", f"{sys.executable} plain.py 4")
-    assert version(trax("as=mine:frame_timeout=5")) == first
+    assert version(trax("as=mine:frame_limit=5")) == first
     assert version(trax(arguments="1")) != first
     assert released["source"] == "1.2"
     (folder / "plain.py").write_text(TRAX.read_text().replace("a banner", "a longer banner"))
@@ -89,7 +89,7 @@ file = "a.py"
 trax = "b"
 [late]
 file = "a.py"
-frame_timeout = "x"
+frame_limit = "x"
 [other]
 file = "a.py"
 stochastic = true
@@ -166,7 +166,7 @@ INVALID = {
     "trax:command=./a 'b:as=mine": "No closing quotation.",
     'trax:command=./a "b":as=mine': "./a b: the command cannot be started: ",
     "trax:command=./a:as=mine": "./a: the command cannot be started: ",
-    "trax:command=./a:as=mine:start_timeout=0": "start_timeout=0: Input should be greater than 0",
+    "trax:command=./a:as=mine:start_limit=0": "start_limit=0: Input should be greater than 0",
     trax("as=mine:size=2"): "unknown parameter of mine 'size'.",
     trax("as=mine:confidnce=2"): "'confidnce'. Did you mean 'confidence'?",
     "trax:command=true:as=mine": "ended with status 0 (no TraX hello).",
@@ -199,7 +199,7 @@ INVALID = {
     "trackers.toml:typo": "parameter of trackers.toml:typo 'files'. Did you mean 'file'?",
     "trackers.toml:none": "trackers.toml:none: file is ''. Expected: a Python file (.py), or",
     "trackers.toml:both": "trackers.toml:both: give either the key 'file' or the key 'trax'",
-    "trackers.toml:late": "trackers.toml:late: parameter frame_timeout=x: Input should be a valid",
+    "trackers.toml:late": "trackers.toml:late: parameter frame_limit=x: Input should be a valid",
 }
 
 

@@ -11,7 +11,7 @@ from trackmark import bench
 from trackmark.bench.experiments.tracker_files import describe_tracker
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.external.definition import open_external
-from trackmark.bench.external.python import WORKER
+from trackmark.bench.external.worker_process import WORKER
 from trackmark.trackers import Randomness
 from trackmark.trackers.base import estimate_check, global_generators, plain_class
 

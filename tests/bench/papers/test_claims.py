@@ -7,38 +7,37 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.bench.claims.entries import claim, write_claim
-from trackmark.bench.claims.claim_tests import Evidence, judge, notes, scene_differences
-from trackmark.bench.claims.claims_file import read_claims
-from trackmark.bench.claims.row_verdicts import (
+from tests.bench.papers.claim_entries import NAMES, TEXTS, claim
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.papers.claim_tests import Evidence, judge, notes, scene_differences
+from trackmark.bench.papers.claims import Claim
+from trackmark.bench.papers.toml_table import validated
+from trackmark.bench.papers.verdicts import (
     count_verdicts,
     effect_text,
     judge_row,
     verdict_table,
 )
-from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.statistics.intervals import share_interval
 from trackmark.bench.statistics.verdict_rules import no_worse, order, share
 
 SIDES = {"better": "A", "worse": "B"}
 
 
-def test_names_may_be_one_text_or_a_list(tmp_path):
-    path = write_claim(tmp_path, better="A", worse=["B", "C"], test="order", margin=0.02, scenes=12)
-    (entry,) = read_claims("any", path).values()
-    assert entry.name == "AB-1"
-    assert entry.trackers == ("A", "B", "C")
-    assert entry.sequences == ("ball",)
+def test_names_may_be_one_text_or_a_list():
+    entry = claim(better="A", worse=["B", "C"], test="order", margin=0.02, scenes=12)
+    assert [tracker.name for tracker in entry.all_trackers] == ["A", "B", "C"]
+    assert [sequence.name for sequence in entry.sequences] == ["ball"]
     assert entry.n_scenes == 12
 
 
 @pytest.mark.parametrize(
     ("fields", "scenes"),
     [
-        ({"of": "A", "test": "share"}, 24),
+        ({"trackers": "A", "test": "share"}, 24),
         ({**SIDES, "test": "order", "margin": 0.02}, 32),
         ({**SIDES, "test": "no-worse", "margin": 0.02}, 36),
-        ({"of": "A", "test": "number"}, 24),
+        ({"trackers": "A", "test": "number"}, 24),
     ],
 )
 def test_scenes_follow_from_the_kind_of_test(fields, scenes):
@@ -50,18 +49,18 @@ def test_scenes_follow_from_the_kind_of_test(fields, scenes):
     [
         ({"better": "A", "test": "order", "margin": 0.02}, "`better` and `worse` together"),
         ({**SIDES, "test": "order"}, "needs a `margin`"),
-        ({**SIDES, "test": "share"}, "takes `of`"),
-        ({"of": "A", "test": "share", "colour": 3}, "colour: Extra inputs"),
-        ({"of": "A", "test": "sharing"}, "test: Input should be"),
-        ({"of": "A", "test": "share", "margin": -1}, "margin: Input should be greater than 0"),
+        ({**SIDES, "test": "share"}, "takes `trackers`"),
+        ({"trackers": "A", "test": "share", "colour": 3}, "colour: Extra inputs"),
+        ({"trackers": "A", "test": "sharing"}, "test: Input should be"),
+        (
+            {"trackers": "A", "test": "share", "margin": -1},
+            "margin: Input should be greater than 0",
+        ),
     ],
 )
-def test_error_names_file_claim_and_field(tmp_path, fields, message):
-    path = write_claim(tmp_path, **fields)
-    with pytest.raises(ExperimentError) as caught:
-        read_claims("any", path)
-    assert f"{path}: claim AB-1" in str(caught.value)
-    assert message in str(caught.value)
+def test_wrong_field_of_a_claim_is_an_error(fields, message):
+    with pytest.raises(ExperimentError, match=message):
+        validated(Claim, {"name": "AB-1", **TEXTS, **fields}, "claims.toml: claim AB-1", NAMES)
 
 
 def table(values, sequence="ball"):
@@ -125,7 +124,7 @@ def test_measure_that_is_a_difference_needs_no_trackers():
 
 
 def test_share_counts_scenes_in_which_all_sequences_succeed():
-    share_claim = claim(of="A", sequences=["x", "y"], test="share")
+    share_claim = claim(trackers="A", sequences=["x", "y"], test="share")
     x = [1.0] * 24
     y = [1.0] * 20 + [1 / 3] * 4  # a third of the repetitions is no success
     verdict = judge(share_claim, Evidence(pd.concat([table({"A": x}, "x"), table({"A": y}, "y")])))
@@ -136,7 +135,7 @@ def test_share_counts_scenes_in_which_all_sequences_succeed():
 
 def test_scene_with_half_of_its_runs_is_half_a_success():
     won, even, lost = [0.75] * 8, [0.5] * 3, [0.25]
-    share_claim = claim(of="A", test="share")
+    share_claim = claim(trackers="A", test="share")
     verdict = judge(share_claim, Evidence(table({"A": won + even + lost})))
     assert verdict.statistic == 9.5 / 12
     assert verdict.interval == share_interval(9.5, 12)
@@ -146,7 +145,7 @@ def test_scene_with_half_of_its_runs_is_half_a_success():
 def test_share_of_failures_mirrors_the_share_of_successes():
     """With an even number of runs, a claim and its opposite have shares that add up to 1."""
     shares = GENERATOR.integers(0, 5, 30) / 4
-    share_claim = claim(of="A", test="share")
+    share_claim = claim(trackers="A", test="share")
     first, second = (judge(share_claim, Evidence(table({"A": x}))) for x in (shares, 1 - shares))
     assert first.statistic + second.statistic == pytest.approx(1)
     assert first.interval == pytest.approx((1 - second.interval.high, 1 - second.interval.low))
@@ -178,7 +177,7 @@ def test_no_worse_both_ways_fails_if_either_is_worse():
 
 def test_time_takes_the_pair_with_the_smallest_ratio():
     slow, fast = np.full(12, 2.0) + NOISE[:12], np.full(12, 1.0) + NOISE[12:24]
-    timed = claim(measure="timing.any", test="time")
+    timed = claim(measure="timing.hand_ratio", test="time")
     holds = judge(timed, Evidence(times=[(slow, fast)]))
     assert (holds.verdict, round(holds.statistic)) == ("holds", 2)
     fails = judge(timed, Evidence(times=[(slow, fast), (fast, slow)]))
@@ -188,7 +187,7 @@ def test_time_takes_the_pair_with_the_smallest_ratio():
 def test_time_with_a_limit_holds_below_it():
     milliseconds = 10 + NOISE[:12]
     for limit, expected in ((40, "holds"), (5, "does not hold")):
-        timed = claim(measure="timing.any", test="time", limit=limit)
+        timed = claim(measure="timing.hand_ratio", test="time", limit=limit)
         verdict = judge(timed, Evidence(times=[(milliseconds, milliseconds)], unit="ms"))
         assert verdict.verdict == expected
         assert verdict.statistic == pytest.approx(10, abs=0.1)
@@ -197,13 +196,13 @@ def test_time_with_a_limit_holds_below_it():
 
 
 def test_numbers_are_printed_and_not_judged():
-    verdict = judge(claim(of="A", test="number"), Evidence(table({"A": 0.5 + NOISE})))
+    verdict = judge(claim(trackers="A", test="number"), Evidence(table({"A": 0.5 + NOISE})))
     assert verdict.verdict == "not testable"
     assert verdict.statistic == pytest.approx(0.5, abs=0.01)
 
 
 def test_claim_without_runs_is_inconclusive():
-    for test, sides in (("order", {"better": "A", "worse": "B"}), ("share", {"of": "A"})):
+    for test, sides in (("order", {"better": "A", "worse": "B"}), ("share", {"trackers": "A"})):
         verdict = judge(claim(test=test, margin=0.1, **sides), Evidence())
         assert verdict.verdict == "inconclusive"
         assert isnan(verdict.statistic)

@@ -1,15 +1,16 @@
 """Runs with known boxes and ground truth, for tests of measures."""
 
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.measures import JudgedRun, find_measure
+from trackmark.bench.papers.measures import MeasuredRun, find_measure
+from trackmark.bench.papers.paper import read_paper
 
 
-def judged(
+def measured(
     paper: str,
     boxes: np.ndarray,
     estimates: np.ndarray,
@@ -17,16 +18,16 @@ def judged(
     size: tuple[int, int] = (60, 80),
     run: Any = (),
     **truth: Any,
-) -> JudgedRun:
+) -> MeasuredRun:
     """Return a run with these estimates; `run` and `truth` hold further attributes."""
     visible = np.broadcast_to(visibility, len(boxes)).astype(float)
     run_record: Any = SimpleNamespace(
         **{"failure": "", "details": {}, "boxes_in": lambda trace: estimates, **dict(run)}
     )
     ground_truth: Any = SimpleNamespace(boxes=boxes, visibility=visible, image_size=size, **truth)
-    return JudgedRun(run_record, ground_truth, read_description(paper), paper)
+    return MeasuredRun(run_record, ground_truth, read_paper(paper).frame_rules)
 
 
-def value(text: str, run: JudgedRun) -> float:
-    """Return a measure, given as text, of a run."""
-    return find_measure(text, run.description.name)(run)
+def values_of(paper: str) -> Callable[[str, MeasuredRun], float]:
+    """Return a function for the value of a measure of the paper, given as text, of a run."""
+    return lambda text, run: find_measure(text, paper)(run)

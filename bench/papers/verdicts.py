@@ -8,13 +8,11 @@ from typing import Any
 
 import pandas as pd
 
-from trackmark.bench.claims.claim_tests import Evidence, judge, notes
-from trackmark.bench.claims.claims_file import Claim
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
+from trackmark.bench.papers.claim_tests import Evidence, judge, notes
+from trackmark.bench.papers.claims import Claim
 from trackmark.bench.statistics.verdict_rules import Verdict
 from trackmark.reports.tables import MISSING, Cell, Table
-
-SETTINGS = ("as-written", "recommended")
-"""Settings in which every claim is judged."""
 
 VERDICTS = ("holds", "does not hold", "inconclusive", "not testable")
 
@@ -46,10 +44,10 @@ class VerdictRow:
             "id": self.claim.name,
             "source": self.claim.source,
             "quote": self.claim.quote,
-            "short": self.claim.short,
+            "summary": self.claim.summary,
             "claim": self.claim.statement,
             "paper": self.claim.paper,
-            "falsified_if": self.claim.falsified,
+            "falsified_if": self.claim.falsified_if,
             "reason": self.claim.reason,
             "note": self.claim.note,
             "settings": {name: self._setting(name) for name in self.verdicts},
@@ -118,13 +116,13 @@ def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:
 
 def verdict_table(rows: Sequence[VerdictRow]) -> Table:
     """Return a table with claim, result of the paper, and our results and verdicts by setting."""
-    heads = ["claim", "", "paper"]
-    for setting in SETTINGS:
-        heads += [setting.replace("-", " "), "verdict"]
+    headings = ["claim", "", "paper"]
+    for label in SETTING_LABELS.values():
+        headings += [label, "verdict"]
     return Table(
         name="verdicts",
         caption="Verdicts on the claims: estimate [95 % interval] in both settings",
-        heads=heads,
+        heads=headings,
         n_labels=2,
         rows=[[Cell(text) for text in _texts(row)] for row in rows],
         data=pd.DataFrame([record for row in rows for record in _records(row)]),
@@ -137,7 +135,7 @@ def _records(row: VerdictRow) -> list[dict[str, Any]]:
     return [
         {
             "claim": claim.name,
-            "short": claim.short,
+            "summary": claim.summary,
             "paper": claim.paper,
             "setting": setting,
             "verdict": verdict.verdict,
@@ -156,7 +154,7 @@ def _records(row: VerdictRow) -> list[dict[str, Any]]:
 
 
 def _texts(row: VerdictRow) -> list[str]:
-    texts = [row.claim.name, row.claim.short, row.claim.paper]
+    texts = [row.claim.name, row.claim.summary, row.claim.paper]
     for setting in SETTINGS:
         verdict, remarks = row.verdicts[setting], "; ".join(row.remarks(setting))
         texts.append(effect_text(row.claim, verdict))

@@ -2,19 +2,19 @@
 
 import pandas as pd
 
-from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
+from trackmark.bench.papers.cases import cases
 from trackmark.bench.papers.criteria import read_criteria, read_values
-from trackmark.bench.papers.description import Description, MainRow, Sensitivity
-from trackmark.bench.papers.measures import Measure, find_measure
-from trackmark.bench.papers.plan import tracker_text
+from trackmark.bench.papers.measures import Measure
+from trackmark.bench.papers.paper import MainRow, Paper, Sensitivity
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.tables import MISSING, Table, text_table
 
 
 def main_table(context: Context) -> Table:
     """Return the paper's numbers and ours in both settings, row by row."""
-    entry = context.description.main_table
-    heads = [*entry.heads, "paper", *(setting.replace("-", " ") for setting in SETTINGS)]
+    entry, n_scenes = context.paper.main_table, context.n_scenes
+    headings = [*entry.headings, "paper", *SETTING_LABELS.values()]
     rows = [
         [
             *row.labels,
@@ -23,9 +23,22 @@ def main_table(context: Context) -> Table:
         ]
         for row in entry.rows
     ]
-    verb, scenes = ("is", "1 scene") if context.scenes == 1 else ("are", f"{context.scenes} scenes")
+    verb, scenes = ("is", "1 scene") if n_scenes == 1 else ("are", f"{n_scenes} scenes")
     caption = f"{entry.caption} There {verb} {scenes} per sequence."
-    return text_table("main", caption, heads, rows, len(entry.heads))
+    return text_table("main", caption, headings, rows, len(entry.headings))
+
+
+def main_values(row: MainRow, setting: str, context: Context) -> list[str]:
+    """Return the values of a row in a setting as texts, by tracker, then by measure."""
+    if row.function:
+        return [str(row.function(context, setting))]
+    cells = []
+    for tracker in row.trackers:
+        of_row = cases([tracker], row.sequences, setting, context.n_scenes)
+        for measure in row.measures:
+            values = pd.concat([context.runs.values(case, measure) for case in of_row])
+            cells.append(format_mean(values, measure, len(row.sequences[0].members)))
+    return cells
 
 
 def sensitivity_table(context: Context, table: Sensitivity) -> Table:
@@ -34,67 +47,42 @@ def sensitivity_table(context: Context, table: Sensitivity) -> Table:
     for row in table.rows:
         cells = []
         for column in table.columns:
-            text = tracker_text(context.description, column.tracker, row.setting, row.change)
-            measure = find_measure(column.measure, context.description.name)
-            values = context.runs.values(text, column.sequence, measure, table.scenes, row.on)
-            members = len(context.description.sequences[column.sequence].members)
-            cells.append(format_mean(values, measure, members))
-        rows.append([row.choice, row.setting.replace("-", " "), *cells])
-    heads = ["choice", "setting", *(column.head for column in table.columns)]
+            values = context.runs.values(table.case(row, column), column.measure)
+            cells.append(format_mean(values, column.measure, len(column.sequence.members)))
+        rows.append([row.choice, SETTING_LABELS[row.setting], *cells])
+    headings = ["choice", "setting", *(column.heading for column in table.columns)]
     caption = (
         f"Means over {table.scenes} scenes. Each row changes one choice of its setting; rows with "
         "the choice none change nothing."
     )
-    return text_table("sensitivity", caption, heads, rows, 2)
+    return text_table("sensitivity", caption, headings, rows, 2)
 
 
-def format_mean(values: pd.DataFrame, measure: Measure, members: int) -> str:
+def format_mean(values: pd.DataFrame, measure: Measure, n_members: int) -> str:
     """Return the mean of a measure as text, formatted by its unit."""
     if values.empty:
         return MISSING
     mean = float(values["value"].mean())
     if measure.unit == "share":
-        return f"{100 * mean:.0f} %" if members == 1 else f"{mean:.1f}"
+        return f"{100 * mean:.0f} %" if n_members == 1 else f"{mean:.1f}"
     forms = {"px": f"{mean:.1f} px", "frames": f"{mean:.0f}", "occlusions": f"{mean:.1f}"}
     return forms.get(measure.unit, f"{mean:.2f}")
 
 
-def main_values(row: MainRow, setting: str, context: Context) -> list[str]:
-    """Return the values of a row in a setting as texts, by tracker, then by measure."""
-    if row.hook:
-        return [str(context.function(row.hook)(context, setting))]
-    cells = []
-    for tracker in row.trackers:
-        text = tracker_text(context.description, tracker, setting)
-        for specification in row.measures:
-            measure = find_measure(specification, context.description.name)
-            pieces = [
-                context.runs.values(text, sequence, measure, context.scenes)
-                for sequence in row.sequences
-            ]
-            members = len(context.description.sequences[row.sequences[0]].members)
-            cells.append(format_mean(pd.concat(pieces), measure, members))
-    return cells
-
-
-def setting_table(description: Description) -> Table:
+def setting_table(paper: Paper) -> Table:
     """Return the values that differ between the settings, with their sources."""
-    heads = ["", "as written", "recommended", "source"]
-    rows = [list(row) for row in description.setting_table]
+    headings = ["", *SETTING_LABELS.values(), "source"]
+    rows = [list(row) for row in paper.setting_table]
     caption = "Parameters of the settings, with their sources"
-    return text_table("settings", caption, heads, rows, 1)
+    return text_table("settings", caption, headings, rows, 1)
 
 
 def criteria_table(paper: str) -> Table:
     """Return the criteria of the scenes with their values, and the scenes that fail."""
-    heads = ["sequence", "criterion", "ours, median", "target", "met by", "the paper's sentence"]
-    try:
-        _, declared = read_criteria(paper)
-        values = read_values(paper)
-    except FileNotFoundError:
-        return text_table("criteria", "This paper has no criteria of scenes.", heads, [], 2)
+    headings = ["sequence", "criterion", "ours, median", "target", "met by", "the paper's sentence"]
+    criteria, values = read_criteria(paper)[1], read_values(paper)
     rows = []
-    for criterion in declared:
+    for criterion in criteria:
         of_sequence = values[values["sequence"] == criterion.sequence]
         measured = of_sequence[of_sequence["name"] == criterion.name]
         met = f"{measured['passes'].sum()} of {len(measured)}" if criterion.target else "printed"
@@ -103,7 +91,7 @@ def criteria_table(paper: str) -> Table:
         target = criterion.target.replace("<=", "≤").replace(">=", "≥")
         sequence = criterion.sequence.partition("/")[2]
         rows.append([sequence, name, middle, target, met, criterion.sentence])
-    in_view = any(criterion.with_result_in_view for criterion in declared)
+    in_view = any(criterion.with_result_in_view for criterion in criteria)
     notes = ["* The criterion uses a result of the paper."] if in_view else []
     failed = values[~values["passes"]]
     for member, scenes in failed.groupby("sequence", sort=False)["scene"]:
@@ -113,4 +101,4 @@ def criteria_table(paper: str) -> Table:
             f"Scenes of sequence {name} that miss a criterion and are not used: {numbers}."
         )
     caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
-    return text_table("criteria", caption, heads, rows, 2, notes)
+    return text_table("criteria", caption, headings, rows, 2, notes)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.claims.claims_file import Claim
+from trackmark.bench.papers.claims import Claim
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.verdict_rules import (
     Verdict,
@@ -36,12 +36,12 @@ class Evidence:
     first, second : DataFrame
         One row per sequence, scene and tracker: `sequence`, `rank` (index of the scene, from 0),
         `tracker`, `value` (mean over repetitions). `first` contains the trackers of `better` or
-        `of`, or values of a measure without trackers. `second` contains the trackers of `worse`.
+        `trackers`, or values of a measure of scenes. `second` contains those of `worse`.
     lower_is_better : bool
         True if smaller values are better.
     largest : float
         Largest possible absolute difference.
-    unit, counted : str
+    unit, unit_noun : str
         Unit of the values; name of a statistical unit, in the singular.
     reference_kept : float
         Share of the scenes in which the trackers of `second` keep the target; NaN if unknown.
@@ -59,7 +59,7 @@ class Evidence:
     lower_is_better: bool = False
     largest: float = inf
     unit: str = ""
-    counted: str = "scene"
+    unit_noun: str = "scene"
     reference_kept: float = nan
     lost_before: float = nan
     failed: str = ""
@@ -78,7 +78,7 @@ def judge(claim: Claim, evidence: Evidence) -> Verdict:
         verdict = number(_by_scene(evidence.first, hardest="").to_numpy())
     else:
         verdict = _judge_differences(claim, evidence)
-    return replace(verdict, unit=evidence.unit, counted=evidence.counted)
+    return replace(verdict, unit=evidence.unit, counted=evidence.unit_noun)
 
 
 def notes(evidence: Evidence) -> list[str]:
@@ -109,8 +109,12 @@ def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:
     if claim.test == "no-worse both ways":
         verdict = conjunction(
             {
-                f"{claim.better[0]} not worse": lambda m: no_worse(values, margin, m, limit=limit),
-                f"{claim.worse[0]} not worse": lambda m: no_worse(-values, margin, m, limit=limit),
+                f"{claim.better[0].name} not worse": lambda m: no_worse(
+                    values, margin, m, limit=limit
+                ),
+                f"{claim.worse[0].name} not worse": lambda m: no_worse(
+                    -values, margin, m, limit=limit
+                ),
             }
         )
     else:
