@@ -114,7 +114,7 @@ def _lost_run(run: Run) -> Run:
     n = len(run.boxes)
     states: NDArray[np.int32] | None = None
     if run.states is not None:
-        skipped = max(getattr(parse_protocol(run.identity.protocol), "skip", 1), 1) - 1
+        skipped = max(getattr(parse_protocol(run.identity.protocol), "skip_frames", 1), 1) - 1
         cycle = [FrameState.INITIALISED, FrameState.FAILED] + [FrameState.SKIPPED] * skipped
         first = int(np.argmax(run.states == FrameState.INITIALISED))
         states = np.full(n, FrameState.SKIPPED, np.int32)

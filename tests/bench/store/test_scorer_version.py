@@ -60,7 +60,7 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
     ("file", "is_used"),
     [
         ("metrics/sets/native.py", True),
-        ("metrics/preset.py", True),
+        ("metrics/interface.py", True),
         ("metrics/overlap.py", True),
         ("metrics/centre_error.py", True),
         ("evaluation/ground_truth.py", True),
