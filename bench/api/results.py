@@ -28,6 +28,7 @@ from trackmark.bench.analysis.run_tables import (
     undefined_notes,
     without_undefined,
 )
+from trackmark.bench.analysis.score_tables import sequence_table
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.pages.notebook import complete_name
@@ -35,7 +36,7 @@ from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, experiment_folders, run_key
-from trackmark.bench.store.manifest import Manifest
+from trackmark.bench.store.results import Manifest
 from trackmark.bench.store.results import Results as Store
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
 from trackmark.bench.store.truth import find_attributes, write_truth
@@ -43,7 +44,7 @@ from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.datasets import Sequence
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
-from trackmark.reports.tables import Table, sequence_table
+from trackmark.reports.tables import Table
 
 RunName: TypeAlias = tuple[str, str, int]
 """Tracker, sequence and repetition of a run."""
