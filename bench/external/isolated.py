@@ -173,6 +173,7 @@ class IsolatedTracker(RemoteTracker):
     def _ask(self, operation: str, seconds: float = 0.0, **arguments: Any) -> dict[str, Any]:
         seconds = seconds or self._factory.frame_seconds
         answer = self._process.ask(seconds, operation, **arguments)
+        self.drawn = answer.get("drawn", self.drawn)
         if "invalid" in answer:
             raise MalformedEstimateError(answer["invalid"])
         if "raised" in answer:
@@ -182,7 +183,6 @@ class IsolatedTracker(RemoteTracker):
             if answer["fault"]:
                 raise MachineError(answer["fault"])
             raise ExternalTrackerError(text)
-        self.drawn = answer.get("drawn", self.drawn)
         if "time" in answer:
             self.call_time, self._device = CallTime(*answer["time"]), answer["device"]
         return answer

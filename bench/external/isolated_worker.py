@@ -50,7 +50,7 @@ class IsolatedTrackers:
         self._frames = frames
         self._clock = CallClock()
         self._tracker: Any = None
-        self._generators: GlobalGenerators
+        self._generators = GlobalGenerators(0)
 
     def perform(self, operation: str, **arguments: Any) -> Any:
         """Return the answer of an operation.
@@ -61,7 +61,7 @@ class IsolatedTrackers:
         try:
             return getattr(self, operation)(**arguments)
         except MalformedEstimateError as error:
-            return {"invalid": str(error)}
+            return {"invalid": str(error), "drawn": self._generators.drawn}
         except BaseException as error:  # noqa: BLE001  # code of a tracker can raise anything
             text = exception_text(error)
             if not is_call:
@@ -73,7 +73,12 @@ class IsolatedTrackers:
                 return {"unusable": f"{raises}{text}"}
             fault = machine_fault(error)
             trace = "".join(traceback.format_exception(error))
-            return {"raised": text, "trace": trace, "fault": str(fault or "")}
+            return {
+                "raised": text,
+                "trace": trace,
+                "fault": str(fault or ""),
+                "drawn": self._generators.drawn,
+            }
 
     def catalogue(self, name: str) -> dict[str, Any]:
         """Return the description of a tracker."""
