@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.bench.analysis.by_metrics import measures_of, runs_by
 from trackmark.bench.analysis.failed_runs import with_worst_scores
 from trackmark.bench.analysis.run_tables import PRESET
+from trackmark.bench.analysis.score_tables import counted, with_not_run
 from trackmark.bench.analysis.stored_runs import open_sequence
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.correlation import rank_correlation
@@ -26,7 +27,7 @@ from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.datasets import attributes
-from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
+from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
 
 if TYPE_CHECKING:
     pass
@@ -112,7 +113,7 @@ def _scored_runs(folder: Path, preset: str) -> tuple[ScoreMeasure, pd.DataFrame]
 
 def _means_by_sequence(runs: pd.DataFrame, measure: ScoreMeasure) -> dict[str, NDArray[np.float64]]:
     """Return mean scores by sequence, (n,), of trackers whose runs all have a score."""
-    runs = complete(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+    runs = with_not_run(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     names = runs["sequence"].unique()
     return {
         str(tracker): rows.groupby("sequence")[measure.name].mean().reindex(names).to_numpy()

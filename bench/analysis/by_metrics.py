@@ -25,6 +25,7 @@ from trackmark.bench.analysis.run_tables import (
     tables,
     title_of,
 )
+from trackmark.bench.analysis.score_tables import counted, means_over, sequence_table, with_not_run
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.metrics import preset as metrics_preset
@@ -38,15 +39,7 @@ from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.reports.renderers import terminal_lines
-from trackmark.reports.tables import (
-    MISSING,
-    ScoreMeasure,
-    Table,
-    complete,
-    counted,
-    means_over,
-    sequence_table,
-)
+from trackmark.reports.tables import MISSING, ScoreMeasure, Table
 from trackmark.reports.tables import Cell as TableCell
 
 TOGETHER = "all sequences"
@@ -283,7 +276,7 @@ class ScoredRuns:
     def __init__(
         self, folder: Path, name: str, runs: pd.DataFrame, protocol_key: str, title: str = ""
     ) -> None:
-        runs = complete(runs[runs["protocol"] == protocol_key]).reset_index(drop=True)
+        runs = with_not_run(runs[runs["protocol"] == protocol_key]).reset_index(drop=True)
         runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
         scored = _judge_runs(folder, name, runs)
         self.protocol_key = protocol_key

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from trackmark.bench.analysis.score_tables import failure_notes
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics import preset as metrics_preset
@@ -31,7 +32,6 @@ from trackmark.bench.protocols import TIMING, parse_protocol
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.truth import StoredTruth, read_truth
-from trackmark.reports.tables import failure_notes
 
 
 class FailedRuns(NamedTuple):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.analysis import MARGINS
 from trackmark.bench.analysis.failed_runs import with_worst_scores
+from trackmark.bench.analysis.score_tables import Uncertainty, sequence_table, summary_table
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
@@ -23,13 +24,7 @@ from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.data_frames import load_runs, with_revised_scores
 from trackmark.bench.store.layout import RunKey
 from trackmark.bench.store.results import Results
-from trackmark.reports.tables import (
-    ScoreMeasure,
-    Table,
-    Uncertainty,
-    sequence_table,
-    summary_table,
-)
+from trackmark.reports.tables import ScoreMeasure, Table
 
 PRESET = "native"
 

@@ -28,6 +28,7 @@ from trackmark.bench.analysis.run_tables import (
     undefined_notes,
     without_undefined,
 )
+from trackmark.bench.analysis.score_tables import sequence_table
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.pages.notebook import complete_name
@@ -43,7 +44,7 @@ from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.datasets import Sequence
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
-from trackmark.reports.tables import Table, sequence_table
+from trackmark.reports.tables import Table
 
 RunName: TypeAlias = tuple[str, str, int]
 """Tracker, sequence and repetition of a run."""

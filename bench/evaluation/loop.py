@@ -291,7 +291,7 @@ class _SequencePass:
                 before += len(self._numbers) * share
 
     def _start(self, first: int) -> None:
-        """Pass the frames without target to `Watcher` trackers; initialise all trackers."""
+        """Pass the frames without target to trackers that need them; initialise all trackers."""
         view, numbers, observer = self._view, self._numbers, self._observer
         watchers = []
         for recorder in self._active if first else ():

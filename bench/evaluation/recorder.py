@@ -39,13 +39,13 @@ from trackmark.bench.protocols import (
 from trackmark.datasets import Sequence
 from trackmark.trackers import (
     Box,
+    EarlyFrameTracker,
     Estimate,
-    Finisher,
-    Mapper,
     Mask,
+    RevisingTracker,
     Tracker,
     TrackerError,
-    Watcher,
+    WeightMapTracker,
 )
 from trackmark.trackers.base.call_clock import (
     CallClock,
@@ -185,13 +185,13 @@ class Recorder:
         self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
 
     def watches(self, first: int) -> bool:
-        """Create the tracker; return whether it is a `Watcher` and gets frames before `first`."""
-        return self._call(first, lambda: isinstance(self._tracker(), Watcher)) or False
+        """Create the tracker; return whether it is an `EarlyFrameTracker`."""
+        return self._call(first, lambda: isinstance(self._tracker(), EarlyFrameTracker)) or False
 
     def show(self, shared_frame: SharedFrame, frame: int) -> None:
-        """Pass a frame, in which the target has not appeared yet, to a `Watcher` tracker."""
+        """Pass a frame in which the target has not appeared yet to an `EarlyFrameTracker`."""
         tracker = self._tracker()
-        if isinstance(tracker, Watcher) and not self.failure:
+        if isinstance(tracker, EarlyFrameTracker) and not self.failure:
             self._call(frame, lambda: self._in_context(tracker.watch, shared_frame.image))
 
     def start(self, shared_frame: SharedFrame, frame: int, mask: Mask | None) -> None:
@@ -203,9 +203,9 @@ class Recorder:
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
-            # A tracker numbers the frames that it receives. Only a `Watcher` receives frames before
-            # the init box.
-            self._first_seen = 0 if isinstance(self._made, Watcher) else frame
+            # A tracker numbers the frames that it receives. Only an `EarlyFrameTracker` receives
+            # frames before the init box.
+            self._first_seen = 0 if isinstance(self._made, EarlyFrameTracker) else frame
             self._call(frame, lambda: self._initialise(shared_frame, box.copy(), mask))
 
     def follow(self, shared_frame: SharedFrame, frame: int) -> float:
@@ -240,9 +240,9 @@ class Recorder:
         self._segmentation.contour_accuracy[frame] = contour_accuracy(mask, truth)
 
     def finish(self, frame: int) -> None:
-        """Store the corrections of `Finisher.finish` after the last frame of a one-pass run."""
+        """Store the corrections of a `RevisingTracker` after the last frame of a one-pass run."""
         tracker = self._tracker()
-        if self._complete and isinstance(tracker, Finisher):
+        if self._complete and isinstance(tracker, RevisingTracker):
             self._call(
                 frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
             )
@@ -440,7 +440,7 @@ class Recorder:
             arrays["mask"] = np.array(estimate.mask)
         tracker = self._tracker()
         maps: Mapping[str, NDArray[Any]] = {}
-        if isinstance(tracker, Mapper):
+        if isinstance(tracker, WeightMapTracker):
             maps = self._in_context(tracker.maps, shared_frame.image)
         for key, weights in maps.items():
             if np.shape(weights) != shared_frame.image.shape[:2]:

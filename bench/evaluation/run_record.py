@@ -52,8 +52,8 @@ class Run:
     revised : ndarray of float64, shape (n, 4), or None
         Boxes with the tracker's later corrections; None if there are no corrections.
     arrays : mapping of int to mapping of str to ndarray
-        Requested arrays by frame. Masks are called `mask`; maps (see `trackers.Mapper`) are called
-        `map.NAME`, of uint8, 255 for 1.
+        Requested arrays by frame. Masks are called `mask`; maps (see `trackers.WeightMapTracker`)
+        are called `map.NAME`, of uint8, 255 for 1.
     segmentation : Segmentation or None
         Agreement of masks with the ground truth; None without masks, and in timing runs.
     times : Times or None

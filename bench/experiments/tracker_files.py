@@ -33,7 +33,6 @@ from trackmark.bench.machine_errors import check_room, temporary_file
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import describe_plugin, is_outside
-from trackmark.trackers.base.former_imports import warn_of_former_imports
 
 _SECONDS = 300.0
 """Time limit of the child process [s]."""
@@ -81,7 +80,6 @@ def _spec(text: str, answer: dict[str, Any]) -> TrackerSpec:
     version = answer.pop("version")
     file = Path(answer.pop("file"))
     randomness = Randomness(answer.pop("randomness"))
-    warn_of_former_imports(file)
     spec = TrackerSpec(**answer, randomness=randomness, make=partial(_make, text), file=file)
     vars(spec)["version"] = version  # sets the `cached_property`, which would import the file
     return spec

@@ -46,9 +46,7 @@ class Identity:
     tracker: str  # canonical specification: name, preset unless default, changed parameters
     tracker_name: str  # name without parameters; the seed depends on it
     preset: str  # name of the preset, also if it is the default
-    # All parameters. Trackers whose stored results are older than their parameters
-    # (`OpenCVParameters`) omit default values, so that older runs keep their identity.
-    parameters: Mapping[str, Any]
+    parameters: Mapping[str, Any]  # all parameters, also those with default values
     # `source` (sealed version, or digest of the syntax trees of the tracker's file and of the
     # shared modules it imports) and `libraries` (version by distribution).
     tracker_code: Mapping[str, Any]
@@ -273,13 +271,12 @@ def _from_text(text: str) -> TrackerSpec:
 
 
 def _from_specification(specification: Specification, init: str, **fields: Any) -> TrackerSpec:
-    parameters = specification.parameters
     init_option = {} if init == BOXES else {"init": init}
     return TrackerSpec(
         label=format_text(specification.name, {**specification.options, **init_option}),
         name=specification.name,
         preset=specification.options.get("preset", DEFAULT_PRESET),
-        parameters=parameters.model_dump(exclude_defaults=getattr(parameters, "implied", False)),
+        parameters=specification.parameters.model_dump(),
         randomness=specification.randomness,
         make=specification.create,
         file=specification.file,

@@ -36,7 +36,7 @@ _SUCCESS = Chart(
     figure="success",
     top=1.0,
     value_name="area",
-    percent=True,
+    is_percent=True,
     reference=0.5,
 )
 _PRECISION = Chart(
@@ -48,7 +48,7 @@ _PRECISION = Chart(
     figure="precision",
     top=1.0,
     value_name="share at 20 px",
-    percent=True,
+    is_percent=True,
     reference=20.0,
 )
 
@@ -64,9 +64,9 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
         positions = sorted(map(runs.trackers.index, trackers))
         lines = [_share_line(runs, position, template.figure) for position in positions]
         values = ", ".join(f"{line.label} {at_reference(template, line)}" for line in lines)
-        caption = template.words + left_out
-        words = f"{caption} At {template.reference:g}: {values}"
-        charts.append(replace(template, lines=lines, words=words, caption=caption))
+        caption = template.description + left_out
+        description = f"{caption} At {template.reference:g}: {values}"
+        charts.append(replace(template, lines=lines, description=description, caption=caption))
     return charts
 
 
@@ -93,11 +93,11 @@ def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
         thresholds, figure, kind = OVERLAPS, np.mean([*map(np.mean, overlaps)]), "overlap"
     judged.sort(key=lambda entry: (-entry[1].worst[kind, "online"][0], entry[0]))
     nearest = np.argmin([clip.shares[curve].distances for _, clip in judged], axis=0)
-    places = []
+    positions = []
     for point, (position, clip) in enumerate(judged[index] for index in nearest):
         frame = int(clip.shares[curve].frames[point])
-        places.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
-    return Line(label, tracker, thresholds, shares, places=places, value=f"{figure:.3f}")
+        positions.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
+    return Line(label, tracker, thresholds, shares, positions=positions, value=f"{figure:.3f}")
 
 
 def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
@@ -117,9 +117,11 @@ def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
         most = max(map(len, finished.values()), default=0)
         which = f" of the first {TOP} trackers" * is_crowded
         which += f": the median over up to {most} repetitions" * (most > 1)
-        words = f"Overlap by frame{which}. A point opens its frame."
+        description = f"Overlap by frame{which}. A point opens its frame."
         if lines:
-            chart = Chart(stage.name, "frame", "overlap", lines, words, top=1.0, named=False)
+            chart = Chart(
+                stage.name, "frame", "overlap", lines, description, top=1.0, has_line_names=False
+            )
             charts[stage.name] = chart
     return charts
 
@@ -131,8 +133,8 @@ def _timeline(position: int, name: str, clips: Sequence[PageRun]) -> Line:
     lowest = [np.argmin(np.nan_to_num(medians[interval], nan=np.inf)) for interval in intervals]
     frames = [int(interval[i]) for interval, i in zip(intervals, lowest, strict=True)]
     worst = max(clips, key=lambda clip: clip.worst["overlap", "online"][0])
-    place = PlayerPosition(position, worst.take.tracker, worst.take.repetition, 0)
-    return Line(name, worst.take.tracker, frames, medians[frames], places=[place])
+    opened = PlayerPosition(position, worst.take.tracker, worst.take.repetition, 0)
+    return Line(name, worst.take.tracker, frames, medians[frames], positions=[opened])
 
 
 def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
@@ -159,12 +161,12 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
         points = [None, *map(lost_at.get, survival.times.tolist())]
         x = np.append(0.0, survival.times)
         lines.append(Line(name, position, x, shares, low, high, points))
-    words = (
+    description = (
         "Share of runs that have not lost the target by frame, with 95 % bands (Kaplan-Meier, "
         f"n = {len(finished)} runs); higher is better."
     )
     quantity = "share of runs not lost"
-    chart = Chart("", "frame", quantity, lines, words, "step", top=1.0, figure="survival")
+    chart = Chart("", "frame", quantity, lines, description, "step", top=1.0, figure="survival")
     return [chart] if lines else []
 
 
@@ -174,8 +176,8 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     for name, measures in means_by_tracker(summary).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, TIME.name))
         if isfinite(score.get("mean", nan) + time.get("mean", nan)):
-            place = runs.place(name, None, "overlap")
-            point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [place]
+            opened = runs.place(name, None, "overlap")
+            point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [opened]
             dots.append(Line(name, runs.trackers.index(name), *point))
     if len(dots) < 2:
         return []
@@ -183,14 +185,14 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
-    words = f"{quantity.title.capitalize()} against time per frame; {bars}. "
-    words += "Up and to the left is better."
+    description = f"{quantity.title.capitalize()} against time per frame; {bars}. "
+    description += "Up and to the left is better."
     chart = Chart(
         "",
         TIME.head,
         quantity.head,
         dots,
-        words,
+        description,
         "dots",
         logarithmic=True,
         top=1.0,

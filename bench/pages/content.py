@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from trackmark.reports.charts import PlayerPosition
 from trackmark.reports.tables import Table
 
-Film: TypeAlias = Sequence[Sequence[bytes]]
-"""Encoded frames in chunks; see `bench.pages.player_frames.encode_film`."""
+FrameChunks: TypeAlias = Sequence[Sequence[bytes]]
+"""Encoded frames in chunks; see `bench.pages.player_frames.encode_images`."""
 
 Shapes: TypeAlias = Mapping[int, Mapping[str, Any]]
 """Outlines and particles by frame and kind."""
@@ -66,7 +66,7 @@ class PlayerRun:
     failure: str = ""
     is_ellipse: bool = False  # True if the target is the ellipse in the box
     shapes: Shapes = field(default_factory=dict)
-    maps: Mapping[str, Film] = field(default_factory=dict)  # frames without a map are empty
+    maps: Mapping[str, FrameChunks] = field(default_factory=dict)  # frames without a map are empty
     numbers: Numbers = field(default_factory=dict)
     start: int = 0  # index of the segment
     start_label: str = ""  # description of the start of a segment; empty for a whole run
@@ -82,7 +82,7 @@ class PlayerSequence:
     size: tuple[int, int]  # width and height of a frame [px]
     boxes: NDArray[np.float64]  # (n, 4): ground truth, a row per frame
     runs: Sequence[PlayerRun]
-    thumbnails: Film = ()
+    thumbnails: FrameChunks = ()
     full: Sequence[Sequence[int]] = ()  # sizes of full-size frames, see `write_chunk` [bytes]
     reason: str = ""  # reason why there are no frames
     frame_numbers: Sequence[int] | None = None  # numbers of the existing frames; None for all

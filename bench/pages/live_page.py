@@ -10,8 +10,8 @@ from trackmark.bench.execution.plan import State
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
 from trackmark.bench.temporary_paths import temporary_folder
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
@@ -21,13 +21,13 @@ def write_live_page(
     trackers: Sequence[str],
     source: SequenceSource,
     path: Path,
-    watch: Watch,
+    progress: Progress,
     repetition: int = 0,
 ) -> tuple[list[Path], list[str]]:
     """Run trackers on a sequence in supervised processes and write a page with a player.
 
     The page shows boxes, masks, contours, particles, maps and the numbers of the trackers; failed
-    runs end at their last frame. `watch` receives the number of frames that trackers have
+    runs end at their last frame. `progress` receives the number of frames that trackers have
     processed, then the number of frames that were read for the page. `repetition`: repetition of
     stochastic trackers, as in `run`. Returns the files of the page and the reasons of failed runs;
     the runs are not stored.
@@ -43,7 +43,7 @@ def write_live_page(
         last = plan.repetitions[plan.run_trackers] - 1
         plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition
         specs = [*plan.trackers.values()]
-        for _ in execution.rows(lambda done: watch(done, execution.units.work)):
+        for _ in execution.rows(lambda done: progress(done, execution.units.work)):
             pass
         execution.raise_errors()
         counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all
@@ -53,25 +53,25 @@ def write_live_page(
             entry for entry in judged if entry[0]["repetition"] == latest[entry[0]["tracker"]]
         )
         runs = collect_runs(last_runs, list(latest), with_numbers=True)
-        page = _page(runs, watch)
+        page = _page(runs, progress)
         failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]
 
 
-def _page(runs: PageRuns, watch: Watch) -> Page:
+def _page(runs: PageRuns, progress: Progress) -> Page:
     """Return the page of the only sequence."""
-    (scene,) = scenes(runs, watch, height=_MAX_HEIGHT)
+    (sequence,) = player_sequences(runs, progress, height=_MAX_HEIGHT)
     named = ", ".join(runs.trackers)
-    repetition = max(take.repetition for take in scene.runs)
-    title = f"{named} on {scene.name}" + f", repetition {repetition}" * bool(repetition)
+    repetition = max(take.repetition for take in sequence.runs)
+    title = f"{named} on {sequence.name}" + f", repetition {repetition}" * bool(repetition)
     caption = (
         f"The player shows the boxes, masks, contours, particles, maps and numbers that {named} "
-        f"returned on {scene.name} in repetition {repetition}. Select the sequence to open the "
+        f"returned on {sequence.name} in repetition {repetition}. Select the sequence to open the "
         "player; ? lists the keys."
     )
     section = PageSection("frames", "Frames", lists_sequences=True, caption=caption)
-    page = Page(title, [section], runs.trackers, [scene])
+    page = Page(title, [section], runs.trackers, [sequence])
     address = {"tracker": runs.trackers[0], "repetition": str(repetition)}
-    for name in [name for take in scene.runs for name in take.maps][:1]:
+    for name in [name for take in sequence.runs for name in take.maps][:1]:
         address["map"] = name
-    return replace(page, start=player_link(scene, None, **address))
+    return replace(page, start=player_link(sequence, None, **address))

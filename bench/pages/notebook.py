@@ -80,7 +80,7 @@ def player(
     from trackmark.bench.analysis.stored_runs import judged_runs
     from trackmark.bench.pages.content import Page, PageSection, player_link
     from trackmark.bench.pages.page import write_page
-    from trackmark.bench.pages.player_runs import collect_runs, scenes
+    from trackmark.bench.pages.player_runs import collect_runs, player_sequences
     from trackmark.reports.charts import PlayerPosition
 
     folder = Path(results) if isinstance(results, str | Path) else results.stored_folder
@@ -89,7 +89,7 @@ def player(
     if tracker is not None and tracker not in runs.labels:
         names = ", ".join(runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (scene,) = scenes(runs, lambda *_: None)
+    (scene,) = player_sequences(runs, lambda *_: None)
     first = scene.first if frame is None else frame
     if not 0 <= first < scene.n_frames:
         raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.n_frames - 1}.")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.output_files import write_file
 from trackmark.bench.package_version import package_version
-from trackmark.bench.pages.content import Film, Page, PlayerSequence, Shapes, player_link
+from trackmark.bench.pages.content import FrameChunks, Page, PlayerSequence, Shapes, player_link
 from trackmark.bench.pages.player_frames import ABSENT, compress, pack_boxes, quantise
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
@@ -61,47 +61,46 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     `OSError` if a file cannot be written.
     """
     room = MAX_INLINE_FRAMES if room is None else room
-    inside: dict[str, str] = {}
+    blocks: dict[str, str] = {}
     written: list[Path] = []
-    scenes = []
-    for number, scene in enumerate(page.sequences):
-        rows = _rows(scene)
-        inside[f"boxes-{number}"] = pack_boxes(np.stack([quantise(boxes) for boxes, _ in rows]))
+    sequences = []
+    for index, sequence in enumerate(page.sequences):
+        rows = _rows(sequence)
+        blocks[f"boxes-{index}"] = pack_boxes(np.stack([quantise(boxes) for boxes, _ in rows]))
         if shapes := {row: outlines for row, (_, outlines) in enumerate(rows) if outlines}:
-            inside[f"shapes-{number}"] = compress(json.dumps(shapes).encode())
-        reels: dict[str, Sequence[Sequence[int]]] = {"full": scene.full}
-        for kind, film in _films(scene):
-            needed = sum(map(len, chain(*film)))
+            blocks[f"shapes-{index}"] = compress(json.dumps(shapes).encode())
+        chunk_sizes: dict[str, Sequence[Sequence[int]]] = {"full": sequence.full}
+        for kind, chunks in _frames_by_kind(sequence):
+            needed = sum(map(len, chain(*chunks)))
             fits = needed <= room
             room -= needed if fits else 0
-            for chunk, frames in enumerate(film):
-                name = f"{kind}-{number}-{chunk}"
+            for chunk_index, frames in enumerate(chunks):
+                name = f"{kind}-{index}-{chunk_index}"
                 if fits:
-                    inside[name] = b64encode(b"".join(frames)).decode()
+                    blocks[name] = b64encode(b"".join(frames)).decode()
                 else:
                     written.append(write_chunk(path, name, frames))
-            reels[kind] = [[len(frame) for frame in frames] for frames in film]
-        for place, take in enumerate(scene.runs):
-            if take.numbers:
-                name = f"numbers-{number}-{place}"
-                inside[name] = compress(json.dumps(take.numbers).encode())
-        scenes.append(_scene_data(scene, reels, shapes=bool(shapes)))
+            chunk_sizes[kind] = [[len(frame) for frame in frames] for frames in chunks]
+        for run_index, run in enumerate(sequence.runs):
+            if run.numbers:
+                name = f"numbers-{index}-{run_index}"
+                blocks[name] = compress(json.dumps(run.numbers).encode())
+        sequences.append(_sequence_data(sequence, chunk_sizes, has_shapes=bool(shapes)))
     data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
         "dashes": DASHES,
         "markers": MARKER_PATHS,
-        "shown": TOP,
-        "scenes": scenes,
-        "beside": quote(os.fsencode(_folder(path).name)),
+        "n_looped": TOP,
+        "sequences": sequences,
+        "folder": quote(os.fsencode(_folder(path).name)),
         "absent": ABSENT,
         "start": page.start.removeprefix("#"),
     }
     template = _environment().get_template("page.html")
-    text = template.render(page=page, data=data, blocks=inside)
+    text = template.render(page=page, data=data, blocks=blocks)
     text = re.sub(r"\n[ \n]+", "\n", text)  # without indentation a page is a tenth smaller
-    write_file(path, text)
-    return [path, *written]
+    return [write_file(path, text), *written]
 
 
 def card(name: str, **values: object) -> Markup:
@@ -110,12 +109,12 @@ def card(name: str, **values: object) -> Markup:
     return html
 
 
-def _films(scene: PlayerSequence) -> Iterator[tuple[str, Film]]:
-    """Yield name and film of the frames and of the weight maps of all runs."""
-    yield "thumbnails", scene.thumbnails
-    for number, take in enumerate(scene.runs):
-        for place, film in enumerate(take.maps.values()):
-            yield f"map{number}.{place}", film
+def _frames_by_kind(sequence: PlayerSequence) -> Iterator[tuple[str, FrameChunks]]:
+    """Yield the frames of a sequence, and the weight maps of its runs, with their names."""
+    yield "thumbnails", sequence.thumbnails
+    for run_index, run in enumerate(sequence.runs):
+        for map_index, chunks in enumerate(run.maps.values()):
+            yield f"map{run_index}.{map_index}", chunks
 
 
 @cache
@@ -175,7 +174,7 @@ def _divided(text: str) -> Markup:
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
     """Write frames as a script next to a page: a page on disk can load only scripts.
 
-    `name`: `full-SCENE-CHUNK`, both numbers. Raises `OSError` if the file cannot be written.
+    `name`: `full-SEQUENCE-CHUNK`, both indices. Raises `OSError` if the file cannot be written.
     """
     content = f'trackmark("{name}","{b64encode(b"".join(frames)).decode()}")'
     path = _folder(page) / f"{name}.js"
@@ -193,33 +192,45 @@ def _address_of(picture: bytes) -> str:
     return f"data:image/{kind};base64,{b64encode(picture).decode()}"
 
 
-def _rows(scene: PlayerSequence) -> list[tuple[NDArray[np.float64], Shapes]]:
+def _rows(sequence: PlayerSequence) -> list[tuple[NDArray[np.float64], Shapes]]:
     """Return boxes and shapes of a sequence: the ground truth first, then the runs."""
-    rows = [(scene.boxes, scene.shapes)]
-    for take in scene.runs:
-        rows.append((take.boxes, take.shapes))
-        rows += [] if take.revised is None else [(take.revised, {})]
+    rows = [(sequence.boxes, sequence.shapes)]
+    for run in sequence.runs:
+        rows.append((run.boxes, run.shapes))
+        rows += [] if run.revised is None else [(run.revised, {})]
     return rows
 
 
-def _scene_data(scene: PlayerSequence, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
+def _sequence_data(
+    sequence: PlayerSequence, chunk_sizes: Mapping[str, Any], *, has_shapes: bool
+) -> dict[str, Any]:
     """Return the data of a sequence for the player's script."""
-    takes = []
-    for take in scene.runs:
-        failure = one_line(take.failure.partition("\n")[0])
-        run = take.tracker, take.repetition, take.revised is not None, failure, take.is_ellipse
-        segment = take.start, take.start_label, take.scored, take.restarts
-        takes.append([*run, [*take.maps], bool(take.numbers), *segment])
+    numbers = sequence.frame_numbers
     return {
-        "name": scene.name,
-        "title": one_line(scene.name),
-        "frames": scene.n_frames,
-        "size": scene.size,
-        "first": scene.first,
-        "fps": scene.fps,
-        "why": one_line(scene.reason),
-        "kept": None if scene.frame_numbers is None else list(scene.frame_numbers),
-        "shapes": shapes,
-        "reels": {kind: sizes for kind, sizes in reels.items() if sizes},
-        "takes": takes,
+        "name": sequence.name,
+        "title": one_line(sequence.name),
+        "n_frames": sequence.n_frames,
+        "size": sequence.size,
+        "first": sequence.first,
+        "fps": sequence.fps,
+        "reason": one_line(sequence.reason),
+        "frame_numbers": None if numbers is None else list(numbers),
+        "shapes": has_shapes,
+        "chunk_sizes": {kind: sizes for kind, sizes in chunk_sizes.items() if sizes},
+        "runs": [
+            {
+                "tracker": run.tracker,
+                "repetition": run.repetition,
+                "has_revised": run.revised is not None,
+                "failure": one_line(run.failure.partition("\n")[0]),
+                "is_ellipse": run.is_ellipse,
+                "maps": [*run.maps],
+                "numbers": bool(run.numbers),
+                "start": run.start,
+                "start_label": run.start_label,
+                "scored": run.scored,
+                "restarts": run.restarts,
+            }
+            for run in sequence.runs
+        ],
     }

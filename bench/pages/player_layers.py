@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from trackmark.bench.analysis.outlines import mask_outlines
 from trackmark.bench.evaluation.recorder import MAP
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.pages.content import Film
-from trackmark.bench.pages.player_frames import encode_film
+from trackmark.bench.pages.content import FrameChunks
+from trackmark.bench.pages.player_frames import encode_images
 from trackmark.bench.store.truth import StoredTruth
 
 _MAX_PARTICLES = 300  # per frame, approximately
@@ -47,7 +47,7 @@ def mask_shapes(masks: Iterable[tuple[int, NDArray[np.bool_] | None]]) -> dict[i
     return {frame: {"masks": _outlines(mask)} for frame, mask in masks if mask is not None}
 
 
-def maps(run: Run) -> dict[str, Film]:
+def maps(run: Run) -> dict[str, FrameChunks]:
     """Return weight maps in false colours by name; frames without a map are empty."""
     levels_by_name: dict[str, dict[int, NDArray[np.uint8]]] = {}
     for frame, arrays in run.arrays.items():
@@ -60,7 +60,7 @@ def maps(run: Run) -> dict[str, Film]:
     n = len(run.boxes)
     return {
         name: list(
-            encode_film((_coloured(levels.get(frame)) for frame in range(n)), _MAX_MAP_HEIGHT)
+            encode_images((_coloured(levels.get(frame)) for frame in range(n)), _MAX_MAP_HEIGHT)
         )
         for name, levels in levels_by_name.items()
     }

@@ -20,7 +20,13 @@ from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.pages.content import PlayerRun, PlayerSequence
-from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, film_all
+from trackmark.bench.pages.page_frames import (
+    THUMBNAIL,
+    ChunkWriter,
+    Progress,
+    SequenceFrames,
+    encode_frames,
+)
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.truth import StoredTruth
@@ -28,7 +34,7 @@ from trackmark.reports.charts import PlayerPosition
 
 _SUPERVISION = {
     FrameState.SKIPPED: "skipped",
-    FrameState.INITIALISED: "initialised with the true box",
+    FrameState.INITIALISED: "initialised with the ground-truth box",
     FrameState.FAILED: "failed",
 }
 """Labels of the states of frames in supervised runs, except tracking."""
@@ -294,25 +300,27 @@ def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
-def scenes(
+def player_sequences(
     runs: PageRuns,
-    watch: Watch,
-    keep: Keep | None = None,
+    progress: Progress,
+    write_chunk: ChunkWriter | None = None,
     height: int = THUMBNAIL,
     selected: Sequence[Sequence[int]] | None = None,
 ) -> Iterator[PlayerSequence]:
     """Yield the sequences with all frames, or with the `selected` frames of each, in order.
 
-    See `film_all` for the other parameters.
+    See `encode_frames` for the other parameters.
     """
     frames = selected or [range(len(stage.truth)) for stage in runs.stages]
     rows = [(stage.row, its) for stage, its in zip(runs.stages, frames, strict=True)]
-    films = film_all(rows, watch, keep, height)
-    for stage, its, filmed in zip(runs.stages, frames, films, strict=True):
-        yield _scene(stage, filmed, its)
+    frames_by_sequence = encode_frames(rows, progress, write_chunk, height)
+    for stage, its, sequence_frames in zip(runs.stages, frames, frames_by_sequence, strict=True):
+        yield _player_sequence(stage, sequence_frames, its)
 
 
-def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> PlayerSequence:
+def _player_sequence(
+    stage: SequenceRuns, sequence_frames: SequenceFrames, frames: Sequence[int]
+) -> PlayerSequence:
     """Return a sequence for the player."""
     stored = stage.stored
     present = np.flatnonzero(_present(stored.boxes))
@@ -321,13 +329,13 @@ def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> Player
         size=stored.image_size or _extent(stored.boxes),
         boxes=stage.truth,
         runs=[clip.take for clip in (*stage.clips, *stage.others)],
-        thumbnails=filmed.thumbnails,
-        full=filmed.full,
-        reason=filmed.why,
+        thumbnails=sequence_frames.thumbnails,
+        full=sequence_frames.full,
+        reason=sequence_frames.reason,
         frame_numbers=None if len(frames) == len(stage.truth) else frames,
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
-        shapes={**filmed.shapes, **true_shapes(stored)},
+        shapes={**sequence_frames.shapes, **true_shapes(stored)},
     )
 
 

@@ -20,6 +20,7 @@ from trackmark.bench.analysis.decisions import Answer
 from trackmark.bench.analysis.failed_runs import failed_runs, with_worst_scores
 from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
+from trackmark.bench.analysis.score_tables import with_not_run
 from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.analysis.times import time_mark, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trace
@@ -39,8 +40,8 @@ from trackmark.bench.pages.charts import (
 )
 from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerSequence
 from trackmark.bench.pages.page import GLOSSARY, card, write_chunk, write_page
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_runs import collect_runs, name_on_page, player_sequences
 from trackmark.bench.pages.subset_table import subset_table
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import load_runs
@@ -48,7 +49,7 @@ from trackmark.bench.store.truth import find_attributes
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.charts import PlayerPosition
 from trackmark.reports.svg import CROWDED
-from trackmark.reports.tables import MISSING, Table, complete, text_table
+from trackmark.reports.tables import MISSING, Table, text_table
 
 if TYPE_CHECKING:
     from trackmark.bench.pages.report_figures import FigureFiles
@@ -83,21 +84,20 @@ def write_report_page(
     tables: Sequence[Table],
     title: str,
     commands: Commands,
-    watch: Watch,
+    progress: Progress,
     *,
     full: bool = False,
     figures: "FigureFiles | None" = None,
 ) -> list[Path]:
-    """Write the page of an experiment's results, and return its files.
+    """Write the page of an experiment's results with the tables of its report; return its files.
 
-    `tables`: tables of the report. `watch`: called with the number of frames that were read and of
-    all frames. `full`: also write frames in full size. `figures`: also write figures and film
-    strips. Raises `ResultsError` if results cannot be read and `OSError` if a file cannot be
-    written.
+    While frames are read, `progress` gets their number and that of all frames. With `full`, frames
+    are also written in full size, and with `figures`, figures and film strips. Raises
+    `ResultsError` if results cannot be read and `OSError` if a file cannot be written.
     """
     content = _Content(experiment, tables, commands)
-    keep = partial(write_chunk, path) if full else None
-    page = content.page(title, list(scenes(content.runs, watch, keep)))
+    chunk_writer = partial(write_chunk, path) if full else None
+    page = content.page(title, list(player_sequences(content.runs, progress, chunk_writer)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib
@@ -114,7 +114,7 @@ class _Content:
         self.experiment, self.commands = experiment, commands
         self.tables = {table.name: table for table in tables}
         self.all_runs = with_worst_scores(experiment, load_runs(experiment))
-        self.scored = complete(self.all_runs[self.all_runs["protocol"] == ONE_PASS])
+        self.scored = with_not_run(self.all_runs[self.all_runs["protocol"] == ONE_PASS])
         self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
@@ -233,7 +233,7 @@ class _Content:
 
     def _words(self) -> list[str]:
         """Return sentences on unfinished runs, protocols and times."""
-        counts = Counter(complete(self.all_runs)["status"].astype(str))
+        counts = Counter(with_not_run(self.all_runs)["status"].astype(str))
         wrong = [f"{n} {status}" for status, n in counts.items() if status != "finished"]
         words = [
             f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score. Means "

@@ -5,7 +5,7 @@ from math import inf, nan
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.pages.page_frames import Watch
+from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.cases import Case, cases
 from trackmark.bench.papers.claim_tests import Evidence
@@ -19,7 +19,7 @@ from trackmark.bench.statistics.verdict_rules import success
 BOUNDED = ("share", "overlap")  # units of measures with values in [0, 1]
 
 
-def verdict_rows(context: Context, progress: Watch = lambda *_: None) -> list[VerdictRow]:
+def verdict_rows(context: Context, progress: Progress = lambda *_: None) -> list[VerdictRow]:
     """Judge all claims in both settings; `progress` gets the numbers of judged and all claims."""
     rows = list[VerdictRow]()
     claims = context.paper.claims

@@ -10,8 +10,8 @@ from markupsafe import Markup
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import Page, PageSection, PageTable
 from trackmark.bench.pages.page import card, write_page
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_frames import compress_picture, encode_film
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_frames import compress_picture, encode_images
 from trackmark.bench.papers import SETTING_LABELS, SETTINGS
 from trackmark.bench.papers.figures import Image, PaperFigure
 from trackmark.bench.papers.measures import MeasuredRun
@@ -32,7 +32,7 @@ WIDTH = 320  # of a frame in a strip [px]
 MIN_DECIDED = 0.3  # share of the verdicts below which the page says that most are missing
 
 
-def write_html_page(path: Path, report: Report, progress: Watch = lambda *_: None) -> list[Path]:
+def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: None) -> list[Path]:
     """Write the page of a paper into the report's folder and return its files.
 
     The folders of the paper's experiments lie next to that folder. `progress`: called with
@@ -218,7 +218,7 @@ def _tile(
         notes.append((setting, text, paper and ("good" if state == paper else "bad")))
     frame_image = card(
         "frame_image",
-        image=next(encode_film([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
+        image=next(encode_images([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
         size=(image.shape[1], image.shape[0]),
         truth=runs[0][1].truth.boxes[frame],
         boxes=[(tracker, dash, measured.boxes[frame]) for dash, (_, measured) in enumerate(runs)],

@@ -12,8 +12,8 @@ from trackmark import datasets
 from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerSequence
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.player_runs import PageRuns, collect_runs, scenes
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
 from trackmark.bench.papers.cases import Case, cases
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.measures import Measure
@@ -51,7 +51,7 @@ class PlayerContent:
 
 
 def player_content(
-    linked_runs: Iterable[ShownRun | None], context: Context, progress: Watch
+    linked_runs: Iterable[ShownRun | None], context: Context, progress: Progress
 ) -> PlayerContent:
     """Read runs and those drawn next to them; render the frames around their worst frames."""
     runs = list(dict.fromkeys(filter(None, linked_runs)))
@@ -66,7 +66,7 @@ def player_content(
     links |= {run: position for run in runs if (position := _position(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
     frames = _frames(reading, list(links.values()), limit)
-    sequences = [*scenes(reading, progress, selected=frames)] if keys else []
+    sequences = [*player_sequences(reading, progress, selected=frames)] if keys else []
     return PlayerContent(reading, sequences, links)
 
 

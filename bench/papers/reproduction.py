@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from trackmark.bench.experiments.experiment import Experiment
-from trackmark.bench.pages.page_frames import Watch
+from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.papers import ReproductionOptions, check_paper_name
 from trackmark.bench.papers.evidence import verdict_rows
 from trackmark.bench.papers.figures import PaperFigure, draw_figures
@@ -71,7 +71,7 @@ class Reproduction:
         folder: Path,
         options: ReproductionOptions,
         requested: Mapping[str, Collection[RunKey]],
-        progress: Watch = lambda *_: None,
+        progress: Progress = lambda *_: None,
     ) -> Report:
         """Judge the requested runs in `results_root` and write figures into `folder`.
 

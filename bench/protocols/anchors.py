@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.protocols import Protocol, Segment
-from trackmark.trackers.base.parameters import whole
+from trackmark.trackers.base.parameters import integer
 
 _VALUE = "anchor"
 
@@ -28,7 +28,9 @@ class Anchors(Protocol):
     preset: ClassVar[str] = "vot-anchor"
     segmented: ClassVar[bool] = True
 
-    spacing: int = whole(50, "number of frames between anchors, if the sequence defines no anchors")
+    spacing: int = integer(
+        50, "number of frames between anchors, if the sequence defines no anchors"
+    )
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]

@@ -22,7 +22,7 @@ from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.metrics.region_overlap import raster_overlap
 from trackmark.bench.protocols import Action, Controller, Protocol
-from trackmark.trackers.base.parameters import whole
+from trackmark.trackers.base.parameters import integer
 
 
 class _Supervision(Controller):
@@ -69,7 +69,7 @@ class Supervised(Protocol):
     judged: ClassVar[tuple[str, ...]] = ("supervised",)
     preset: ClassVar[str] = "vot-supervised"
 
-    skip_frames: int = whole(5, "number of frames from a failure to the restart")
+    skip_frames: int = integer(5, "number of frames from a failure to the restart")
     threshold: float = Field(
         0.0, ge=0, lt=1, description="maximum overlap that counts as a failure"
     )

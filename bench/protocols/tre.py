@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.protocols import Protocol, Segment
-from trackmark.trackers.base.parameters import whole
+from trackmark.trackers.base.parameters import integer
 
 
 class TemporalRobustness(Protocol):
@@ -22,8 +22,8 @@ class TemporalRobustness(Protocol):
 
     segmented: ClassVar[bool] = True
 
-    starts: int = whole(20, "maximum number of start frames")
-    min_frames: int = whole(20, "minimum length of a segment [frames]", least=2)
+    starts: int = integer(20, "maximum number of start frames")
+    min_frames: int = integer(20, "minimum length of a segment [frames]", minimum=2)
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]

@@ -18,6 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark import datasets
+from trackmark.bench.analysis.score_tables import failure_notes
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.output_files import write_file
 from trackmark.bench.statistics.intervals import Interval
@@ -32,7 +33,7 @@ from trackmark.bench.stress.breaking_plot import SurvivalCurve, breaking_plot
 from trackmark.datasets.filters import FILTERS, split_filters, with_filters
 from trackmark.datasets.spec_string import format_text, name_hint, parse_text
 from trackmark.reports.figures import save_figure
-from trackmark.reports.tables import MISSING, Cell, Table, failure_notes
+from trackmark.reports.tables import MISSING, Cell, Table
 
 ENOUGH = 0.05
 """Half-width of the interval, as a share of the range, at which no more runs are added."""

@@ -19,7 +19,6 @@ from typing import Annotated, Any, Literal, Protocol, get_args, get_origin
 
 import numpy as np
 
-from trackmark.trackers.base.former_imports import allow_former_imports, warn_of_former_imports
 from trackmark.trackers.base.global_generators import GlobalGenerators, preserved_generators
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackmark.trackers.base.parameters import (
@@ -356,11 +355,9 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             (exported,) = module.__all__
             return validate_plugin(getattr(module, exported), name), file
         if entries:
-            allow_former_imports()
             with ForkGuard():
                 plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
-            warn_of_former_imports(file)
             return plugin, file
     except ImportError as error:
         raise TrackerError(f"tracker {name!r} cannot be used: {error}") from error
@@ -401,7 +398,6 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     sys.modules[module_name] = module
     if (folder := str(file.absolute().parent)) not in sys.path:
         sys.path.append(folder)  # for modules next to the file, also those that a run imports
-    allow_former_imports()
     arguments = sys.argv
     try:
         # The file may change the working directory, and draw from the global generators.
@@ -430,7 +426,6 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         kind = tracker_class(module, class_name)
     except ValueError as error:
         raise TrackerError(f"{file}: {error}") from None
-    warn_of_former_imports(file.resolve())
     return validate_plugin(kind, f"{file.name}:{kind.__name__}"), file.resolve()
 
 

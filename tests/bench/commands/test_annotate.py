@@ -134,7 +134,7 @@ def test_boxes_posted_by_the_page_become_the_ground_truth(trackmark, workspace, 
         ]
         seen["nothing written"] = not (workspace / "truth.csv").exists()
         drawn = {"boxes": {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12.5]}, "absent": [[2, 2]]}
-        seen["kept"] = ask(url + "finish", json.dumps(drawn).encode())[0]
+        seen["frame_numbers"] = ask(url + "finish", json.dumps(drawn).encode())[0]
 
     user(act)
     trackmark("annotate", source, "--pick", "--box", "2:1,2,3,4", "--output", "truth.csv")
@@ -149,7 +149,7 @@ def test_boxes_posted_by_the_page_become_the_ground_truth(trackmark, workspace, 
     for words in (b"two frames or more", b"frame 4: [90.0", b"[x, y, width, height] by frame"):
         assert words in messages
     assert seen["nothing written"]
-    assert seen["kept"] == 200
+    assert seen["frame_numbers"] == 200
     assert rows(workspace / "truth.csv") == [
         "0,4,5,10,12,marked",
         "1,5,5,10,12.125,interpolated",

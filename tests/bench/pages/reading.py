@@ -49,11 +49,15 @@ def address_of(link, data):
     """Return the address that a link in numbers selects: sequence, tracker, repetition, frame, …"""
     if not re.match(r"#\d+\.\d+\.", link):
         return link
-    scene, tracker, repetition, frame, *details = link[1:].split(".")
+    sequence, tracker, repetition, frame, *details = link[1:].split(".")
     start, revised, *show = details or "00"
-    address = {"sequence": data["scenes"][int(scene)]["name"]}
+    address = {"sequence": data["sequences"][int(sequence)]["name"]}
     address |= {"tracker": data["labels"][int(tracker)], "repetition": repetition, "frame": frame}
-    more = {"start": start.strip("0"), "trace": "revised" * int(revised), "show": ".".join(show)}
+    more = {
+        "start": start.strip("0"),
+        "trajectory": "revised" * int(revised),
+        "show": ".".join(show),
+    }
     return "#" + urlencode(address | {key: text for key, text in more.items() if text})
 
 
@@ -61,8 +65,8 @@ def rows_of_sequences(text):
     """Return the rows of the folded tables of all sequences, each after the sequence's name."""
     tables = Cells(text).tables
     return [
-        [scene["name"], *row]
-        for number, scene in enumerate(data_of(text)["scenes"])
+        [sequence["name"], *row]
+        for number, sequence in enumerate(data_of(text)["sequences"])
         for row in tables.get(f"scores-{number}", [])[1:]
     ]
 
@@ -111,7 +115,7 @@ def open_frame(browser, **address):
     browser.run(f"location.hash = {json.dumps(urlencode(address))}")
     number = address["frame"]
     name = json.dumps(address["sequence"])
-    browser.wait(f"scene && scene.name === {name} && paintedFrame === {number}")
+    browser.wait(f"sequence && sequence.name === {name} && paintedFrame === {number}")
 
 
 def curves_of(text, chart):
@@ -122,7 +126,7 @@ def curves_of(text, chart):
     )
     labels, curves = data_of(text)["labels"], {}
     for number, path, _, places in re.findall(
-        r'data-k="(\d+)"[^>]* d="(.*?)"( data-places="(.*?)")?/>', figure
+        r'data-k="(\d+)"[^>]* d="(.*?)"( data-positions="(.*?)")?/>', figure
     ):
         assert path.count("M") == 1
         steps = [pair.split(",") for pair in re.findall(r"[-\d.]+,[-\d.]+", path)]

@@ -64,7 +64,7 @@ PARTS = [
     ),
     (
         "charts",
-        {"charts": [CHART, replace(CHART, percent=True, reference=0.9, caption="c")]},
+        {"charts": [CHART, replace(CHART, is_percent=True, reference=0.9, caption="c")]},
         [
             '<button aria-pressed="true" data-plot="plot-0">t</button>',
             '<div id="plot-1" class="plot"><figure class="chart" id="f" data-x="overlap"',
@@ -146,7 +146,7 @@ def hostile(value):
         return {key: entry if key == "key" else hostile(entry) for key, entry in value.items()}
     if isinstance(value, Chart):
         line = replace(value.lines[0], label=HOSTILE)
-        return replace(value, title=HOSTILE, x=HOSTILE, words=HOSTILE, lines=[line])
+        return replace(value, title=HOSTILE, x=HOSTILE, description=HOSTILE, lines=[line])
     if isinstance(value, PlayerSequence):
         return replace(value, name=HOSTILE, reason=HOSTILE)
     if isinstance(value, list):

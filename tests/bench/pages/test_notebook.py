@@ -62,8 +62,8 @@ def test_player_is_page_of_one_sequence_in_sandbox(results, tmp_path):
     assert "allow-same-origin" not in attributes["sandbox"]
     assert attributes["srcdoc"] == player.page
     data = json.loads(re.search(r'id="data">(.*?)</script>', player.page, re.S)[1])
-    assert [scene["name"] for scene in data["scenes"]] == [NAME]
-    assert len(data["scenes"][0]["takes"]) == 2
+    assert [entry["name"] for entry in data["sequences"]] == [NAME]
+    assert len(data["sequences"][0]["runs"]) == 2
     address = address_of(f"#{data['start']}", data)
     assert address.endswith("tracker=knob.py%3AKnob&repetition=0&frame=2")
     assert "alert('x')" not in player.page

@@ -15,7 +15,7 @@ from tests.reports.contrast import contrast, rgb
 from trackmark.bench.pages import page as pages
 from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerSequence, player_link
 from trackmark.bench.pages.page import card, write_page
-from trackmark.bench.pages.player_frames import ABSENT, encode_film, pack_boxes, quantise
+from trackmark.bench.pages.player_frames import ABSENT, encode_images, pack_boxes, quantise
 from trackmark.reports.charts import Chart, Line, PlayerPosition
 from trackmark.reports.tables import Cell, Table
 
@@ -76,13 +76,13 @@ def decoded(frame):
 
 def test_frames_stand_in_chunks_in_order_and_are_not_enlarged():
     images = [np.full((40, 60, 3), shade, np.uint8) for shade in range(0, 250, 5)]
-    frames = [frame for chunk in encode_film(iter(images), height=160) for frame in chunk]
+    frames = [frame for chunk in encode_images(iter(images), height=160) for frame in chunk]
     assert [decoded(frame).shape for frame in frames] == [(40, 60, 3)] * 50
     assert all(
         abs(decoded(frame).mean() - shade) < 2
         for frame, shade in zip(frames, range(0, 250, 5), strict=True)
     )
-    assert [decoded(frame).shape for (frame,) in encode_film(images[:1], height=20)] == [
+    assert [decoded(frame).shape for (frame,) in encode_images(images[:1], height=20)] == [
         (20, 30, 3)
     ]
 

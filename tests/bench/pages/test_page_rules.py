@@ -130,7 +130,7 @@ def test_player_opens_and_closes_by_keys(opened_page):
     opened_page.key("ArrowLeft" if before else "ArrowRight")
     assert abs(opened_page.run("frame") - before) == 1
     opened_page.key("f")
-    assert opened_page.run("byId('said').textContent")
+    assert opened_page.run("byId('message').textContent")
     opened_page.key("Escape")
     opened_page.wait("!dialog.open")
     assert opened_page.run(f"document.activeElement === {cell}")

@@ -84,8 +84,8 @@ def test_paper_has_whole_tables_and_charts_on_light_ground(on_paper, tables, dar
 @pytest.mark.usefixtures("on_paper")
 def test_controls_are_not_printed(chromium, page):
     chromium.open(page.as_uri())
-    scene = chromium.run("data.scenes[0].name")
-    open_frame(chromium, sequence=scene, tracker="static", repetition=0, frame=5)
+    name = chromium.run("data.sequences[0].name")
+    open_frame(chromium, sequence=name, tracker="static", repetition=0, frame=5)
     chromium.call("Emulation.setEmulatedMedia", media="print")
     controls = "[...document.querySelectorAll('nav, input, select, dialog, header label, .copy')]"
     assert chromium.run(f"{controls}.filter(one => one.checkVisibility()).length") == 0

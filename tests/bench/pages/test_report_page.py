@@ -195,7 +195,7 @@ def test_score_of_revised_boxes_opens_these(page):
     online = [row[2]["link"] for row in rows_of_sequences(text)]
     again = [row[2]["link"] for row in Cells(text).tables["sequences-revised"][1:]]
     for links in (online, again):
-        revised = {link for link in links if "trace=revised" in link}
+        revised = {link for link in links if "trajectory=revised" in link}
         drifting = {link for link in links if "Drifting" in link}
         assert revised == (drifting if links is again else set())
         assert len(drifting) == 6
@@ -237,7 +237,7 @@ def test_names_and_messages_cannot_inject_markup(trackmark, workspace, break_tra
     row = cells.tables["failed"][1]
     assert row[1]["text"] == name
     assert HOSTILE in row[4]["text"]
-    assert data_of(text)["scenes"][0]["name"] == name
+    assert data_of(text)["sequences"][0]["name"] == name
 
 
 def test_failures_open_the_last_box(trackmark, workspace, break_tracker):
@@ -267,7 +267,7 @@ def test_missing_or_changed_sequences_keep_scores(trackmark, workspace, otb):
     (workspace / "data" / "Other" / "groundtruth_rect.txt").write_text("5,6,10,13\n" * 4)
     trackmark("report", "results/m")
     text = (workspace / "results" / "m" / "report.html").read_text()
-    why = {scene["name"]: scene["why"] for scene in data_of(text)["scenes"]}
+    why = {entry["name"]: entry["reason"] for entry in data_of(text)["sequences"]}
     assert re.match("No frames: Small cannot be opened at .*/data/Small.", why["Small"])
     assert re.match("No frames: Other at .*/data/Other has changed since the run.", why["Other"])
     scores = [(row[0], row[2]["text"]) for row in rows_of_sequences(text)]
@@ -296,7 +296,7 @@ def test_curve_point_opens_frame_nearest_to_threshold(results, page):
             np.testing.assert_allclose(y, shares, atol=4e-4)
             for threshold, place in zip(x, places, strict=True):
                 sequence, tracker, repetition, frame = map(int, place.split("."))
-                key = data["labels"][tracker], data["scenes"][sequence]["name"], repetition
+                key = data["labels"][tracker], data["sequences"][sequence]["name"], repetition
                 far = abs(mine[key][frame - 1] - threshold)
                 assert far == pytest.approx(np.abs(every - threshold).min())
 
@@ -379,7 +379,7 @@ def test_chart_point_opens_by_click_and_keys(opened_page):
     opened_page.click("#chart-sequence-2 svg")
     opened_page.wait("byId('player').open && paintedFrame >= 0")
     assert tip.endswith(f"at frame {opened_page.run('frame')}")
-    assert opened_page.run("scene.number") == 2
+    assert opened_page.run("sequence.number") == 2
     opened_page.key("Escape")
     chart = "document.querySelector('#chart-sequence-2 svg')"
     opened_page.run(f"{chart}.focus()")

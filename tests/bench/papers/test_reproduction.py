@@ -314,7 +314,7 @@ def test_numbers_open_frames_that_are_in_the_page(tiny, report, page, monkeypatc
     for file in (page, few):
         text = file.read_text()
         data = data_of(text)
-        stored_frames = {scene["name"]: scene["kept"] for scene in data["scenes"]}
+        stored_frames = {scene["name"]: scene["frame_numbers"] for scene in data["sequences"]}
         assert any(stored_frames.values()) == (file == few)
         places = opened(text, data)
         assert len(places) == 8

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from trackmark.bench.analysis.run_tables import PER_SEQUENCE, SUMMARY, TIMES
+from trackmark.bench.analysis.score_tables import sequence_table, summary_table
 from trackmark.reports.printable import MAX_WIDTH
 from trackmark.reports.renderers import terminal_lines, to_markdown, to_text
-from trackmark.reports.tables import sequence_table, summary_table
 
 TRACKERS = ("static", "camshift:window=adaptive", "opencv-mil")
 
