@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerSequence
 from trackmark.bench.pages.page_frames import Progress
@@ -21,6 +20,7 @@ from trackmark.bench.papers.paper import MainRow
 from trackmark.bench.papers.runs import Context, StoredKey
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import run_row
+from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.charts import PlayerPosition
 
@@ -70,19 +70,20 @@ def player_content(
     return PlayerContent(reading, sequences, links)
 
 
-def _read_runs(keys: Iterable[StoredKey]) -> Iterator[StoredRun]:
+def _read_runs(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
     read = cache(read_truth)
     for folder, key in keys:
         run = Results(folder).read(key)
         truth = read(folder, run.identity.sequence, run.identity.fingerprint)
         row = run_row(run, truth)
         # The specification of a synthetic scene is its source.
-        yield row | {"source": row["source"] or row["sequence"]}, run, truth
+        row |= {"source": row["source"] or row["sequence"]}
+        yield RunWithTruth(row, run, truth)
 
 
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
     names = [parse_tracker(spec).label for spec in (run.tracker, *run.beside)]
-    sequence, _ = datasets.identity(run.sequence)
+    sequence, _ = datasets.name_and_fingerprint(run.sequence)
     position = reading.place(names[0], sequence, run.kind, context.paper.trajectory)
     trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})
     return position and position._replace(show=tuple(trackers))
