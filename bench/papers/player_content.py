@@ -61,7 +61,7 @@ def player_content(
         for tracker in (run.tracker, *run.beside)
         for key in context.runs.keys(tracker, run.sequence)
     ]
-    reading = collect_runs(_stored(dict.fromkeys(keys)), [])
+    reading = collect_runs(_read_runs(dict.fromkeys(keys)), [])
     links: dict[ShownRun | None, PlayerPosition] = {}
     links |= {run: position for run in runs if (position := _position(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
@@ -70,16 +70,15 @@ def player_content(
     return PlayerContent(reading, sequences, links)
 
 
-def _stored(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
-    truth = cache(read_truth)
+def _read_runs(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
+    read = cache(read_truth)
     for folder, key in keys:
-        results = Results(folder)
-        run = results.read(key)
-        stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
-        row = run_row(run, stored)
+        run = Results(folder).read(key)
+        truth = read(folder, run.identity.sequence, run.identity.fingerprint)
+        row = run_row(run, truth)
         # The specification of a synthetic scene is its source.
         row |= {"source": row["source"] or row["sequence"]}
-        yield RunWithTruth(row, run, stored)
+        yield RunWithTruth(row, run, truth)
 
 
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
