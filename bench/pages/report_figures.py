@@ -48,7 +48,9 @@ def write_figures(
     runs: PageRuns,
 ) -> list[Path]:
     """Draw the charts of a page and all other figures into a folder; return the files."""
-    revised = [clip.take.revised for stage in runs.stages for clip in stage.clips]
+    revised = [
+        run.player_run.revised for sequence_runs in runs.sequences for run in sequence_runs.one_pass
+    ]
     has_revised = any(boxes is not None for boxes in revised)
     online = f"{title}, {TRACE_WORDS['online']}" if has_revised else title
     figures = {chart.figure: chart_plot(chart, online, runs.trackers) for chart in charts}
