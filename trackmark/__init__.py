@@ -9,18 +9,6 @@ True
 the definitions of scores.
 """
 
-import signal
-import sys
-
-if (
-    sys.argv[:1]
-    and sys.argv[0].rpartition("/")[2] == "trackmark"
-    and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-):
-    # The command: Ctrl-C ends the process until `main` handles it. During an import, Python would
-    # print a traceback.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
 import importlib
 import time
 from typing import TYPE_CHECKING, Any

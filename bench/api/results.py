@@ -36,7 +36,7 @@ from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
 from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, experiment_folders, run_key
-from trackmark.bench.store.manifest import Manifest
+from trackmark.bench.store.results import Manifest
 from trackmark.bench.store.results import Results as Store
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
 from trackmark.bench.store.truth import find_attributes, write_truth

@@ -259,7 +259,7 @@ def _with_canonical_names(texts: Sequence[str]) -> list[str]:
     from trackmark.datasets.catalogue import is_built_in
 
     built_in = [text for text in texts if is_built_in(text) and not {"*", "?"} & set(text)]
-    return [*texts, *(datasets.identity(text)[0] for text in built_in)]
+    return [*texts, *(datasets.name_and_fingerprint(text)[0] for text in built_in)]
 
 
 def _verdict(result: "Check", speeds: "Mapping[str, SpeedChange]") -> str:

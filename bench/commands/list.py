@@ -63,7 +63,7 @@ def _summaries(kind: str) -> dict[str, str]:
     if kind == "sequences":
         from trackmark import datasets
 
-        summaries = {name: datasets.summary(name) for name in datasets.names()}
+        summaries = {name: datasets.sequence_size(name) for name in datasets.names()}
         return {
             name: f"{summary.length} frames of {summary.size[0]}x{summary.size[1]}"
             for name, summary in summaries.items()

@@ -546,4 +546,4 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 def _segments(protocol: str, sequence: Sequence, init: str) -> tuple[Segment, ...]:
     boxes = select_ground_truth(sequence, init, sequence.name).boxes
     present = sequence.present & np.isfinite(boxes).all(axis=1)
-    return tuple(protocol_of_key(protocol).segments(present, sequence.values))
+    return tuple(protocol_of_key(protocol).segments(present, sequence.frame_values))

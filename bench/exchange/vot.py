@@ -214,7 +214,7 @@ def _goes_forwards(anchor: int, sequence: ResultSequence) -> bool:
     The ground truth states the direction; forwards is the default. Raises `SequenceError` if the
     sequence cannot be opened.
     """
-    values = datasets.load(sequence.source, truth=sequence.truth or None).values.get("anchor")
+    values = datasets.load(sequence.source, truth=sequence.truth or None).frame_values.get("anchor")
     return values is None or bool(values[anchor] >= 0)
 
 

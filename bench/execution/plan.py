@@ -20,8 +20,7 @@ from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_ide
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.layout import RunKey, run_key
 from trackmark.bench.store.maintenance import RecordedData, find_different_data, group_recorded_data
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import MAX_RUNS, Results
+from trackmark.bench.store.results import MAX_RUNS, Manifest, Results
 from trackmark.bench.store.run_rows import list_runs
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.interface import UnusableSequencesError

@@ -83,7 +83,7 @@ def _stored(keys: Iterable[StoredKey]) -> Iterator[StoredRun]:
 
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
     names = [parse_tracker(spec).label for spec in (run.tracker, *run.beside)]
-    sequence, _ = datasets.identity(run.sequence)
+    sequence, _ = datasets.name_and_fingerprint(run.sequence)
     position = reading.worst_position(names[0], sequence, run.kind, context.paper.trajectory)
     trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})
     return position and position._replace(show=tuple(trackers))

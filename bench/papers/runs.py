@@ -68,7 +68,9 @@ class PaperRuns:
 
     def keys(self, tracker: str, sequence: str) -> list[StoredKey]:
         """Return folders and keys of runs on a sequence (both specifications), by repetition."""
-        return self._keys.get((parse_tracker(tracker).label, datasets.identity(sequence)[0]), [])
+        return self._keys.get(
+            (parse_tracker(tracker).label, datasets.name_and_fingerprint(sequence)[0]), []
+        )
 
     def _measured_runs(self, tracker: str, sequence: str) -> list[MeasuredRun]:
         """Return the runs of a tracker on a sequence (specifications) with their ground truth.

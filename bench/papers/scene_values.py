@@ -37,7 +37,9 @@ def scene_values(
     valid until the scenes or the function's source change. `jobs`: number of worker processes.
     """
     source = source_digest(Path(inspect.getfile(function)), PACKAGE)
-    identities = [datasets.identity(scene) if "/" in scene else scene for scene in scenes]
+    identities = [
+        datasets.name_and_fingerprint(scene) if "/" in scene else scene for scene in scenes
+    ]
     identity: list[Any] = [function.__name__, [*trackers], identities, source]
     key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
     file = folder / "scenes" / f"{key}.json"

@@ -150,7 +150,9 @@ def kept_times(
     specs = {name: context.paper.spec(name, setting) for name in names}
     scenes = {name: context.paper.sequences[name].scenes(1)[0][0] for name in sequences}
     versions = [parse_tracker(text).version for text in specs.values()]
-    scene_versions = [(name, *datasets.identity(scene)) for name, scene in scenes.items()]
+    scene_versions = [
+        (name, *datasets.name_and_fingerprint(scene)) for name, scene in scenes.items()
+    ]
     source = source_digest(Path(inspect.getfile(methods)), PACKAGE)
     identity: list[Any] = [methods.__name__, specs, versions, scene_versions, frames, stretches]
     identity += [source, platform.platform(), platform.node()]

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.store.layout import RUN_KEY_COLUMNS, RunKey, experiment_folders, run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, list_scored_runs
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from trackmark.bench.store.layout import (
 )
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import list_runs, list_scored_runs
-from trackmark.bench.store.truth import MissingTruthError, read_truth, read_truth_row
+from trackmark.bench.store.truth import MissingTruthError, read_truth_row
 
 _WITHOUT_TRUTH = """
     SELECT sequence, fingerprint FROM run EXCEPT SELECT sequence, fingerprint FROM truth
@@ -76,15 +76,9 @@ def find_damage(folder: Path) -> list[str]:
         with open_database(folder) as database:
             messages = database.find_damage()
             without_truth = [] if messages else database.select(_WITHOUT_TRUTH)
-        messages += [str(MissingTruthError(folder / DATABASE, *truth)) for truth in without_truth]
-        if messages:
-            return messages
-        for row in list_runs(Results(folder)):
-            Results(folder).read(run_key(row))
-            read_truth(folder, row["sequence"], row["fingerprint"])
     except DamagedError as error:
         return [str(error)]
-    return []
+    return messages + [str(MissingTruthError(folder / DATABASE, *truth)) for truth in without_truth]
 
 
 def repair_indexes(folder: Path) -> None:

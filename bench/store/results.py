@@ -1,18 +1,18 @@
 """The stored runs of an experiment."""
 
 import json
+import logging
 import platform
 import socket
-from collections.abc import Collection, Hashable, Iterable
+from collections.abc import Collection, Hashable, Iterable, Mapping
 from contextvars import ContextVar
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
-from hashlib import sha256
 from math import isfinite
 from pathlib import Path
 from sqlite3 import Row
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,9 @@ from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.database import Database, is_intact, open_database
+from trackmark.bench.store.database import DamagedError, Database, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE, RunKey, run_key
-from trackmark.bench.store.manifest import Manifest, read_manifest, write_manifest
 from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.bench.store.truth import TruthRow, put_truth
 from trackmark.datasets.source_digest import library_versions
@@ -34,12 +33,59 @@ MAX_RUNS = 1_000_000
 """Maximum number of requested runs of an experiment."""
 
 _KEY = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
-_SECONDS = ("seconds", "frame_seconds")
-_METADATA = -2  # index of `metadata` in the columns of a run
 
 
 class RemovedError(ResultsError):
     """Error for a run that is not stored, for example because another process removed it."""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """Requested runs of an experiment.
+
+    `title` is the title of the report. `versions` holds the requested `Identity.version` by run, in
+    the order of the requests. All repetitions of a tracker on a sequence have the same version.
+    """
+
+    title: str
+    versions: Mapping[RunKey, str]
+
+    def merged_with(self, later: "Manifest") -> "Manifest":
+        """Return these and later requests; a later version applies to all repetitions."""
+        newest = {(t, s, p): version for (t, s, _, p), version in later.versions.items()}
+        versions = {
+            (t, s, repetition, p): newest.get((t, s, p), version)
+            for (t, s, repetition, p), version in {**self.versions, **later.versions}.items()
+        }
+        return Manifest(later.title or self.title, versions)
+
+
+def _read_requests(database: Database) -> Manifest:
+    errors: list[DamagedError] = []
+    rows = database.rows("metadata_of_file", "name = 'requests'", on_damage=errors.append)
+    for row in rows:
+        title, requests = json.loads(row["value"])
+        return Manifest(title, {(t, s, r, p): version for t, s, r, p, version in requests})
+    if not errors and database.select("SELECT id FROM run LIMIT 1"):
+        errors.append(database.damaged("its list of requested runs is missing"))
+    for error in errors:
+        warn_of_damage(error)
+    return Manifest("", {})
+
+
+def _write_requests(database: Database, manifest: Manifest) -> None:
+    requests = [(*key, version) for key, version in manifest.versions.items()]
+    database.insert("metadata_of_file", [("requests", json.dumps([manifest.title, requests]))])
+
+
+@cache
+def _warn(message: str) -> None:
+    logging.getLogger("trackmark").warning(message)
+
+
+def warn_of_damage(error: ResultsError) -> None:
+    """Log a warning with the message of an error, once per process; by default on stderr."""
+    _warn(str(error))
 
 
 class Results:
@@ -60,7 +106,7 @@ class Results:
         for key in manifest.versions:
             "".join(map(str, key)).encode()
         with open_database(self.folder, write=True) as database:
-            present = read_manifest(database)
+            present = _read_requests(database)
             both = present.merged_with(manifest)
             if len(both.versions) > MAX_RUNS:
                 raise ResultsError(
@@ -69,15 +115,16 @@ class Results:
                 )
             # Compares the order, too: dictionaries are also equal if their orders differ.
             if both != present or [*both.versions] != [*present.versions]:
-                write_manifest(database, both)
+                _write_requests(database, both)
 
     def manifest(self) -> Manifest:
         """Return the requested runs; empty for a new folder.
 
-        Raises `ResultsError` if the file is damaged.
+        If the list is damaged or lost, a warning is logged, and it is empty. Raises `ResultsError`
+        if the whole file is damaged.
         """
         with open_database(self.folder) as database:
-            return read_manifest(database)
+            return _read_requests(database)
 
     def list_keys(self) -> list[RunKey]:
         """Return the keys of all stored runs (also of damaged ones), in order."""
@@ -105,45 +152,43 @@ class Results:
 
         In a transaction of its own, the ground truth could be removed before the runs are stored.
         """
-        prepared = [(_row_of(run), replaces) for run, replaces in runs]
+        prepared = [(_encoded_run(run), replaces) for run, replaces in runs]
         with open_database(self.folder, write=True) as database:
             for truth in truths:
                 put_truth(database, truth)
-            return [_write(database, row, replaces) for row, replaces in prepared]
+            return [_add(database, encoded, replaces) for encoded, replaces in prepared]
 
     def remove(self, cells: Collection[RunKey]) -> None:
-        """Remove runs with their scores and requests, and trackers and ground truths without runs.
+        """Remove runs together with their scores and requests.
 
-        Raises `ResultsError` if the file cannot be written.
+        Ground truths that no other run uses are removed as well. Raises `ResultsError` if the file
+        cannot be written.
         """
         with open_database(self.folder, write=True) as database:
             for key in cells:
-                for row in database.select(f"SELECT id FROM run WHERE {_KEY}", *key):
-                    _delete(database, row["id"])
-                database.delete("requested", _KEY, *key)
-            database.delete("tracker", "version NOT IN (SELECT version FROM run)")
+                database.delete("run", _KEY, *key)
+            requests, removed = _read_requests(database), set(cells)
+            kept = {key: v for key, v in requests.versions.items() if key not in removed}
+            _write_requests(database, replace(requests, versions=kept))
             database.delete(
                 "truth", "(sequence, fingerprint) NOT IN (SELECT sequence, fingerprint FROM run)"
             )
-            database.recount()  # removed rows can have been damaged
 
     def read(self, key: RunKey) -> Run:
-        """Return a stored run, from `run_cache` if it was read before.
+        """Return a stored run.
 
         Raises `ResultsError`, which names file and run, if the run is damaged or missing.
         """
         with open_database(self.folder) as database:
-            row = next(iter(database.rows("run", _KEY, *key)), None)
-            if row is None:
-                raise RemovedError(
-                    f"{self.folder / DATABASE} has no run of {key[0]} on {key[1]}, repetition "
-                    f"{key[2]}, protocol {key[3]!r}. Run the same command again."
-                )
-            cache = run_cache.get()
-            if cache is not None and (run := cache.get(row["sha256"])):
-                return run
-            run = _read_run(database, row)
-        return run if cache is None else cache.add(row["sha256"], run)
+            for row in database.rows("run", _KEY, *key):
+                cache = run_cache.get()
+                if cache is None:
+                    return _decoded_run(row)
+                return cache.get(row["sha256"]) or cache.add(row["sha256"], _decoded_run(row))
+        raise RemovedError(
+            f"{self.folder / DATABASE} has no run of {key[0]} on {key[1]}, repetition "
+            f"{key[2]}, protocol {key[3]!r}. Run the same command again."
+        )
 
 
 class RunCache(dict[Hashable, Run]):
@@ -173,24 +218,47 @@ def sort_key(key: RunKey) -> tuple[str, str, str, int]:
     return tracker, protocol, sequence, repetition
 
 
-def _row_of(run: Run) -> tuple[Identity, tuple[Any, ...], dict[str, bytes]]:
-    """Return the identity of a run, the columns after its key, and its packed arrays by kind."""
-    key = run.identity
-    contents = {"frames": pack(run_columns(run))}
+class _EncodedRun(NamedTuple):
+    """Columns of the table `run`, but for the id and the digest."""
+
+    tracker: str
+    sequence: str
+    repetition: int
+    protocol: str
+    version: str
+    fingerprint: str
+    status: str
+    failure: str
+    tracker_output: str
+    frames: int
+    seconds: float | None
+    frame_seconds: float | None
+    identity: str  # JSON of `Identity` without the repetition
+    metadata: str  # JSON
+    arrays: bytes  # packed
+
+
+def _encoded_run(run: Run) -> _EncodedRun:
+    arrays = run_columns(run)
     if run.revised is not None:
-        contents["revised"] = pack({"boxes": run.revised.T})
-    if run.arrays:
-        flat = {f"{frame}/{k}": a for frame, named in run.arrays.items() for k, a in named.items()}
-        contents["arrays"] = pack(flat)
-    metadata = with_metadata(run).metadata
-    row = (
-        *(key.version, key.fingerprint, run.status, _text(run.failure), _text(run.tracker_output)),
-        len(run.boxes),
-        *(_seconds(run.metadata.get(name)) for name in _SECONDS),
-        json.dumps(metadata),
-        json.dumps({name: sha256(data).hexdigest() for name, data in contents.items()}),
+        arrays["revised"] = run.revised.T
+    for frame, named in run.arrays.items():
+        arrays |= {f"requested/{frame}/{name}": array for name, array in named.items()}
+    identity = {key: value for key, value in asdict(run.identity).items() if key != "repetition"}
+    return _EncodedRun(
+        *run_key(run.identity),
+        version=run.identity.version,
+        fingerprint=run.identity.fingerprint,
+        status=run.status,
+        failure=_text(run.failure),
+        tracker_output=_text(run.tracker_output),
+        frames=len(run.boxes),
+        seconds=_seconds(run.metadata.get("seconds")),
+        frame_seconds=_seconds(run.metadata.get("frame_seconds")),
+        identity=json.dumps(identity),
+        metadata=json.dumps(with_metadata(run).metadata),
+        arrays=pack(arrays),
     )
-    return key, row, contents
 
 
 def with_metadata(run: Run) -> Run:
@@ -232,52 +300,32 @@ def run_columns(run: Run) -> dict[str, NDArray[Any]]:
     return columns
 
 
-def _write(
-    database: Database, row: tuple[Identity, tuple[Any, ...], dict[str, bytes]], replaces: str
-) -> bool:
-    identity, columns, contents = row
-    key = run_key(identity)
-    failed = columns[2] == "failed"
-    fields = {name: value for name, value in asdict(identity).items() if name != "repetition"}
-    tracker = identity.version, json.dumps(fields)
-    stored_trackers = database.select("SELECT * FROM tracker WHERE version = ?", identity.version)
-    if not stored_trackers:
-        database.insert("tracker", [tracker])
-    elif not is_intact(stored_trackers[0]):
-        database.repair("tracker", tracker)
-    for present in database.select(f"SELECT * FROM run WHERE {_KEY}", *key):
-        intact = is_intact(present)  # a damaged run counts as missing and is replaced
-        if intact and present["version"] == identity.version:
+def _add(database: Database, run: _EncodedRun, replaced_version: str) -> bool:
+    key, failed = run[:4], run.status == "failed"
+    # A damaged run counts as missing and is replaced.
+    for stored in database.rows("run", _KEY, *key, on_damage=lambda _: None):
+        if stored["version"] == run.version:
             # A finished run always replaces a failed one. It is itself replaced only by a timing
             # run that other load disturbed less.
-            if present["status"] != "failed" and (failed or not _is_quieter(key, columns, present)):
+            if stored["status"] != "failed" and (failed or not _is_quieter(run, stored)):
                 return False
-            if present["status"] == "failed" and failed and not replaces:
+            if stored["status"] == "failed" and failed and not replaced_version:
                 return False
-        elif intact and present["version"] != replaces:
+        elif stored["version"] != replaced_version:
             return False
-        _delete(database, present["id"])
-        if not intact:  # the deleted digest may have been wrong, and with it the tables' digests
-            database.recount("run", "arrays", "score")
-    run_id = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")[0][0]
-    database.insert("run", [(run_id, *key, *columns)])
-    database.insert("arrays", [(run_id, name, data) for name, data in contents.items()])
+    database.delete("run", _KEY, *key)
+    ((run_id,),) = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")
+    database.delete("score", "run = ?", run_id)  # of a lost row that had the same id
+    database.insert("run", [(run_id, *run)])
     return True
 
 
-def _is_quieter(key: RunKey, columns: tuple[Any, ...], present: Row) -> bool:
+def _is_quieter(run: _EncodedRun, stored: Row) -> bool:
     """Return whether a timing run has a smaller run delay than the stored one."""
-    new, stored = (
-        json.loads(text).get("run_delay_share", 0.0)
-        for text in (columns[_METADATA], present["metadata"])
+    new, old = (
+        json.loads(text).get("run_delay_share", 0.0) for text in (run.metadata, stored["metadata"])
     )
-    return key[3] == TIMING and new < stored
-
-
-def _delete(database: Database, run_id: int) -> None:
-    database.delete("arrays", "run = ?", run_id)
-    database.delete("score", "run = ?", run_id)
-    database.delete("run", "id = ?", run_id)
+    return run.protocol == TIMING and new < old
 
 
 @cache
@@ -286,34 +334,28 @@ def _libraries() -> dict[str, str]:
     return library_versions({"av", "cv2", "numba", "numpy", "scipy"})
 
 
-def _read_run(database: Database, row: Row) -> Run:
-    trackers = database.rows("tracker", "version = ?", row["version"])
-    data = {
-        part["array_group"]: part["data"] for part in database.rows("arrays", "run = ?", row["id"])
-    }
-    digests = {name: sha256(content).hexdigest() for name, content in data.items()}
-    if not trackers or digests != json.loads(row["arrays"]):
-        raise database.damaged(
-            f"the contents of the run of {row['tracker']} on {row['sequence']}, repetition "
-            f"{row['repetition']}, are missing or belong to another run"
-        )
-    identity = Identity(**json.loads(trackers[0]["identity"]), repetition=row["repetition"])
-    columns = unpack(data["frames"])
+def identity_of(row: Row) -> Identity:
+    """Return the identity of the run in a row of the table `run`."""
+    return Identity(**json.loads(row["identity"]), repetition=row["repetition"])
+
+
+def _decoded_run(row: Row) -> Run:
+    columns = unpack(row["arrays"])
     segmentation = select_group(columns, "segmentation")
     measured = select_group(columns, "times")
     times: dict[str, Any] = {k: a if a.shape else float(a) for k, a in measured.items()}
     arrays: dict[int, dict[str, NDArray[Any]]] = {}
-    for key, array in unpack(data["arrays"]).items() if "arrays" in data else ():
+    for key, array in select_group(columns, "requested").items():
         frame, _, name = key.partition("/")
         arrays.setdefault(int(frame), {})[name] = array
     return Run(
-        identity=identity,
+        identity=identity_of(row),
         boxes=columns["boxes"].T,
         visible=columns["visible"],
         confidence=columns["confidence"],
         details=select_group(columns, "detail"),
         failure=row["failure"],
-        revised=unpack(data["revised"])["boxes"].T if "revised" in data else None,
+        revised=columns["revised"].T if "revised" in columns else None,
         arrays=arrays,
         segmentation=Segmentation(**segmentation) if segmentation else None,
         times=Times(**times) if times else None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
+from trackmark.bench.store.database import DamagedError, Database, open_database
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import DATABASE
 from trackmark.bench.store.packing import pack, select_group, unpack
@@ -51,11 +51,11 @@ class StoredTruth:
 
 
 class TruthRow(NamedTuple):
-    """Row of a ground truth in the database; `data` is packed."""
+    """Row of a ground truth in the database; `arrays` are packed."""
 
     sequence: str
     fingerprint: str
-    data: bytes
+    arrays: bytes
 
 
 def stored_truth(sequence: Sequence) -> StoredTruth:
@@ -100,18 +100,16 @@ def put_truth(database: Database, row: TruthRow) -> None:
 
     Raises `ResultsError` if other boxes are stored under the same name and fingerprint.
     """
-    stored = database.select(f"SELECT * FROM truth WHERE {_KEY}", row.sequence, row.fingerprint)
-    if not stored:
+    # A damaged ground truth is replaced.
+    stored = database.rows("truth", _KEY, *row[:2], on_damage=lambda _: None)
+    before = next((unpack(other["arrays"])["boxes"] for other in stored), None)
+    if before is None:
         database.insert("truth", [row])
-    elif not is_intact(stored[0]):
-        database.repair("truth", row)
-    elif stored[0]["data"] != row.data:  # equal boxes can be compressed differently
-        before, after = (unpack(data)["boxes"] for data in (stored[0]["data"], row.data))
-        if not np.array_equal(before, after, equal_nan=True):
-            raise ResultsError(
-                f"{database.path} has another ground truth of {row.sequence} with the same "
-                f"fingerprint {row.fingerprint}. Give each sequence its own fingerprint."
-            )
+    elif not np.array_equal(before, unpack(row.arrays)["boxes"], equal_nan=True):
+        raise ResultsError(
+            f"{database.path} has another ground truth of {row.sequence} with the same "
+            f"fingerprint {row.fingerprint}. Give each sequence its own fingerprint."
+        )
 
 
 def read_truth_row(folder: Path, sequence: str, fingerprint: str) -> TruthRow:
@@ -132,7 +130,7 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
 
 def unpack_truth(row: TruthRow) -> StoredTruth:
     """Return the ground truth of a row."""
-    return _truth_of(row.sequence, unpack(row.data))
+    return _truth_of(row.sequence, unpack(row.arrays))
 
 
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:

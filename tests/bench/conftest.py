@@ -24,8 +24,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_files import answer_lines
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.truth import StoredTruth, store_truth
 
 

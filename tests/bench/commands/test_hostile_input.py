@@ -55,16 +55,18 @@ import os, signal, sys
 # A shell's background job ignores Ctrl-C, and so do the processes that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+MODULE = sys.argv.pop()
+
 class Finder:
     def find_spec(self, name, *_):
-        if name == sys.argv[-1]:
+        if name == MODULE:
             sys.meta_path.remove(self)
             os.kill(os.getpid(), signal.SIGINT)
 
 sys.meta_path.insert(0, Finder())
-sys.argv[:-1] = ["/usr/bin/trackmark", "describe"]
-from trackmark.bench import cli
-cli.main(["describe", "samples/face"])
+sys.argv[:] = ["/usr/bin/trackmark", "describe", "samples/face"]
+from trackmark.bench.command_line import main
+main()
 """
 
 

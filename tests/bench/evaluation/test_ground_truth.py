@@ -74,7 +74,7 @@ def test_timing_run_starts_from_the_region(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from trackmark.bench.store.manifest import Manifest
+    from trackmark.bench.store.results import Manifest
 
     results = Results(tmp_path / "trial")
     runs = [bench.evaluate_run(text, sequence) for text in ("static", "static:init=full")]

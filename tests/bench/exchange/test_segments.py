@@ -18,8 +18,7 @@ from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.truth import write_truth
 
 SEQUENCE = "plain/target:length=64"
@@ -188,11 +187,11 @@ def test_vot_anchors_are_read_in_both_directions(tmp_path):
 def test_vot_anchor_in_the_middle_has_the_direction_of_the_data(tmp_path, monkeypatch):
     truth = moving_boxes(11)
     bag = datasets.load("plain/target:length=11")
-    bag.values["anchor"] = np.where(np.arange(11) == 5, -1.0, 0.0)
+    bag.frame_values["anchor"] = np.where(np.arange(11) == 5, -1.0, 0.0)
     monkeypatch.setattr(datasets, "load", lambda *_, **__: bag)
     theirs = write_anchor_files(tmp_path / "stated", {"bag_00000005.txt": truth[5::-1]})
     assert import_bag(theirs, truth).segments[0].tolist() == [5, 4, 3, 2, 1, 0]
-    del bag.values["anchor"]
+    del bag.frame_values["anchor"]
     theirs = write_anchor_files(tmp_path / "else", {"bag_00000005.txt": truth[5:]})
     assert import_bag(theirs, truth).segments[0].tolist() == [5, 6, 7, 8, 9, 10]
 

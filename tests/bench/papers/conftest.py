@@ -14,8 +14,7 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
 from trackmark.bench.papers.measures import find_measure
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.truth import write_truth
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion

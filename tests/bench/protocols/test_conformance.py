@@ -21,8 +21,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ProtocolError, parse_protocol
 from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.run_rows import list_scored_runs
 from trackmark.bench.store.truth import write_truth
 from trackmark.trackers import Estimate

@@ -16,9 +16,8 @@ from trackmark.bench.store import run_rows
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.maintenance import find_damage, merge_results
-from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.packing import pack, unpack
-from trackmark.bench.store.results import Results, RunCache, run_cache
+from trackmark.bench.store.results import Manifest, Results, RunCache, run_cache
 from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
 from trackmark.bench.store.truth import read_truth, write_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
