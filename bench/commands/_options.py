@@ -332,16 +332,3 @@ def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSo
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSource(name, truth) for name in names)
-
-
-def only_experiment(results: Path) -> Path:
-    """Return the folder of the only experiment in a results folder."""
-    from trackmark.bench.store.layout import experiment_folders
-
-    folders = experiment_folders(results)
-    if len(folders) > 1:
-        names = ", ".join(path.name for path in folders)
-        raise click.UsageError(
-            f"{results} contains several experiments ({names}). Give the folder of one."
-        )
-    return folders[0]

@@ -9,7 +9,7 @@ import pytest
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench, datasets
 from trackmark.bench import metrics, protocols
-from trackmark.bench.analysis.by_metrics import preset_report
+from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.engine.work_unit import Failure
 from trackmark.bench.engine.worker import record_failure
 from trackmark.bench.evaluation.loop import run_protocol
@@ -23,6 +23,7 @@ from trackmark.bench.protocols import ProtocolError, parse_protocol
 from trackmark.bench.store.layout import run_key
 from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.run_rows import list_scored_runs
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import write_truth
 from trackmark.trackers import Estimate
 
@@ -193,7 +194,7 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     results.write(unknown)
     (row,) = list_scored_runs(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
-    (table,) = preset_report(results.folder, ["native"]).tables
+    (table,) = metric_tables(Runs.open(results.folder), ["native"]).tables
     assert any(
         "native cannot score runs of the protocol of-tomorrow" in note for note in table.notes
     )
