@@ -181,7 +181,7 @@ def _metrics(names: Sequence[str], protocol: str) -> list[str]:
 
     replaced = {}
     if not can_score("native", protocol):
-        replaced["native"] = parse_protocol(protocol).preset
+        replaced["native"] = parse_protocol(protocol).metrics
     return list(dict.fromkeys(replaced.get(name, name) for name in names))
 
 

@@ -14,8 +14,8 @@ from trackmark.bench.analysis.by_annotation import MIN_AXES, AnnotationReport
 from trackmark.bench.analysis.by_attribute import AttributeReport
 from trackmark.bench.analysis.by_metrics import TableWithCurves
 from trackmark.bench.analysis.film_strips import TRACE_WORDS, write_strips
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import heading
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import heading
 from trackmark.bench.output_files import write_file
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.store.runs import Runs
@@ -79,14 +79,14 @@ def metric_curves(
         on_message(f"{scored.table.name}: no plot: {why}")
         return {}
     figures = {}
-    for name, axes in metrics_preset(scored.metrics).curves.items():
+    for name, axes in find_metrics(scored.metrics).curves.items():
         lines = [
             Line(tracker, position, *scored.curves[name][tracker].T)
             for position, tracker in enumerate(trackers)
             if tracker in scored.curves[name]
         ]
         chart = Chart("", axes.x, axes.y, lines, "", top=1.0)
-        title = f"{scored.title}: {heading(name)}, metrics preset {scored.metrics}"
+        title = f"{scored.title}: {heading(name)}, metrics {scored.metrics}"
         file = f"{scored.table.name}-{name.replace('_', '-')}"
         figures[file] = chart_plot(chart, title, trackers)
     return figures
