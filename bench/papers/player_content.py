@@ -84,7 +84,7 @@ def _read_runs(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
     names = [parse_tracker(spec).label for spec in (run.tracker, *run.beside)]
     sequence, _ = datasets.name_and_fingerprint(run.sequence)
-    position = reading.place(names[0], sequence, run.kind, context.paper.trajectory)
+    position = reading.worst_position(names[0], sequence, run.kind, context.paper.trajectory)
     trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})
     return position and position._replace(show=tuple(trackers))
 
@@ -95,14 +95,14 @@ def _frames(
     """Select frames of each sequence around the worst ones, within limits of size and time."""
     frames: list[list[int]] = []
     for reach in REACHES:
-        sets: list[set[int]] = [set() for _ in reading.stages]
+        sets: list[set[int]] = [set() for _ in reading.sequences]
         for position in positions:
-            last = len(reading.stages[position.sequence].truth) - 1
+            last = len(reading.sequences[position.sequence].truth) - 1
             sets[position.sequence] |= {
                 *range(max(0, position.frame - reach), min(last, position.frame + reach) + 1)
             }
         frames = [*map(sorted, sets)]
-        costs = (stage.row["frame_seconds"] or 0.0 for stage in reading.stages)
+        costs = (sequence_runs.row["frame_seconds"] or 0.0 for sequence_runs in reading.sequences)
         needed = sum(
             cost * len(of_sequence) for cost, of_sequence in zip(costs, frames, strict=True)
         )
