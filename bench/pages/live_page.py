@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import State
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
@@ -12,6 +11,7 @@ from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.temporary_paths import temporary_folder
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
@@ -48,13 +48,15 @@ def write_live_page(
         execution.raise_errors()
         counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all
         latest = {spec.label: count - 1 for spec, count in zip(specs, counts, strict=True)}
-        judged = judged_runs(execution.folder)
-        last_runs = (
-            entry for entry in judged if entry[0]["repetition"] == latest[entry[0]["tracker"]]
-        )
-        runs = collect_runs(last_runs, list(latest), with_numbers=True)
+        stored = Runs.open(execution.folder)
+        rows = [
+            row for row in stored.evaluated_rows() if row["repetition"] == latest[row["tracker"]]
+        ]
+        runs = collect_runs(stored.read(rows), list(latest), with_numbers=True)
         page = _page(runs, progress)
-        failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
+        failures = [
+            run.failure for sequence_runs in runs.sequences for run in sequence_runs.one_pass
+        ]
         return write_page(path, page), [failure for failure in failures if failure]
 
 
@@ -62,7 +64,7 @@ def _page(runs: PageRuns, progress: Progress) -> Page:
     """Return the page of the only sequence."""
     (sequence,) = player_sequences(runs, progress, height=_MAX_HEIGHT)
     named = ", ".join(runs.trackers)
-    repetition = max(take.repetition for take in sequence.runs)
+    repetition = max(player_run.repetition for player_run in sequence.runs)
     title = f"{named} on {sequence.name}" + f", repetition {repetition}" * bool(repetition)
     caption = (
         f"The player shows the boxes, masks, contours, particles, maps and numbers that {named} "
@@ -72,6 +74,6 @@ def _page(runs: PageRuns, progress: Progress) -> Page:
     section = PageSection("frames", "Frames", lists_sequences=True, caption=caption)
     page = Page(title, [section], runs.trackers, [sequence])
     address = {"tracker": runs.trackers[0], "repetition": str(repetition)}
-    for name in [name for take in sequence.runs for name in take.maps][:1]:
+    for name in [name for player_run in sequence.runs for name in player_run.maps][:1]:
         address["map"] = name
     return replace(page, start=player_link(sequence, None, **address))

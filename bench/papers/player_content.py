@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerSequence
 from trackmark.bench.pages.page_frames import Progress
@@ -21,6 +20,7 @@ from trackmark.bench.papers.paper import MainRow
 from trackmark.bench.papers.runs import Context, StoredKey
 from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import run_row
+from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.charts import PlayerPosition
 
@@ -61,7 +61,7 @@ def player_content(
         for tracker in (run.tracker, *run.beside)
         for key in context.runs.keys(tracker, run.sequence)
     ]
-    reading = collect_runs(_stored(dict.fromkeys(keys)), [])
+    reading = collect_runs(_read_runs(dict.fromkeys(keys)), [])
     links: dict[ShownRun | None, PlayerPosition] = {}
     links |= {run: position for run in runs if (position := _position(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
@@ -70,21 +70,21 @@ def player_content(
     return PlayerContent(reading, sequences, links)
 
 
-def _stored(keys: Iterable[StoredKey]) -> Iterator[StoredRun]:
-    truth = cache(read_truth)
+def _read_runs(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
+    read = cache(read_truth)
     for folder, key in keys:
-        results = Results(folder)
-        run = results.read(key)
-        stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
-        row = run_row(run, stored)
+        run = Results(folder).read(key)
+        truth = read(folder, run.identity.sequence, run.identity.fingerprint)
+        row = run_row(run, truth)
         # The specification of a synthetic scene is its source.
-        yield row | {"source": row["source"] or row["sequence"]}, run, stored
+        row |= {"source": row["source"] or row["sequence"]}
+        yield RunWithTruth(row, run, truth)
 
 
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
     names = [parse_tracker(spec).label for spec in (run.tracker, *run.beside)]
     sequence, _ = datasets.name_and_fingerprint(run.sequence)
-    position = reading.place(names[0], sequence, run.kind, context.paper.trajectory)
+    position = reading.worst_position(names[0], sequence, run.kind, context.paper.trajectory)
     trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})
     return position and position._replace(show=tuple(trackers))
 
@@ -95,14 +95,14 @@ def _frames(
     """Select frames of each sequence around the worst ones, within limits of size and time."""
     frames: list[list[int]] = []
     for reach in REACHES:
-        sets: list[set[int]] = [set() for _ in reading.stages]
+        sets: list[set[int]] = [set() for _ in reading.sequences]
         for position in positions:
-            last = len(reading.stages[position.sequence].truth) - 1
+            last = len(reading.sequences[position.sequence].truth) - 1
             sets[position.sequence] |= {
                 *range(max(0, position.frame - reach), min(last, position.frame + reach) + 1)
             }
         frames = [*map(sorted, sets)]
-        costs = (stage.row["frame_seconds"] or 0.0 for stage in reading.stages)
+        costs = (sequence_runs.row["frame_seconds"] or 0.0 for sequence_runs in reading.sequences)
         needed = sum(
             cost * len(of_sequence) for cost, of_sequence in zip(costs, frames, strict=True)
         )

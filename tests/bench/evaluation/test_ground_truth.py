@@ -5,13 +5,12 @@ import pytest
 
 import trackmark as tm
 from trackmark import bench
-from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import collect_runs
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.results import Results
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import write_truth
 from trackmark.datasets import Sequence, SequenceError
 
@@ -82,10 +81,11 @@ def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
     write_truth(results.folder, sequence)
     for run in runs:
         results.write(run)
-    stored = load_runs(results.folder).set_index("tracker")
-    page = collect_runs(judged_runs(results.folder), [])
-    (stage,) = page.stages
-    drawn = {page.trackers[clip.take.tracker]: clip.overlaps for clip in stage.clips}
+    opened = Runs.open(results.folder)
+    stored = opened.table.set_index("tracker")
+    page = collect_runs(opened.read(opened.evaluated_rows()), [])
+    (sequence_runs,) = page.sequences
+    drawn = {page.trackers[entry.tracker]: entry.overlaps for entry in sequence_runs.one_pass}
     for run in runs:
         expected = tm.score(run, sequence)["mean_overlap"]
         assert stored.loc[run.identity.tracker, "mean_overlap"] == expected
