@@ -126,8 +126,12 @@ class InProcessPool:
 
     lock = threading.Lock()
 
-    def __init__(self, n_workers, limits):
+    def __init__(self, n_workers, limits=None):
         self.limits = limits
+
+    def run(self, next_call):
+        while (call := next_call()) is not None:
+            yield call, call()
 
     def run_tasks(self, tasks, progress=lambda work: None):
         work = 0
