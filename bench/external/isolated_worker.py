@@ -64,21 +64,16 @@ class IsolatedTrackers:
             return {"invalid": str(error), "drawn": self._generators.drawn}
         except BaseException as error:  # noqa: BLE001  # code of a tracker can raise anything
             text = exception_text(error)
-            if not is_call:
-                raises = (
-                    ""
-                    if isinstance(error, TrackerError)
-                    else f"{arguments['name']}: its description raises "
-                )
-                return {"unusable": f"{raises}{text}"}
-            fault = machine_fault(error)
-            trace = "".join(traceback.format_exception(error))
-            return {
-                "raised": text,
-                "trace": trace,
-                "fault": str(fault or ""),
-                "drawn": self._generators.drawn,
-            }
+            if is_call:
+                return {
+                    "raised": text,
+                    "trace": "".join(traceback.format_exception(error)),
+                    "fault": str(machine_fault(error) or ""),
+                    "drawn": self._generators.drawn,
+                }
+            if not isinstance(error, TrackerError):
+                text = f"{arguments['name']}: its description raises {text}"
+            return {"unusable": text}
 
     def catalogue(self, name: str) -> dict[str, Any]:
         """Return the description of a tracker."""
