@@ -34,9 +34,8 @@ from trackmark.bench.protocols import ONE_PASS, TIMING, ProtocolError, parse_pro
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import ResultsError, RunKey, run_key
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, ScoreMeasure, Table
@@ -234,7 +233,7 @@ def _judge_runs(folder: Path, name: str, runs: pd.DataFrame) -> dict[int, Scored
 
     Failed runs have the worst scores. Trackers whose runs all failed are omitted.
     """
-    results, truth = Results(folder), cache(partial(read_truth, folder))
+    results, truth = RunStore(folder), cache(partial(read_truth, folder))
     left_out = runs["tracker"].isin(failed_runs(runs).left_out)
     ended = runs[runs["status"].isin(["finished", "failed"]) & ~left_out]
     return {

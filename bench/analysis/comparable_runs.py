@@ -19,8 +19,8 @@ from trackmark.bench.analysis.run_tables import PRESET, without_undefined
 from trackmark.bench.metrics import preset as metrics_preset
 from trackmark.bench.metrics.preset import mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.run_store import RunStore
 from trackmark.reports.tables import ScoreMeasure
 
 DECIMALS = 3
@@ -169,7 +169,7 @@ def same_boxes(
     `folder`: results folder of the experiment. `runs`: as `load_runs` returns them. `protocol_key`:
     key of the protocol. Raises `ResultsError` if a file is damaged.
     """
-    results = Results(folder)
+    results = RunStore(folder)
 
     @cache
     def boxes(tracker: str, sequence: str, seed: int) -> NDArray[np.float64]:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import read_truth
 
 _MIN_GAIN = 0.3
@@ -29,7 +29,7 @@ def corner_boxes(folder: Path, runs: pd.DataFrame) -> list[str]:
     `folder`: folder of the results. `runs`: as `load_runs` returns them. Of each tracker, the first
     finished runs with a low or unknown overlap are checked.
     """
-    hints, results = [], Results(folder)
+    hints, results = [], RunStore(folder)
     finished = runs[(runs["status"] == "finished") & (runs["protocol"] != TIMING)]
     overlaps = finished.reindex(columns=["mean_overlap"])["mean_overlap"]
     low = finished[~(overlaps >= 1 - _MIN_GAIN)]

@@ -29,8 +29,8 @@ from trackmark.bench.metrics.preset import (
     mean_of_sequences,
 )
 from trackmark.bench.protocols import TIMING, parse_protocol
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import StoredTruth, read_truth
 
 
@@ -69,7 +69,7 @@ def with_worst_scores(folder: Path, runs: pd.DataFrame, preset: str = "native") 
     failed = runs[is_failed & keys.isin(keys[~is_failed]) & (runs["protocol"] != TIMING)]
     if failed.empty:
         return runs
-    filled, results = runs.copy(), Results(folder)
+    filled, results = runs.copy(), RunStore(folder)
     for number, row in zip(failed.index, failed.to_dict("records"), strict=True):
         run = results.read(run_key(row))
         truth = read_truth(folder, row["sequence"], row["fingerprint"])

@@ -22,9 +22,9 @@ from trackmark.bench.analysis.stored_runs import (
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.output_files import file_names, write_file
 from trackmark.bench.protocols import ONE_PASS
-from trackmark.bench.store.data_frames import ordered_rows
-from trackmark.bench.store.layout import experiment_folders
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.data_frames import rows_in_order
+from trackmark.bench.store.keys import experiment_folders
+from trackmark.bench.store.run_store import RunStore
 from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip, save_png
 from trackmark.reports.palette import colours
 
@@ -49,7 +49,9 @@ def write_strips(
     each sequence that cannot be drawn.
     """
     rows: dict[str, list[Mapping[str, Any]]] = {}
-    for row in filter(is_judged, ordered_rows(Results(experiment))):  # read once: they can be many
+    for row in filter(
+        is_judged, rows_in_order(RunStore(experiment))
+    ):  # read once: they can be many
         rows.setdefault(str(row["sequence"]), []).append(row)
     shades, files = colours(trackers), file_names(rows)
     # Encoding takes longer than drawing. It releases the lock of the interpreter.

@@ -33,7 +33,7 @@ from trackmark.bench.analysis.times import (
 )
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.layout import RunKey
+from trackmark.bench.store.keys import RunKey
 from trackmark.reports.printable import one_line, wrap
 from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table

@@ -22,8 +22,8 @@ from trackmark.bench.analysis.times import (
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.data_frames import load_runs, with_revised_scores
-from trackmark.bench.store.layout import RunKey
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import RunKey
+from trackmark.bench.store.run_store import RunStore
 from trackmark.reports.tables import ScoreMeasure, Table
 
 PRESET = "native"
@@ -77,7 +77,7 @@ SEGMENTATION = (
 
 def title_of(folder: Path, *, named: bool = False) -> str:
     """Return the title of an experiment's results; `named`: start with the name of its folder."""
-    title = Results(folder).manifest().title or folder.name
+    title = RunStore(folder).requested_runs().title or folder.name
     return f"{folder.name}: {title}" if named and title != folder.name else title
 
 

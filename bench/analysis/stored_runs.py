@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.store.data_frames import ordered_rows
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.data_frames import rows_in_order
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import StoredTruth, read_truth
 
 StoredRun: TypeAlias = tuple[Mapping[str, Any], Run, StoredTruth]
@@ -24,7 +24,7 @@ def one_pass_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
 
 def judged_runs(folder: Path, **only: str) -> Iterator[StoredRun]:
     """Yield the runs of an experiment by all protocols except timing, without stale runs."""
-    rows = ordered_rows(Results(folder), **only)
+    rows = rows_in_order(RunStore(folder), **only)
     return read_runs(folder, (row for row in rows if is_judged(row)))
 
 
@@ -35,7 +35,7 @@ def is_judged(row: Mapping[str, Any]) -> bool:
 
 def read_runs(folder: Path, rows: Iterable[Mapping[str, Any]]) -> Iterator[StoredRun]:
     """Yield the runs of rows of the index."""
-    results, truth = Results(folder), cache(partial(read_truth, folder))
+    results, truth = RunStore(folder), cache(partial(read_truth, folder))
     for row in rows:
         yield row, results.read(run_key(row)), truth(row["sequence"], row["fingerprint"])
 

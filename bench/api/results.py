@@ -34,12 +34,10 @@ from trackmark.bench.metrics import canonical_name
 from trackmark.bench.pages.notebook import complete_name
 from trackmark.bench.protocols import ONE_PASS, TIMING, parse_protocol
 from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, experiment_folders, run_key
-from trackmark.bench.store.results import Manifest
-from trackmark.bench.store.results import Results as Store
+from trackmark.bench.store.keys import FILE_NAME, ResultsError, experiment_folders, run_key
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
-from trackmark.bench.store.truth import find_attributes, write_truth
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of, find_attributes
 from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.datasets import Sequence
 from trackmark.reports.printable import wrap
@@ -189,7 +187,7 @@ class Results:
                     "to a file, give the file to evaluate, restart Python after an edit, and use "
                     "the default seed."
                 )
-        if (folder / DATABASE).exists():
+        if (folder / FILE_NAME).exists():
             raise ResultsError(f"{folder} already contains results. Choose another folder.")
         self._write(folder)
         return folder
@@ -205,12 +203,12 @@ class Results:
         return folder
 
     def _write(self, folder: Path) -> None:
-        store, runs = Store(folder), list(self.runs.values())
+        store, runs = RunStore(folder), list(self.runs.values())
         versions = {run_key(run.identity): run.identity.version for run in runs}
-        store.prepare(Manifest(folder.name, versions))
+        store.add_requests(RequestedRuns(folder.name, versions))
         for sequence in self._sequences:
-            write_truth(folder, sequence)
-        store.write_all((run, "") for run in runs)
+            add_truth_of(folder, sequence)
+        store.add_all((run, "") for run in runs)
 
     def _scored(self, metrics: str | None) -> tuple[str, pd.DataFrame]:
         """Return the metrics preset, and the runs with its scores."""
@@ -268,7 +266,7 @@ class Results:
 class _StoredRuns(UserDict[RunName, Any]):
     """Runs in a folder, which are read when they are used."""
 
-    def __init__(self, store: Store, protocol: str) -> None:
+    def __init__(self, store: RunStore, protocol: str) -> None:
         super().__init__({key[:3]: key for key in store.list_keys() if key[3] == protocol})
         self._store = store
 
@@ -309,7 +307,7 @@ def load_results(
 
 def load_experiment(folder: Path, metrics: str, protocol: str | None) -> Results:
     """Return the results of the experiment in an absolute path; see `load_results`."""
-    store = Store(folder)
+    store = RunStore(folder)
     stored = list(dict.fromkeys(key[3] for key in store.list_keys()))
     untimed = [name for name in stored if name != TIMING]
     selected = ONE_PASS if protocol is None else parse_protocol(protocol).key

@@ -128,11 +128,11 @@ def print_remarks(*executions: "Execution") -> None:
 def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":
     """Return the stored runs, the plan in its current state, and a sentence with the counts."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.results import Results
-    from trackmark.bench.store.run_rows import list_scored_runs
+    from trackmark.bench.store.run_rows import scored_rows
+    from trackmark.bench.store.run_store import RunStore
 
     # Read from disk: another command may have stored runs meanwhile.
-    rows = list_scored_runs(Results(execution.folder))
+    rows = scored_rows(RunStore(execution.folder))
     plan = execution.plan.seen_in(rows)
     failed = plan.count(State.FAILED)
     disturbed = plan.count(State.DISTURBED)

@@ -69,7 +69,7 @@ def with_imported(
     the context, each run is read from disk once. `only`: names of the sequences for which results
     are imported; all by default.
     """
-    from trackmark.bench.store.results import RunCache, run_cache
+    from trackmark.bench.store.run_store import RunCache, run_cache
 
     with ExitStack() as stack:
         stack.callback(run_cache.reset, run_cache.set(RunCache()))

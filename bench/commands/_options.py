@@ -336,7 +336,7 @@ def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSo
 
 def only_experiment(results: Path) -> Path:
     """Return the folder of the only experiment in a results folder."""
-    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.keys import experiment_folders
 
     folders = experiment_folders(results)
     if len(folders) > 1:

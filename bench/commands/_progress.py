@@ -18,7 +18,7 @@ from trackmark.reports.printable import columns
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.store.keys import RunKey
 
 PATIENCE = 2.0
 """Time after which a message names work that is not finished yet [s]."""
@@ -312,8 +312,8 @@ def print_corner_hints(folder: Path, cells: "Collection[RunKey] | None" = None) 
 
 def score_stored_runs(folder: Path) -> list[dict[str, Any]]:
     """Return the rows of an experiment's stored runs; score those that have no scores yet."""
-    from trackmark.bench.store.results import Results
-    from trackmark.bench.store.run_rows import list_scored_runs
+    from trackmark.bench.store.run_rows import scored_rows
+    from trackmark.bench.store.run_store import RunStore
 
     with progress_bar("Scoring stored runs", None, "run") as progress:
-        return list_scored_runs(Results(folder), progress)
+        return scored_rows(RunStore(folder), progress)

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from trackmark.bench.analysis.comparison import Comparison
     from trackmark.bench.analysis.families import Families
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.store.keys import RunKey
     from trackmark.reports.tables import ScoreMeasure
 
 
@@ -226,7 +226,7 @@ def _run(
     execution = run_experiment(experiment, options)
     print_hint(f"Runs are in {execution.folder}.")
     labels = [spec.label for spec in execution.plan.trackers.values()]
-    return execution.folder, labels, execution.plan.manifest().versions
+    return execution.folder, labels, execution.plan.requested_runs().versions
 
 
 @dataclass(frozen=True)
@@ -249,12 +249,12 @@ def _load(
     """Load requested runs (all stored runs if None), imported runs and timing runs."""
     from trackmark.bench.protocols import TIMING
     from trackmark.bench.store.data_frames import load_runs
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_store import RunStore
 
     if labels is not None:
         labels = [*labels, *imported]
     if cells is not None:
-        stored = Results(experiment).manifest().versions if imported else ()
+        stored = RunStore(experiment).requested_runs().versions if imported else ()
         cells = [*cells, *(cell for cell in stored if cell[0] in imported)]
         cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
     runs = load_runs(experiment, cells)

@@ -50,7 +50,7 @@ from trackmark.bench.experiments.experiment import (
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.store.keys import RunKey
 
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
 
@@ -157,7 +157,7 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
     """Execute a plan, print its scores by metrics presets and return the exit status."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.layout import run_key
+    from trackmark.bench.store.keys import run_key
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 
@@ -191,7 +191,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         print_message(state)
     else:
         _print_scores(execution, metrics, options)
-    print_corner_hints(execution.folder, execution.plan.manifest().versions)
+    print_corner_hints(execution.folder, execution.plan.requested_runs().versions)
     if not as_json:
         if not options.quiet:
             click.echo(f"\n{state}")
@@ -205,9 +205,9 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
 
 def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
     """Print a run as JSON, with scores by other presets if they are requested."""
-    from trackmark.bench.store.run_rows import to_json_row
+    from trackmark.bench.store.run_rows import json_row
 
-    data = to_json_row(row)
+    data = json_row(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("one-pass", "timing"):
         # Imports the table renderers.
         from trackmark.bench.analysis.by_metrics import presets_for, scores_by
@@ -223,7 +223,7 @@ def _print_scores(execution: "Execution", metrics: Sequence[str], options: Scree
     from trackmark.bench.analysis.by_metrics import summary_text
     from trackmark.bench.analysis.run_summary import summarise, summarise_times
 
-    folder, cells = execution.folder, execution.plan.manifest().versions
+    folder, cells = execution.folder, execution.plan.requested_runs().versions
     lines: list[str] = []
     warnings: list[str] = []
     with patience("Scoring runs"):
@@ -267,9 +267,9 @@ def _print_hints(execution: "Execution") -> None:
 
 def _print_details(execution: "Execution") -> None:
     """Print the end of what each tracker printed in the first run in which it printed anything."""
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_store import RunStore
 
-    results, cells = Results(execution.folder), execution.plan.manifest().versions
+    results, cells = RunStore(execution.folder), execution.plan.requested_runs().versions
     stored = set(results.list_keys())
     printed = dict.fromkeys((cell[0] for cell in cells if cell in stored), False)
     for cell in cells:

@@ -134,15 +134,14 @@ def _stored(
     import numpy as np
 
     from trackmark.bench.analysis.film_strips import boxes_on
-    from trackmark.bench.store.data_frames import ordered_rows
-    from trackmark.bench.store.files import ResultsError
-    from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.data_frames import rows_in_order
+    from trackmark.bench.store.keys import ResultsError, experiment_folders
+    from trackmark.bench.store.run_store import RunStore
     from trackmark.reports.overlay import TRUTH
 
     boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
     for path in experiment_folders(results):
-        for row in ordered_rows(Results(path), sequence=sequence.name, status="stale"):
+        for row in rows_in_order(RunStore(path), sequence=sequence.name, status="stale"):
             print_message(
                 f"{row['tracker']}, repetition {row['repetition']}: not drawn, because the run is "
                 "of another version of the tracker or the sequence. Run it again."

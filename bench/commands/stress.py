@@ -155,7 +155,7 @@ class _Runner:
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
         texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-        return load_runs(execution.folder, execution.plan.manifest().versions), texts
+        return load_runs(execution.folder, execution.plan.requested_runs().versions), texts
 
 
 def _complete_tests(runner: _Runner, stress_tests: "Sequence[StressTest]") -> "list[StressTest]":

@@ -37,10 +37,10 @@ from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.database import open_database
-from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.results import Manifest, Results
+from trackmark.bench.store.keys import RunKey, run_key
 from trackmark.bench.store.run_rows import list_runs
-from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of, read_truth
 from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.datasets.interface import group_remarks
 
@@ -79,7 +79,7 @@ def open_sequences(
         sequence = datasets.load(source.text, truth=source.truth)
         sequence.check_runnable()
         sequences.append(sequence)
-        write_truth(folder, sequence)
+        add_truth_of(folder, sequence)
         absolute = source.absolute()
         opened.append(
             ResultSequence(
@@ -109,21 +109,21 @@ def import_results(
     Raises `ExchangeError` for a sequence without results, and for files that are malformed, too
     short or too long.
     """
-    results = Results(folder)
+    results = RunStore(folder)
     runs = [
         run
         for tracker in trackers
         for run in _with_one_protocol(list(_read_runs(tracker, sequences, on_message)))
     ]
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
-    results.prepare(Manifest("", versions))
+    results.add_requests(RequestedRuns("", versions))
     stored_cells = set(results.list_keys())
     for run in runs:
         cell = run_key(run.identity)
         stored = results.read(cell).identity if cell in stored_cells else None
         if stored is not None and not stored.imported:
             raise _name_collision(folder, stored.tracker)
-        results.write(run, stored.version if stored else "")
+        results.add(run, stored.version if stored else "")
     return len(runs)
 
 
@@ -145,7 +145,7 @@ def copy_with_imports(
     `sequences`: sequences of the experiment for which results are imported; all by default.
     Raises as `import_results`.
     """
-    stored = list_runs(Results(experiment))
+    stored = list_runs(RunStore(experiment))
     if both := {row["tracker"] for row in stored} & {tracker.tracker for tracker in trackers}:
         raise _name_collision(experiment, min(both))
     rows = {row["sequence"]: row for row in stored}.values()

@@ -12,7 +12,7 @@ from trackmark import datasets
 from trackmark.bench.output_files import write_file
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store import data_frames
-from trackmark.bench.store.layout import experiment_folders
+from trackmark.bench.store.keys import experiment_folders
 from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.datasets import Sequence
 

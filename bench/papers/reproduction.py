@@ -21,7 +21,7 @@ from trackmark.bench.papers.tables import (
     setting_table,
 )
 from trackmark.bench.papers.verdicts import VerdictRow, count_verdicts, verdict_table
-from trackmark.bench.store.layout import RunKey
+from trackmark.bench.store.keys import RunKey
 from trackmark.reports.tables import Table
 
 

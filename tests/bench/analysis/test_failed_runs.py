@@ -13,7 +13,7 @@ from trackmark.bench import metrics
 from trackmark.bench.analysis.by_metrics import preset_report
 from trackmark.bench.analysis.failed_runs import failed_runs, judge_failed, with_worst_scores
 from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import read_truth
 
 N_FRAMES = 15
@@ -35,7 +35,7 @@ def stored(tmp_path_factory, run_trial):
 def failed_run(folder, runs):
     row = runs[runs["status"] == "failed"].iloc[0]
     key = row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"]
-    run = Results(folder).read(key)
+    run = RunStore(folder).read(key)
     return run, read_truth(folder, row["sequence"], row["fingerprint"])
 
 

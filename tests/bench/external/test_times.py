@@ -9,7 +9,7 @@ from trackmark import bench
 from trackmark.bench.analysis.run_summary import summarise, summarise_times
 from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.pages.report import Commands, write_report_page
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 WAITING = """
 import time
@@ -98,5 +98,5 @@ def test_timing_runs_have_all_columns_of_times(waiting, folder, run_trial):
     results = run_trial(folder / "timed", ["static", waiting["file"]], ["Noise"], timing=True)
     (table,) = [table for table in tables(results) if table.name == "times"]
     assert table.heads[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
-    lines = summarise_times(results, Results(results).list_keys())
+    lines = summarise_times(results, RunStore(results).list_keys())
     assert lines[0].startswith("static is the fastest: ")
