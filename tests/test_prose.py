@@ -27,7 +27,7 @@ WEAK_NAMES = (
 MAX_WORDS = {"page": 30, "docstring": 35, "message": 10**6}  # of a sentence
 
 ALLOWED = {
-    ("bench/api/results.py", "weak name: by"): 'argument, as in `means(by="sequence")` of pandas',
+    ("bench/api/runs.py", "weak name: by"): 'argument, as in `means(by="sequence")` of pandas',
     ("bench/analysis/comparison.py", "weak name: kept"): "key of compare --json",
     ("bench/papers/measures.py", "weak name: kept"): "measure in paper.toml and claims.toml",
     ("datasets/versioning.py", "weak name: known"): "key in golden.json",

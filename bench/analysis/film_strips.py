@@ -12,19 +12,10 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.analysis.outlines import Outlines, outlines_of_run
-from trackmark.bench.analysis.stored_runs import (
-    StoredRun,
-    is_judged,
-    one_pass_runs,
-    open_sequence,
-    read_runs,
-)
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.output_files import file_names, write_file
 from trackmark.bench.protocols import ONE_PASS
-from trackmark.bench.store.data_frames import rows_in_order
-from trackmark.bench.store.keys import experiment_folders
-from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs, RunWithTruth, reopen_sequence
 from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip, save_png
 from trackmark.reports.palette import colours
 
@@ -40,7 +31,7 @@ TRACE_WORDS: Mapping[Trace, str] = {"online": "online boxes", "revised": "revise
 
 
 def write_strips(
-    experiment: Path, folder: Path, on_message: Callable[[str], None], trackers: Sequence[str]
+    runs: Runs, folder: Path, on_message: Callable[[str], None], trackers: Sequence[str]
 ) -> list[Path]:
     """Draw a film strip of each sequence with the boxes of trackers; return the files.
 
@@ -49,9 +40,7 @@ def write_strips(
     each sequence that cannot be drawn.
     """
     rows: dict[str, list[Mapping[str, Any]]] = {}
-    for row in filter(
-        is_judged, rows_in_order(RunStore(experiment))
-    ):  # read once: they can be many
+    for row in runs.evaluated_rows():
         rows.setdefault(str(row["sequence"]), []).append(row)
     shades, files = colours(trackers), file_names(rows)
     # Encoding takes longer than drawing. It releases the lock of the interpreter.
@@ -63,11 +52,12 @@ def write_strips(
                 "show` draws others."
             )
         for name in sorted(rows)[:MAX_STRIPS]:
-            sequence = open_sequence(rows[name][-1])
-            if isinstance(sequence, str):
-                on_message(f"no film strip: {sequence}")
+            try:
+                sequence = reopen_sequence(rows[name][-1])
+            except datasets.SequenceError as error:
+                on_message(f"no film strip: {error}")
                 continue
-            strip = _draw_strip(experiment, rows[name], sequence, shades)
+            strip = _draw_strip(runs, rows[name], sequence, shades)
             path = folder / f"strip-{files[name]}.png"
             written.append(executor.submit(write_file, path, partial(save_png, image=strip)))
             if len(written) > _MAX_PENDING:  # limits the memory
@@ -76,16 +66,16 @@ def write_strips(
 
 
 def _draw_strip(
-    experiment: Path,
+    runs: Runs,
     rows: Iterable[Mapping[str, Any]],
     sequence: datasets.Sequence,
     shades: Mapping[str, str],
 ) -> NDArray[np.uint8]:
     """Return the film strip of a sequence with the one-pass runs among `rows`."""
     one_pass = [row for row in rows if row["protocol"] == ONE_PASS]
-    runs = list(read_runs(experiment, one_pass))
-    boxes, named = {TRUTH: runs[0][2].boxes} if runs else {}, {}
-    for tracker, run in _select_repetition(runs, 0).items():
+    stored = list(runs.read(one_pass))
+    boxes, named = {TRUTH: stored[0].truth.boxes} if stored else {}, {}
+    for tracker, run in _select_repetition(stored, 0).items():
         label = _label(tracker, run, "online")
         boxes[label], named[label] = run.boxes, shades[tracker]
     numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, N_STRIP_FRAMES)
@@ -93,7 +83,7 @@ def _draw_strip(
 
 
 def boxes_on(
-    folder: Path, sequence: str, repetition: int = 0, trace: Trace = "online"
+    experiments: Iterable[Runs], sequence: str, repetition: int = 0, trace: Trace = "online"
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, Outlines]]:
     """Return boxes, with the ground truth first, and outlines on a sequence by label.
 
@@ -101,9 +91,12 @@ def boxes_on(
     or revised. Outlines exist for online estimates only. Failed runs are included up to their
     failure.
     """
-    experiments = experiment_folders(folder)
-    stored = [run for path in experiments for run in one_pass_runs(path, sequence=sequence)]
-    boxes = {TRUTH: stored[0][2].boxes} if stored else {}
+    stored = [
+        run
+        for runs in experiments
+        for run in runs.read(runs.evaluated_rows(protocol=ONE_PASS, sequence=sequence))
+    ]
+    boxes = {TRUTH: stored[0].truth.boxes} if stored else {}
     outlines = dict[str, Outlines]()
     for tracker, run in _select_repetition(stored, repetition).items():
         label = _label(tracker, run, trace)
@@ -113,7 +106,7 @@ def boxes_on(
     return boxes, outlines
 
 
-def _select_repetition(stored: Iterable[StoredRun], repetition: int) -> dict[str, Run]:
+def _select_repetition(stored: Iterable[RunWithTruth], repetition: int) -> dict[str, Run]:
     """Return a repetition of each tracker, or the first run of a tracker without it."""
     runs: dict[str, Run] = {}
     for row, run, _ in stored:

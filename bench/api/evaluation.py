@@ -11,7 +11,7 @@ from typing import Any
 
 from trackmark import datasets
 from trackmark.bench.analysis.run_summary import tracker_line
-from trackmark.bench.api.results import Results, load_experiment, preset_for
+from trackmark.bench.api.runs import PrintedRuns, load_experiment, metrics_by_name
 from trackmark.bench.api.tracker_arguments import (
     resolve_trackers,
     tracker_texts,
@@ -30,6 +30,7 @@ from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.process_tree import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, protocol_of_key
+from trackmark.bench.store.truth import stored_truth
 from trackmark.bench.temporary_paths import remove_abandoned
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness, TrackerError
@@ -47,7 +48,7 @@ def evaluate(
     metrics: str = "native",
     seed: int | None = None,
     raise_errors: bool = False,
-) -> Results:
+) -> PrintedRuns:
     """Run trackers on sequences in this process, and keep the runs in memory.
 
     Parameters
@@ -75,7 +76,7 @@ def evaluate(
 
     Returns
     -------
-    Results
+    Runs
         One run per tracker, sequence and repetition.
 
     Raises
@@ -92,7 +93,7 @@ def evaluate(
     opened = _open_sequences(sequences)
     for sequence, _ in opened:
         sequence.check_runnable()
-    in_memory = {spec.label: unsaved_reason(spec) for spec in specs}
+    unsaved_reasons = {spec.label: unsaved_reason(spec) for spec in specs}
     entries = _entries(specs, repetitions)
     search_path = list(sys.path)
     remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
@@ -119,22 +120,24 @@ def evaluate(
         warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
     _warn_of_drawing(runs, stochastic)
     sequences_run = [sequence for sequence, _ in opened]
-    by_key = _by_key([*runs, *more], specs, sequences_run)
-    results = Results(by_key, protocol_key, metrics, sequences_run, in_memory)
-    _warn_of_failures(results)
-    return results
+    truths = {(s.name, s.fingerprint): stored_truth(s) for s in sequences_run}
+    evaluated = PrintedRuns.in_memory(_in_order([*runs, *more], specs, sequences_run), truths)
+    evaluated.protocol, evaluated.metrics = protocol_key, metrics_by_name(metrics, protocol_key)
+    evaluated.unsaved_reasons, evaluated.sequences = unsaved_reasons, sequences_run
+    _warn_of_failures(evaluated)
+    return evaluated
 
 
 def run(
     trackers: Any,
     sequences: Any,
-    output: str | Path | None = None,
+    folder: str | Path | None = None,
     *,
     repetitions: int = 1,
     protocol: str = ONE_PASS,
     metrics: str = "native",
     jobs: int | None = None,
-) -> Results:
+) -> PrintedRuns:
     """Run trackers on sequences in worker processes, and store the runs in a folder.
 
     Stored runs are not repeated, so that an interrupted call can be continued. A tracker that
@@ -146,8 +149,8 @@ def run(
         Specifications, such as `camshift:window=adaptive` or `matcher.py:Matcher`.
     sequences : str, Path or list of these
         Names, paths, patterns with `*` and `?`, suites or folders of sequences.
-    output : str or Path, optional
-        Folder of these results; by default a folder in `results` whose name depends on trackers and
+    folder : str or Path, optional
+        Folder of these runs; by default a folder in `results` whose name depends on trackers and
         sequences, as for `trackmark run`.
     repetitions, protocol, metrics
         As for `evaluate`.
@@ -156,7 +159,7 @@ def run(
 
     Returns
     -------
-    Results
+    Runs
         All runs in the folder by the protocol.
 
     Raises
@@ -165,22 +168,21 @@ def run(
         If a part cannot be executed. Finished runs stay stored.
     """
     _check(protocol, metrics, repetitions=repetitions, jobs=1 if jobs is None else jobs)
-    if not isinstance(output, str | Path | None):
-        raise TypeError(f"output is {value_text(output)}. Expected: a folder as text or Path.")
-    texts, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
-    default = Path("results") / default_name(texts, [text for text, _ in selected])
-    folder = (default if output is None else Path(output)).expanduser().absolute()
+    if not isinstance(folder, str | Path | None):
+        raise TypeError(f"folder is {value_text(folder)}. Expected: a text or a Path.")
+    specs, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
+    default = Path("results") / default_name(specs, [text for text, _ in selected])
+    path = (default if folder is None else Path(folder)).expanduser().absolute()
     experiment = Experiment(
-        name=folder.name,
-        trackers=texts,
+        name=path.name,
+        trackers=specs,
         sequences=tuple(SequenceSource(name) for _, name in selected),
         repetitions=repetitions,
         protocol=protocol,
     )
-    stored = run_experiment(experiment, folder.parent, jobs)
-    results = load_experiment(stored, metrics, protocol)
-    _warn_of_failures(results)
-    return results
+    loaded = load_experiment(run_experiment(experiment, path.parent, jobs), metrics, protocol)
+    _warn_of_failures(loaded)
+    return loaded
 
 
 def _check(protocol: str, metrics: str, **numbers: int) -> str:
@@ -203,8 +205,8 @@ def _check(protocol: str, metrics: str, **numbers: int) -> str:
                 f"{name} is {value_text(value)}. Expected: an integer of {least} or more."
             )
     protocol_key = parse_protocol(protocol).key
-    if not can_score(preset := preset_for(metrics, protocol_key), protocol_key):
-        raise ValueError(f"{preset} cannot score runs by the protocol {protocol}.")
+    if not can_score(name := metrics_by_name(metrics, protocol_key), protocol_key):
+        raise ValueError(f"{name} cannot score runs by the protocol {protocol}.")
     return protocol_key
 
 
@@ -346,15 +348,15 @@ def _passes(
         yield shared
 
 
-def _by_key(
-    runs: list[Run], specs: list[TrackerSpec], sequences: list[Sequence]
-) -> dict[tuple[str, str, int], Run]:
-    """Return runs by key, in the order of sequences, trackers and repetitions."""
+def _in_order(runs: list[Run], specs: list[TrackerSpec], sequences: list[Sequence]) -> list[Run]:
+    """Return runs in the order of sequences, trackers and repetitions."""
     labels, names = [spec.label for spec in specs], [sequence.name for sequence in sequences]
-    keys = [(run.identity.tracker, run.identity.sequence, run.identity.repetition) for run in runs]
-    by_key = dict(zip(keys, runs, strict=True))
-    order = sorted(keys, key=lambda key: (names.index(key[1]), labels.index(key[0]), key[2]))
-    return {key: by_key[key] for key in order}
+
+    def order(run: Run) -> tuple[int, int, int]:
+        key = run.identity
+        return names.index(key.sequence), labels.index(key.tracker), key.repetition
+
+    return sorted(runs, key=order)
 
 
 def _warn_of_drawing(runs: list[Run], specs: list[TrackerSpec]) -> None:
@@ -370,17 +372,19 @@ def _warn_of_drawing(runs: list[Run], specs: list[TrackerSpec]) -> None:
         warnings.warn(text, RuntimeWarning, stacklevel=3)
 
 
-def _warn_of_failures(results: Results) -> None:
+def _warn_of_failures(runs: PrintedRuns) -> None:
     """Issue a warning with the first failed run."""
-    failed = [run for run in results.runs.values() if run.failure]
+    failed = [
+        row for row in runs.evaluated_rows(protocol=runs.protocol) if row["status"] == "failed"
+    ]
     if not failed:
         return
-    key, text = failed[0].identity, failed[0].failure
-    place, reason = tracker_line(text), text.splitlines()[0].rstrip(".")
+    first, failure = failed[0], str(failed[0]["failure"])
+    line, reason = tracker_line(failure), failure.splitlines()[0].rstrip(".")
     warnings.warn(
-        f"{len(failed)} of {len(results.runs)} runs failed. First: {key.tracker} on "
-        f"{key.sequence}, {reason}{f' ({place})' if place else ''}. "
-        "results.failures lists all; evaluate(..., raise_errors=True) raises the exception.",
+        f"{len(failed)} of {len(runs)} runs failed. First: {first['tracker']} on "
+        f"{first['sequence']}, {reason}{f' ({line})' if line else ''}. "
+        "runs.failures lists all; evaluate(..., raise_errors=True) raises the exception.",
         RuntimeWarning,
         stacklevel=3,
     )

@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING
 
 from trackmark.bench.commands._execution import execute_runs, plan_experiment, print_remarks
 from trackmark.bench.commands._options import EngineOptions
-from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
+from trackmark.bench.commands._progress import (
+    RunProgress,
+    open_runs,
+    print_corner_hints,
+    print_message,
+)
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.temporary_paths import temporary_folder
@@ -96,8 +101,8 @@ class BaselineRunner:
         }
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         if not temporary:
-            cells = [(*pair, 0, ONE_PASS) for pair in pairs]
-            print_corner_hints(self.folder, cells)
+            keys = [(*pair, 0, ONE_PASS) for pair in pairs]
+            print_corner_hints(open_runs(self.folder).select(keys))
         return stored_entries(self.folder, {pair: counts[pair[0]] for pair in pairs}, self.sources)
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:

@@ -1,6 +1,6 @@
 """Execution of the missing runs of an experiment, with progress and messages."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,6 @@ from trackmark.bench.commands._progress import (
     patience,
     print_event,
     print_message,
-    score_stored_runs,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
@@ -34,7 +33,6 @@ def plan_experiment(
     """
     from trackmark.bench.execution.executor import Execution
 
-    score_stored_runs(options.output / experiment.name)
     with patience("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
@@ -78,8 +76,11 @@ def execute_runs(
                 on_row(row)
     except KeyboardInterrupt:
         if not temporary:
-            _, _, state = stored_runs(execution)
-            print_message(f"Stopped: {state} The same command continues from there.")
+            from trackmark.bench.store.run_rows import list_runs
+            from trackmark.bench.store.run_store import RunStore
+
+            _, message = progress_since(execution, list_runs(RunStore(execution.folder)))
+            print_message(f"Stopped: {message} The same command continues from there.")
         raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
     if not keep_errors:
         execution.raise_errors()
@@ -125,18 +126,20 @@ def print_remarks(*executions: "Execution") -> None:
         print_event("warning", text)
 
 
-def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":
-    """Return the stored runs, the plan in its current state, and a sentence with the counts."""
-    from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.run_rows import scored_rows
-    from trackmark.bench.store.run_store import RunStore
+def progress_since(
+    execution: "Execution", rows: "Iterable[Mapping[str, Any]]"
+) -> "tuple[Plan, str]":
+    """Return the plan with the states of stored runs, and a sentence with their numbers.
 
-    # Read from disk: another command may have stored runs meanwhile.
-    rows = scored_rows(RunStore(execution.folder))
+    The rows must have been read after the execution: another command may have stored runs in the
+    meantime.
+    """
+    from trackmark.bench.execution.plan import State
+
     plan = execution.plan.seen_in(rows)
     failed = plan.count(State.FAILED)
     disturbed = plan.count(State.DISTURBED)
     end = f", {failed} failed" if failed else ""
     end += f", {disturbed} disturbed by other load" if disturbed else ""
     n_finished = plan.count(State.DONE) + disturbed
-    return rows, plan, f"{n_finished} of {len(plan)} runs are in {execution.folder}{end}."
+    return plan, f"{n_finished} of {len(plan)} runs are in {execution.folder}{end}."

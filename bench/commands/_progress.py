@@ -5,7 +5,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -18,7 +18,7 @@ from trackmark.reports.printable import columns
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.store.keys import RunKey
+    from trackmark.bench.store.runs import Runs
 
 PATIENCE = 2.0
 """Time after which a message names work that is not finished yet [s]."""
@@ -301,19 +301,17 @@ class RunProgress:
         return f", about {rough_duration(self._seconds() * (1 - share) / share)} left"
 
 
-def print_corner_hints(folder: Path, cells: "Collection[RunKey] | None" = None) -> None:
-    """Print a hint for each tracker that seems to return corners; `cells`: requested runs."""
+def print_corner_hints(runs: "Runs") -> None:
+    """Print a hint for each tracker that seems to return corners."""
     from trackmark.bench.analysis.corner_boxes import corner_boxes
-    from trackmark.bench.store.data_frames import load_runs
 
-    for hint in corner_boxes(folder, load_runs(folder, cells)):
+    for hint in corner_boxes(runs):
         print_event("warning", hint)
 
 
-def score_stored_runs(folder: Path) -> list[dict[str, Any]]:
-    """Return the rows of an experiment's stored runs; score those that have no scores yet."""
-    from trackmark.bench.store.run_rows import scored_rows
-    from trackmark.bench.store.run_store import RunStore
+def open_runs(folder: Path) -> "Runs":
+    """Return the runs in a results folder, with a progress bar while runs are scored."""
+    from trackmark.bench.store.runs import Runs
 
     with progress_bar("Scoring stored runs", None, "run") as progress:
-        return scored_rows(RunStore(folder), progress)
+        return Runs.open(folder, progress)

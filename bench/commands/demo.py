@@ -18,6 +18,7 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import (
     RunProgress,
+    open_runs,
     print_hint,
     print_message,
     progress_bar,
@@ -48,7 +49,7 @@ def command(options: DemoOptions) -> int:
     Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark.bench.analysis.run_summary import summarise
-    from trackmark.bench.analysis.run_tables import tables, title_of
+    from trackmark.bench.analysis.run_tables import tables
     from trackmark.bench.commands._table_files import write_tables
     from trackmark.bench.pages.report import Commands, write_report_page
     from trackmark.bench.pages.report_figures import FigureFiles
@@ -67,19 +68,20 @@ def command(options: DemoOptions) -> int:
         runs_progress.expect(*executions)
         for execution in executions:
             execute_runs(execution, progress=runs_progress)
-    summary = summarise(results)
+    runs = open_runs(results)
+    summary = summarise(runs)
     assert summary is not None
     click.echo("\n".join(summary.lines()))
     if summary.failures:
         return EXIT_NEGATIVE
     folder = options.output / "demo"
-    report_tables = tables(results)
+    report_tables = tables(runs)
     write_tables(folder, report_tables)
     figures = FigureFiles(".png", print_message)
     page = folder / "report.html"
     with progress_bar("Drawing the report", None, "frame") as progress:
-        title, names = title_of(results), Commands(str(results))
-        write_report_page(results, page, report_tables, title, names, progress, figures=figures)
+        names = Commands(str(results))
+        write_report_page(runs, page, report_tables, runs.title, names, progress, figures=figures)
     program = os.path.relpath(sys.argv[0])
     click.echo(f"\nReport  {page}  (open it in a browser; tables and plots are in the same folder)")
     print_hint(

@@ -10,6 +10,7 @@ import click
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._imported_results import (
     imported_option,
+    imported_runs,
     parse_imported,
     with_imported,
 )
@@ -23,6 +24,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._progress import (
+    open_runs,
     patience,
     print_corner_hints,
     print_event,
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from trackmark.bench.analysis.by_attribute import AttributeReport
     from trackmark.bench.pages.report import Commands
     from trackmark.bench.pages.report_figures import FigureFiles
+    from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import Table
 
 TEXTS = ("text", "markdown", "csv", "latex")
@@ -108,84 +111,83 @@ def command(options: ReportOptions) -> int:
         raise click.UsageError(f"--format {options.form} is a format of plots. Give --folder.")
     if options.frames and not options.has_page:
         raise click.UsageError("--frames requires a page, which is not written. Give --folder.")
-    stored = [] if results is None else experiment_folders(results)
-    with with_imported(stored, parse_imported(options.results_of), sequences) as experiments:
-        for number, experiment in enumerate(experiments):
-            _report(experiment, stored[number] if stored else None, options, len(experiments) > 1)
-        return _print_left_out(experiments)
+    imported = parse_imported(options.results_of)
+    if results is None:
+        experiments = [imported_runs(imported, sequences or "")]
+    else:
+        experiments = [open_runs(folder) for folder in experiment_folders(results)]
+        if imported:
+            experiments = [with_imported(runs, imported) for runs in experiments]
+    for runs in experiments:
+        _report(runs, options, several=len(experiments) > 1)
+    return _print_left_out(experiments)
 
 
-def _report(experiment: Path, stored: Path | None, options: ReportOptions, several: bool) -> None:
-    """Print and write the report on an experiment.
-
-    `experiment`: folder with imported results. `stored`: folder of the stored results, if any.
-    """
-    from trackmark.bench.analysis.by_metrics import preset_report
-    from trackmark.bench.analysis.run_tables import title_of
+def _report(runs: "Runs", options: ReportOptions, *, several: bool) -> None:
+    """Print and write the report on an experiment; captions name its folder if it is not alone."""
+    from trackmark.bench.analysis.by_metrics import metric_tables
     from trackmark.bench.commands._table_files import list_written_files, write_tables
     from trackmark.bench.pages.report import Commands
 
     metrics, folder = options.metrics, options.folder
-    title = title_of(experiment, named=several)
+    title = runs.title
+    if several and runs.folder is not None and title != runs.folder.name:
+        title = f"{runs.folder.name}: {title}"
     with patience("Scoring runs"):
-        tables, scored = preset_report(experiment, metrics, title=title)
-    curves = _curves(experiment, metrics, tables) if options.by_attribute else []
-    annotated = _annotated(experiment, metrics, tables) if options.by_attribute else []
+        tables, with_curves = metric_tables(runs, metrics, title)
+    curves = _curves(runs, metrics, tables) if options.by_attribute else []
+    annotated = _annotated(runs, metrics, tables) if options.by_attribute else []
     arguments = [text for path in options.results_of for text in ("--results-of", path)]
     arguments += [] if options.sequences is None else ["--sequences", options.sequences]
-    commands = Commands("" if stored is None else str(stored), arguments)
+    commands = Commands("" if runs.folder is None else str(runs.folder), arguments)
     if options.as_json or options.form in TEXTS:
         if options.form == "markdown":
-            _print_answer(experiment, options)
+            _print_answer(runs, options)
         _print(tables, options)
     else:
-        _print_summary(experiment, tables, options, title if several else "")
-    print_corner_hints(experiment)
-    target, files = stored or Path("report"), list[Path]()
+        _print_summary(runs, tables, options, title if several else "")
+    print_corner_hints(runs)
+    target, files = runs.folder or Path("report"), list[Path]()
     figures = None
     if folder is not None:
         # Imports of Matplotlib and SciPy's statistics take longer than a report on the terminal.
         from trackmark.bench.pages.report_figures import FigureFiles
 
-        target = folder / experiment.name if several else folder
+        target = folder / target.name if several else folder
         files += write_tables(target, tables)
         suffix = f".{options.form}" if options.form in FIGURES else ".png"
-        figures = FigureFiles(suffix, print_message, scored, curves, annotated)
+        figures = FigureFiles(suffix, print_message, with_curves, curves, annotated)
     if options.has_page:
         page = target / "report.html"
-        files += _write_page(experiment, page, tables, title, commands, options.frames, figures)
+        files += _write_page(runs, page, tables, title, commands, options.frames, figures)
     for line in list_written_files(files):
         print_message(line)
 
 
-def _curves(experiment: Path, metrics: list[str], tables: "list[Table]") -> "list[AttributeReport]":
+def _curves(runs: "Runs", metrics: list[str], tables: "list[Table]") -> "list[AttributeReport]":
     """Return scores by attribute of the sequences, and add their tables."""
     from trackmark.bench.analysis.by_attribute import attribute_report
 
     with progress_bar("Measuring attributes", None, "frame") as progress:
-        curves = attribute_report(experiment, metrics, progress, print_message)
+        curves = attribute_report(runs, metrics, progress, print_message)
     tables += [curve.table for curve in curves]
     return curves
 
 
-def _annotated(
-    experiment: Path, metrics: list[str], tables: "list[Table]"
-) -> "list[AnnotationReport]":
+def _annotated(runs: "Runs", metrics: list[str], tables: "list[Table]") -> "list[AnnotationReport]":
     """Return scores by annotated attribute, and add their tables."""
     from trackmark.bench.analysis.by_annotation import annotation_reports
 
-    reports = annotation_reports(experiment, metrics)
+    reports = annotation_reports(runs, metrics)
     tables += [report.table for report in reports]
     return reports
 
 
-def _print_summary(
-    experiment: Path, tables: "list[Table]", options: ReportOptions, title: str
-) -> None:
+def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, title: str) -> None:
     """Print answer and short table; then tables of other presets, or all of them."""
     from trackmark.bench.analysis.run_summary import summarise
 
-    summary = summarise(experiment) if "native" in options.metrics else None
+    summary = summarise(runs) if "native" in options.metrics else None
     if title:
         click.echo(f"{title}:")
     if summary is not None:
@@ -199,12 +201,12 @@ def _print_summary(
         _print(further, options)
 
 
-def _print_answer(experiment: Path, options: ReportOptions) -> None:
+def _print_answer(runs: "Runs", options: ReportOptions) -> None:
     """Print the answer as paragraphs of Markdown."""
     from trackmark.bench.analysis.run_summary import summarise
     from trackmark.reports.renderers import in_markdown
 
-    summary = summarise(experiment) if "native" in options.metrics else None
+    summary = summarise(runs) if "native" in options.metrics else None
     if summary is not None:
         for sentence in (summary.answer.heading, *summary.answer.details):
             click.echo(f"{in_markdown(sentence)}\n")
@@ -227,7 +229,7 @@ def _print(tables: "list[Table]", options: ReportOptions) -> None:
 
 
 def _write_page(
-    experiment: Path,
+    runs: "Runs",
     path: Path,
     tables: "list[Table]",
     title: str,
@@ -242,7 +244,7 @@ def _write_page(
     try:
         with progress_bar("Drawing the report", None, "frame") as progress:
             return write_report_page(
-                experiment, path, tables, title, commands, progress, full=full, figures=figures
+                runs, path, tables, title, commands, progress, full=full, figures=figures
             )
     except OSError as error:
         raise ResultsError(
@@ -251,15 +253,14 @@ def _write_page(
         ) from error
 
 
-def _print_left_out(experiments: Sequence[Path]) -> int:
+def _print_left_out(experiments: "Sequence[Runs]") -> int:
     """Print a line per tracker whose runs all failed; return the exit code."""
     from trackmark.bench.analysis.failed_runs import failed_runs
-    from trackmark.bench.store.data_frames import load_runs
 
     lines = dict[str, None]()
-    for experiment in experiments:
-        for _, runs in load_runs(experiment).groupby("protocol", sort=False):
-            failures = failed_runs(runs)
+    for runs in experiments:
+        for _, rows in runs.table.groupby("protocol", sort=False):
+            failures = failed_runs(rows)
             lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
     for line in lines:
         print_message(line)

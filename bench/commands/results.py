@@ -18,7 +18,6 @@ from trackmark.bench.commands._options import (
     argument,
     execution_option,
     name_option,
-    only_experiment,
     option,
     output_option,
     protocol_option,
@@ -27,9 +26,9 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._progress import (
+    open_runs,
     print_hint,
     print_message,
-    score_stored_runs,
 )
 from trackmark.bench.commands._terminal import confirm
 
@@ -72,14 +71,11 @@ def list_results(options: FolderOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
-    from trackmark.bench.store.data_frames import rows_in_order
     from trackmark.bench.store.keys import experiment_folders
     from trackmark.bench.store.run_rows import json_row
-    from trackmark.bench.store.run_store import RunStore
 
     for experiment in experiment_folders(options.folder):
-        score_stored_runs(experiment)
-        rows = rows_in_order(RunStore(experiment))
+        rows = [row for row in open_runs(experiment).rows if row["status"] != "missing"]
         if options.as_json:
             for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **json_row(row)}))
@@ -350,9 +346,10 @@ def export(options: ExportOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.exchange.exporting import export_results
+    from trackmark.bench.store.keys import single_experiment
 
     files = export_results(
-        only_experiment(options.experiment),
+        single_experiment(options.experiment),
         options.format,
         options.folder,
         print_message,

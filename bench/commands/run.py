@@ -2,7 +2,7 @@
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from trackmark.bench.commands._execution import (
     execute_runs,
     plan_experiment,
     print_remarks,
-    stored_runs,
+    progress_since,
 )
 from trackmark.bench.commands._options import (
     Command,
@@ -32,6 +32,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._progress import (
+    open_runs,
     patience,
     print_corner_hints,
     print_event,
@@ -51,6 +52,7 @@ from trackmark.bench.experiments.experiment import (
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
     from trackmark.bench.store.keys import RunKey
+    from trackmark.bench.store.runs import Runs
 
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
 
@@ -155,9 +157,10 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
-    """Execute a plan, print its scores by metrics presets and return the exit status."""
+    """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.keys import run_key
+    from trackmark.bench.store.runs import Runs, RunSource
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 
@@ -167,7 +170,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
-            _print_row(row, execution.folder, metrics)
+            _print_row(Runs([dict(row)], {}, RunSource(execution.folder)), row, metrics)
             printed.add(run_key(row))
 
     if stale := execution.plan.count(State.STALE):
@@ -176,7 +179,9 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             "the sequence has changed. To keep them, stop and add --name."
         )
     execute_runs(execution, print_row, keep_errors=True)
-    rows, now, state = stored_runs(execution)
+    stored = open_runs(execution.folder)
+    now, message = progress_since(execution, stored.stored_rows)
+    runs = stored.select(execution.plan.requested_runs().versions)
     failed = now.count(State.FAILED)
     try:
         execution.raise_errors()
@@ -184,57 +189,59 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         for line in str(error).splitlines():
             complain(line)
     if as_json:
-        for row in rows:
-            cell = run_key(row)
-            if cell in now.requested and cell not in printed and now.state(cell) >= State.FAILED:
-                _print_row(row, execution.folder, metrics)
-        print_message(state)
+        for row in stored.stored_rows:
+            key = run_key(row)
+            if key in now.requested and key not in printed and now.state(key) >= State.FAILED:
+                _print_row(stored, row, metrics)
+        print_message(message)
     else:
-        _print_scores(execution, metrics, options)
-    print_corner_hints(execution.folder, execution.plan.requested_runs().versions)
+        _print_scores(runs, execution.plan.protocol, metrics, options)
+    print_corner_hints(runs)
     if not as_json:
         if not options.quiet:
-            click.echo(f"\n{state}")
+            click.echo(f"\n{message}")
             _print_hints(execution)
         if options.verbose:
-            _print_details(execution)
+            _print_details(runs, execution.plan.requested_runs().versions)
     if execution.errors or execution.tracker_errors:
         return EXIT_WRONG_INPUT
     return EXIT_NEGATIVE if failed else 0
 
 
-def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
-    """Print a run as JSON, with scores by other presets if they are requested."""
+def _print_row(runs: "Runs", row: Mapping[str, Any], metrics: Sequence[str]) -> None:
+    """Print a run as JSON, with scores by other metrics if they are requested."""
     from trackmark.bench.store.run_rows import json_row
 
     data = json_row(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("one-pass", "timing"):
         # Imports the table renderers.
-        from trackmark.bench.analysis.by_metrics import presets_for, scores_by
+        from trackmark.bench.analysis.by_metrics import metrics_for, scores_by_metrics
 
-        presets = presets_for(metrics, row["protocol"])
-        if others := [name for name in presets if name != "native"]:
-            data["metrics"] = scores_by(folder, row, others)
+        names = metrics_for(metrics, row["protocol"])
+        if others := [name for name in names if name != "native"]:
+            data["metrics"] = scores_by_metrics(runs, row, others)
     click.echo(json.dumps(data, allow_nan=False))
 
 
-def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
+def _print_scores(
+    runs: "Runs", protocol: str, metrics: Sequence[str], options: ScreenOptions
+) -> None:
     """Print the answer and a short table, and with --verbose all tables."""
     from trackmark.bench.analysis.by_metrics import summary_text
     from trackmark.bench.analysis.run_summary import summarise, summarise_times
 
-    folder, cells = execution.folder, execution.plan.requested_runs().versions
     lines: list[str] = []
     warnings: list[str] = []
     with patience("Scoring runs"):
-        if execution.plan.protocol == "timing":
-            lines = summarise_times(folder, cells)
+        if protocol == "timing":
+            lines = summarise_times(runs)
             lines = lines[:1] if options.quiet else lines
-        elif "native" in metrics and (summary := summarise(folder, cells)):
+        elif "native" in metrics and (summary := summarise(runs)):
             lines, warnings = summary.lines(quiet=options.quiet), summary.warnings
         others = [name for name in metrics if not lines or options.verbose or name != "native"]
         if others and not (options.quiet and lines):
-            tables = summary_text(folder, cells, others, whole=options.verbose).splitlines()
+            text = summary_text(runs, others, only_means=not options.verbose)
+            tables = text.splitlines()
             lines += [*([""] if lines and tables else []), *tables]
     click.echo("\n".join(lines))
     for warning in warnings:
@@ -265,21 +272,21 @@ def _print_hints(execution: "Execution") -> None:
     print_hint(f"Next  {shlex.join(['trackmark', 'report', str(execution.folder)])}")
 
 
-def _print_details(execution: "Execution") -> None:
+def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
     """Print the end of what each tracker printed in the first run in which it printed anything."""
-    from trackmark.bench.store.run_store import RunStore
+    from trackmark.bench.store.keys import run_key
 
-    results, cells = RunStore(execution.folder), execution.plan.requested_runs().versions
-    stored = set(results.list_keys())
-    printed = dict.fromkeys((cell[0] for cell in cells if cell in stored), False)
-    for cell in cells:
-        if cell not in stored or printed[cell[0]]:
+    stored = {run_key(row) for row in runs.stored_rows}
+    keys = [key for key in requested if key in stored]
+    has_output = dict.fromkeys((tracker for tracker, *_ in keys), False)
+    for key in keys:
+        if has_output[key[0]]:
             continue
-        if lines := results.read(cell).tracker_output.splitlines():
-            printed[cell[0]] = True
-            click.echo(f"Output of {cell[0]} on {cell[1]}:")
+        if lines := runs.run(key).tracker_output.splitlines():
+            has_output[key[0]] = True
+            click.echo(f"Output of {key[0]} on {key[1]}:")
             click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
-    if silent := [label for label, has_output in printed.items() if not has_output]:
+    if silent := [label for label, has_any in has_output.items() if not has_any]:
         click.echo(f"Trackers that printed nothing: {', '.join(silent)}.")
 
 

@@ -17,7 +17,7 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_message, progress_bar
+from trackmark.bench.commands._progress import open_runs, patience, print_message, progress_bar
 from trackmark.bench.commands._terminal import complain
 
 if TYPE_CHECKING:
@@ -134,14 +134,13 @@ def _stored(
     import numpy as np
 
     from trackmark.bench.analysis.film_strips import boxes_on
-    from trackmark.bench.store.data_frames import rows_in_order
     from trackmark.bench.store.keys import ResultsError, experiment_folders
-    from trackmark.bench.store.run_store import RunStore
     from trackmark.reports.overlay import TRUTH
 
-    boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
-    for path in experiment_folders(results):
-        for row in rows_in_order(RunStore(path), sequence=sequence.name, status="stale"):
+    experiments = [open_runs(folder) for folder in experiment_folders(results)]
+    boxes, outlines = boxes_on(experiments, sequence.name, repetition, trace)
+    for row in [row for runs in experiments for row in runs.rows]:
+        if row["sequence"] == sequence.name and row["status"] == "stale":
             print_message(
                 f"{row['tracker']}, repetition {row['repetition']}: not drawn, because the run is "
                 "of another version of the tracker or the sequence. Run it again."

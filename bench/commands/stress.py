@@ -21,7 +21,12 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
+from trackmark.bench.commands._progress import (
+    RunProgress,
+    open_runs,
+    print_corner_hints,
+    print_message,
+)
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
@@ -116,7 +121,7 @@ def command(options: StressOptions) -> int:
         if not options.quiet:
             for table in stress_tables(result):
                 click.echo("\n".join(["", *terminal_lines(table, "--folder")]))
-    print_corner_hints(options.output / options.name)
+    print_corner_hints(open_runs(options.output / options.name))
     if (folder := options.folder) is not None:
         paths = [
             *write_tables(folder, stress_tables(result, whole=True)),
@@ -139,7 +144,7 @@ class _Runner:
         self, labels: Sequence[str], sequences: Sequence[str]
     ) -> "tuple[pd.DataFrame, dict[str, str]]":
         """Execute missing runs; return all runs, and the texts of the sequences by name."""
-        from trackmark.bench.store.data_frames import load_runs
+        from trackmark.bench.store.runs import Runs
         from trackmark.datasets.interface import SequenceError, UnusableSequencesError
 
         experiment = Experiment(
@@ -155,7 +160,8 @@ class _Runner:
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
         texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-        return load_runs(execution.folder, execution.plan.requested_runs().versions), texts
+        runs = Runs.open(execution.folder).select(execution.plan.requested_runs().versions)
+        return runs.table, texts
 
 
 def _complete_tests(runner: _Runner, stress_tests: "Sequence[StressTest]") -> "list[StressTest]":

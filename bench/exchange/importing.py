@@ -1,4 +1,4 @@
-"""Import of other toolkits' results as runs, into a new folder or a copy of an experiment.
+"""Import of other toolkits' results as runs, in memory or into a results folder.
 
 Boxes are scored with the ground truth of the named sequences. The first boxes of all files of a
 tracker together show whether it counts pixels from 0 or from 1; they are then replaced by the
@@ -6,8 +6,7 @@ ground truth. Times are not imported, because times of different machines are no
 """
 
 import hashlib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -36,12 +35,9 @@ from trackmark.bench.exchange.result_format import (
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
-from trackmark.bench.store.database import open_database
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.run_rows import list_runs
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.truth import add_truth_of, read_truth
-from trackmark.bench.temporary_paths import temporary_folder
+from trackmark.bench.store.run_store import RequestedRuns, RunStore, with_metadata
+from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 
 
@@ -67,34 +63,59 @@ def parse_imported_tracker(text: str) -> ImportedTracker:
 
 
 def open_sequences(
-    sources: Sequence[SequenceSource], folder: Path, on_message: Callable[[str], None]
-) -> list[ResultSequence]:
-    """Open sequences and write their ground truth into the folder of an experiment.
+    sources: Sequence[SequenceSource], on_message: Callable[[str], None]
+) -> list[tuple[ResultSequence, datasets.Sequence]]:
+    """Open the sequences of imported results.
 
-    `on_message`: called with sentences on frames and rows that are not scored. Raises
+    `on_message` is called with sentences on frames and rows that are not scored. Raises
     `SequenceError` for a sequence that cannot be opened or has no ground truth.
     """
-    opened, sequences = [], []
+    opened = []
     for source in sources:
         sequence = datasets.load(source.text, truth=source.truth)
         sequence.check_runnable()
-        sequences.append(sequence)
-        add_truth_of(folder, sequence)
         absolute = source.absolute()
-        opened.append(
-            ResultSequence(
-                sequence.name,
-                sequence.fingerprint,
-                sequence.boxes,
-                absolute.text,
-                str(absolute.truth or ""),
-                sequence.image_size,
-                sequence.origin.first_pixel,
-            )
+        result_sequence = ResultSequence(
+            sequence.name,
+            sequence.fingerprint,
+            sequence.boxes,
+            absolute.text,
+            str(absolute.truth or ""),
+            sequence.image_size,
+            sequence.origin.first_pixel,
         )
-    for remark in group_remarks(sequences):
+        opened.append((result_sequence, sequence))
+    for remark in group_remarks([sequence for _, sequence in opened]):
         on_message(remark)
     return opened
+
+
+def sequences_of(runs: Runs) -> list[ResultSequence]:
+    """Return the sequences of runs."""
+    sequences = []
+    for name, row in {row["sequence"]: row for row in runs.evaluated_rows()}.items():
+        truth = runs.truth(row)
+        source, further = (row["source"], row["truth"]), (truth.image_size, truth.first_pixel)
+        sequences.append(ResultSequence(name, row["fingerprint"], truth.boxes, *source, *further))
+    return sequences
+
+
+def read_runs(
+    trackers: Sequence[ImportedTracker],
+    sequences: Sequence[ResultSequence],
+    on_message: Callable[[str], None],
+) -> list[Run]:
+    """Read results of other toolkits as runs.
+
+    `on_message` is called with a sentence on each assumption and each file that is not imported.
+    Raises `ExchangeError` for a sequence without results, and for files that are malformed, too
+    short or too long.
+    """
+    return [
+        with_metadata(run)
+        for tracker in trackers
+        for run in _with_one_protocol(list(_read_tracker(tracker, sequences, on_message)))
+    ]
 
 
 def import_results(
@@ -105,65 +126,43 @@ def import_results(
 ) -> int:
     """Write results as runs into a folder that contains the ground truth; return their number.
 
-    `on_message`: called with a sentence on each assumption and each file that is not imported.
-    Raises `ExchangeError` for a sequence without results, and for files that are malformed, too
-    short or too long.
+    Raises as `read_runs`, and `ExchangeError` for a tracker that has runs of its own there.
     """
-    results = RunStore(folder)
-    runs = [
-        run
-        for tracker in trackers
-        for run in _with_one_protocol(list(_read_runs(tracker, sequences, on_message)))
-    ]
+    results, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
     results.add_requests(RequestedRuns("", versions))
-    stored_cells = set(results.list_keys())
+    stored_keys = set(results.list_keys())
     for run in runs:
-        cell = run_key(run.identity)
-        stored = results.read(cell).identity if cell in stored_cells else None
+        key = run_key(run.identity)
+        stored = results.read(key).identity if key in stored_keys else None
         if stored is not None and not stored.imported:
-            raise _name_collision(folder, stored.tracker)
+            raise name_collision(folder, stored.tracker)
         results.add(run, stored.version if stored else "")
     return len(runs)
 
 
-def _name_collision(folder: Path, tracker: str) -> ExchangeError:
+def with_imported_runs(
+    runs: Runs, trackers: Sequence[ImportedTracker], on_message: Callable[[str], None]
+) -> Runs:
+    """Return stored runs together with imported results on their sequences.
+
+    Raises as `import_results`.
+    """
+    stored = {row["tracker"] for row in runs.rows if row["status"] != "missing"}
+    if both := stored & {tracker.tracker for tracker in trackers}:
+        raise name_collision(runs.folder, min(both))
+    imported = read_runs(trackers, sequences_of(runs), on_message)
+    truths = {
+        (row["sequence"], row["fingerprint"]): runs.truth(row) for row in runs.evaluated_rows()
+    }
+    return runs + Runs.in_memory(imported, truths)
+
+
+def name_collision(folder: Path | None, tracker: str) -> ExchangeError:
+    """Return the error for imported results under the name of a tracker that has runs."""
     return ExchangeError(
         f"{folder}: the experiment already has runs of {tracker}. Choose another NAME."
     )
-
-
-@contextmanager
-def copy_with_imports(
-    experiment: Path,
-    trackers: Sequence[ImportedTracker],
-    on_message: Callable[[str], None],
-    sequences: Collection[str] | None = None,
-) -> Iterator[Path]:
-    """Provide a temporary copy of an experiment's folder, extended by imported results.
-
-    `sequences`: sequences of the experiment for which results are imported; all by default.
-    Raises as `import_results`.
-    """
-    stored = list_runs(RunStore(experiment))
-    if both := {row["tracker"] for row in stored} & {tracker.tracker for tracker in trackers}:
-        raise _name_collision(experiment, min(both))
-    rows = {row["sequence"]: row for row in stored}.values()
-    with temporary_folder() as temporary:
-        folder = temporary / experiment.resolve().name
-        folder.mkdir()
-        with open_database(experiment) as database:
-            database.copy(folder)
-        selected = []
-        for row in rows:
-            if sequences is None or row["sequence"] in sequences:
-                key = row["sequence"], row["fingerprint"]
-                truth = read_truth(experiment, *key)
-                source = row["source"], row["truth"]
-                further = truth.image_size, truth.first_pixel
-                selected.append(ResultSequence(*key, truth.boxes, *source, *further))
-        import_results(trackers, selected, folder, on_message)
-        yield folder
 
 
 def _with_one_protocol(runs: list[Run]) -> list[Run]:
@@ -189,7 +188,7 @@ class _ResultFile:
     first_boxes: dict[int, FirstBox]  # of each segment, by row
 
 
-def _read_runs(
+def _read_tracker(
     tracker: ImportedTracker, sequences: Sequence[ResultSequence], on_message: Callable[[str], None]
 ) -> Iterator[Run]:
     """Yield the runs of a tracker on all of the sequences.

@@ -48,7 +48,7 @@ def leaderboard(
     for tracker, measures in means_by_tracker(summary).items():
         success, error, time = (
             measures.get(name, {}).get("mean", np.nan)
-            for name in ("success_share", "centre_error", TIME.name)
+            for name in ("success_rate", "centre_error", TIME.name)
         )
         rows.append(
             {

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import State
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
@@ -12,6 +11,7 @@ from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.temporary_paths import temporary_folder
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
@@ -48,11 +48,11 @@ def write_live_page(
         execution.raise_errors()
         counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all
         latest = {spec.label: count - 1 for spec, count in zip(specs, counts, strict=True)}
-        judged = judged_runs(execution.folder)
-        last_runs = (
-            entry for entry in judged if entry[0]["repetition"] == latest[entry[0]["tracker"]]
-        )
-        runs = collect_runs(last_runs, list(latest), with_numbers=True)
+        stored = Runs.open(execution.folder)
+        rows = [
+            row for row in stored.evaluated_rows() if row["repetition"] == latest[row["tracker"]]
+        ]
+        runs = collect_runs(stored.read(rows), list(latest), with_numbers=True)
         page = _page(runs, progress)
         failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
         return write_page(path, page), [failure for failure in failures if failure]

@@ -8,10 +8,10 @@ from itertools import accumulate, count
 from typing import Any, NamedTuple
 
 from trackmark import datasets
-from trackmark.bench.analysis.stored_runs import open_sequence
 from trackmark.bench.pages.content import FrameChunks
 from trackmark.bench.pages.player_frames import encode_images
 from trackmark.bench.pages.player_layers import mask_shapes
+from trackmark.bench.store.runs import reopen_sequence
 
 Progress = Callable[[int, int | None], None]
 """Callback with the number of processed frames and the number of all frames."""
@@ -79,11 +79,9 @@ def _encode_sequence(
     """Read and encode the frames of a sequence."""
     if not frames:
         return SequenceFrames()
-    sequence = open_sequence(row)
-    if isinstance(sequence, str):
-        return SequenceFrames(reason=f"No frames: {sequence}")
     sizes = []
     try:
+        sequence = reopen_sequence(row)
         thumbnails = list(encode_images((sequence[frame] for frame in frames), height))
         shapes = mask_shapes((frame, sequence.mask(frame)) for frame in frames)
         if write_chunk is not None:

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.analysis.outlines import is_round
-from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.pages.content import PlayerRun, PlayerSequence
 from trackmark.bench.pages.page_frames import (
     THUMBNAIL,
@@ -29,6 +28,7 @@ from trackmark.bench.pages.page_frames import (
 )
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
 from trackmark.bench.protocols import ONE_PASS
+from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.charts import PlayerPosition
 
@@ -138,7 +138,7 @@ def name_on_page(tracker: str, protocol: str) -> str:
 
 
 def collect_runs(
-    runs: Iterable[StoredRun], trackers: Sequence[str], with_numbers: bool = False
+    runs: Iterable[RunWithTruth], trackers: Sequence[str], with_numbers: bool = False
 ) -> PageRuns:
     """Score runs for a page.
 

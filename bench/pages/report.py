@@ -17,11 +17,10 @@ from trackmark.bench.analysis.comparable_runs import ComparisonError, same_boxes
 from trackmark.bench.analysis.comparison import Comparison
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.decisions import Answer
-from trackmark.bench.analysis.failed_runs import failed_runs, with_worst_scores
+from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
 from trackmark.bench.analysis.score_tables import with_not_run
-from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.analysis.times import time_mark, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trace
 from trackmark.bench.pages.cards import (
@@ -44,8 +43,7 @@ from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.pages.player_runs import collect_runs, name_on_page, player_sequences
 from trackmark.bench.pages.subset_table import subset_table
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.truth import find_attributes
+from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.charts import PlayerPosition
 from trackmark.reports.svg import CROWDED
@@ -79,7 +77,7 @@ class Commands:
 
 
 def write_report_page(
-    experiment: Path,
+    runs: Runs,
     path: Path,
     tables: Sequence[Table],
     title: str,
@@ -95,50 +93,48 @@ def write_report_page(
     are also written in full size, and with `figures`, figures and film strips. Raises
     `ResultsError` if results cannot be read and `OSError` if a file cannot be written.
     """
-    content = _Content(experiment, tables, commands)
+    content = _Content(runs, tables, commands)
     chunk_writer = partial(write_chunk, path) if full else None
-    page = content.page(title, list(player_sequences(content.runs, progress, chunk_writer)))
+    page = content.page(title, list(player_sequences(content.page_runs, progress, chunk_writer)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib
 
         charts = [*content.curves, *content.speed, *content.survival]
-        paths += write_figures(experiment, path.parent, figures, title, charts, content.runs)
+        paths += write_figures(runs, path.parent, figures, title, charts, content.page_runs)
     return paths
 
 
 class _Content:
     """Runs, tables and commands from which the sections of a page are built."""
 
-    def __init__(self, experiment: Path, tables: Sequence[Table], commands: Commands) -> None:
-        self.experiment, self.commands = experiment, commands
+    def __init__(self, runs: Runs, tables: Sequence[Table], commands: Commands) -> None:
+        self.runs, self.commands = runs, commands
         self.tables = {table.name: table for table in tables}
-        self.all_runs = with_worst_scores(experiment, load_runs(experiment))
-        self.scored = with_not_run(self.all_runs[self.all_runs["protocol"] == ONE_PASS])
-        self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
+        self.scored = with_not_run(runs.scored(DEFAULT_METRICS, ONE_PASS))
+        self.timed = runs.timed
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
             means = self.scored.groupby("tracker")["mean_overlap"].mean().fillna(0)
             names.sort(key=lambda name: -means[name])
-        self.runs = collect_runs(judged_runs(experiment), names)
+        self.page_runs = collect_runs(runs.read(runs.evaluated_rows()), names)
         is_finished = self.scored["status"] == "finished"
         incomplete = set(self.scored["tracker"][~is_finished].astype(str))
         self.whole = [name for name in names if name not in incomplete]
-        self.occurring = find_attributes(experiment, self.scored[is_finished])
         self.failed, self.left_out = failed_runs(self.scored)
         self.summary: Table | None = None
         if len(self.scored):
             summary = self.tables.get("summary")
             self.summary = summary or summary_of(self.scored, self.timed, "")
         self.comparison, self.answer = self._compare()
-        self.curves = share_charts(self.runs, self.whole)
+        self.curves = share_charts(self.page_runs, self.whole)
         self.speed: list[Any] = []
         self.time_mark, self.time_notes = "", []
         if self.summary is not None:
             _, measured = with_times(self.scored, self.timed)
             self.time_mark, self.time_notes = time_mark(measured), time_notes(measured)
-            self.speed = speed_charts(self.summary, self.runs)
-        self.survival = survival_charts(self.scored, self.runs)
+            self.speed = speed_charts(self.summary, self.page_runs)
+        self.survival = survival_charts(self.scored, self.page_runs)
 
     def _compare(self) -> tuple[Comparison | None, Answer]:
         """Return the comparison of the trackers, if there is one, and the answer."""
@@ -146,15 +142,16 @@ class _Content:
             return None, Answer("", ("There is no comparison: there are no one-pass runs.",))
         try:
             (heading, details), comparison = answer_on(
-                self.all_runs,
+                self.runs.scored(DEFAULT_METRICS, ONE_PASS),
+                self.timed,
                 means_by_tracker(self.summary),
-                attributes=self.occurring,
-                same_boxes=same_boxes(self.experiment, self.all_runs),
-                not_repeatable=not_repeatable(self.all_runs),
+                attributes=self.runs.attributes,
+                same_boxes=same_boxes(self.runs),
+                not_repeatable=not_repeatable(self.runs.table),
             )
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
-        details = (*details, *corner_boxes(self.experiment, self.all_runs))
+        details = (*details, *corner_boxes(self.runs))
         for name, note in [*self.failed.items()][:1]:
             n_failed = (self.scored["status"] == "failed").sum()
             text = f"{n_failed} of {len(self.scored)} runs failed"
@@ -166,15 +163,15 @@ class _Content:
     @cached_property
     def protocols(self) -> list[str]:
         """Stored names of the protocols other than one-pass, longest first."""
-        stored = {*map(str, self.all_runs["protocol"])} - {ONE_PASS, TIMING}
-        return sorted(stored, key=len, reverse=True)
+        others = [name for name in self.runs.protocols if name != ONE_PASS]
+        return sorted(others, key=len, reverse=True)
 
     def page(self, title: str, sequences: Sequence[PlayerSequence]) -> Page:
         """Return the page; `sequences` have their frames."""
         return Page(
             title,
             [*self._sections(sequences)],
-            self.runs.labels,
+            self.page_runs.labels,
             sequences,
             meta=self._counts(),
             answer=self.answer.heading,
@@ -183,7 +180,7 @@ class _Content:
 
     def _sections(self, sequences: Sequence[PlayerSequence]) -> Iterator[PageSection]:
         """Yield the sections in the order of the page."""
-        runs, summary = self.runs, self.summary
+        runs, summary = self.page_runs, self.summary
         score_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
         if summary is not None and runs.stages:
@@ -214,7 +211,7 @@ class _Content:
             )
             options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Lost runs"}
             yield PageSection("lost", title, [entries], **options)
-        if subsets := subset_table(self.scored, self.occurring, runs):
+        if subsets := subset_table(self.scored, self.runs.attributes, runs):
             cards = [card("page_table", sheet=subsets)]
             yield PageSection("subsets", "By parameter and attribute", cards)
         n_runs = self.scored.groupby("tracker").size()
@@ -233,7 +230,7 @@ class _Content:
 
     def _words(self) -> list[str]:
         """Return sentences on unfinished runs, protocols and times."""
-        counts = Counter(with_not_run(self.all_runs)["status"].astype(str))
+        counts = Counter(with_not_run(self.runs.table)["status"])
         wrong = [f"{n} {status}" for status, n in counts.items() if status != "finished"]
         words = [
             f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score. Means "
@@ -252,7 +249,7 @@ class _Content:
 
     def _counts(self) -> str:
         """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
-        runs = self.all_runs
+        runs = self.runs.table
         is_stored, is_timed = runs["status"] != "missing", runs["protocol"] == TIMING
         counts = {
             "tracker": runs["tracker"].nunique(),
@@ -262,19 +259,19 @@ class _Content:
             "failed run": (runs["status"] == "failed").sum(),
         }
         parts = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
-        days = sorted({entry["date"] for entry in self.runs.metadata if entry["date"]})
+        days = sorted({entry["date"] for entry in self.page_runs.metadata if entry["date"]})
         parts.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
         return " · ".join(filter(None, parts))
 
     def _failures(self) -> list[PageTable]:
         """Return a table of failed runs, if any; each row opens the last frame with a box."""
         rows, places = [], []
-        for number, stage in enumerate(self.runs.stages):
+        for number, stage in enumerate(self.page_runs.stages):
             for clip in (*stage.clips, *stage.others):
                 take = clip.take
                 if take.failure and not take.start:  # a run with segments counts once
                     place = PlayerPosition(number, take.tracker, take.repetition, clip.end)
-                    run = self.runs.labels[take.tracker], stage.name, take.repetition, clip.end
+                    run = self.page_runs.labels[take.tracker], stage.name, take.repetition, clip.end
                     rows.append([*map(str, run), take.failure.partition("\n")[0]])
                     places.append([None, None, place, None])
         if not rows:
@@ -295,7 +292,7 @@ class _Content:
         if "measure" not in data or len(data) != len(table.rows) * columns:
             return PageTable(table)
         kinds = [_worst_frame_kind(str(name)) for name in data["measure"][:columns]]
-        names = {stage.name for stage in self.runs.stages}
+        names = {stage.name for stage in self.page_runs.stages}
         protocols = [
             protocol for protocol in self.protocols if table.name.startswith(table_prefix(protocol))
         ]
@@ -304,7 +301,7 @@ class _Content:
         for row in data[::columns].to_dict("records"):
             sequence = row["sequence"] if row.get("sequence") in names else None
             tracker = name_on_page(row["tracker"], [*protocols, ONE_PASS][0])
-            places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
+            places.append([self.page_runs.place(tracker, sequence, kind, trace) for kind in kinds])
         return PageTable(table, places)
 
     @cached_property
@@ -319,7 +316,7 @@ class _Content:
 
     def _provenance(self) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""
-        runs, failed = self.all_runs, self._failures()
+        runs, failed = self.runs.table, self._failures()
         runs = runs.assign(
             version=runs["tracker_version"].str[:16], fingerprint=runs["fingerprint"].str[:16]
         )
@@ -328,7 +325,7 @@ class _Content:
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
         hosts = [
             {**entry, "libraries": ", ".join(map(" ".join, entry["libraries"].items()))}
-            for entry in self.runs.metadata
+            for entry in self.page_runs.metadata
         ]
         tables = [
             _listed(

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerSequence
 from trackmark.bench.pages.page_frames import Progress
@@ -21,6 +20,7 @@ from trackmark.bench.papers.paper import MainRow
 from trackmark.bench.papers.runs import Context, StoredKey
 from trackmark.bench.store.run_rows import run_row
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.charts import PlayerPosition
 
@@ -70,7 +70,7 @@ def player_content(
     return PlayerContent(reading, sequences, links)
 
 
-def _stored(keys: Iterable[StoredKey]) -> Iterator[StoredRun]:
+def _stored(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
     truth = cache(read_truth)
     for folder, key in keys:
         results = RunStore(folder)
@@ -78,7 +78,8 @@ def _stored(keys: Iterable[StoredKey]) -> Iterator[StoredRun]:
         stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
         row = run_row(run, stored)
         # The specification of a synthetic scene is its source.
-        yield row | {"source": row["source"] or row["sequence"]}, run, stored
+        row |= {"source": row["source"] or row["sequence"]}
+        yield RunWithTruth(row, run, stored)
 
 
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:

@@ -9,7 +9,7 @@ run. A deleted row is missing in the same way.
 import hashlib
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -149,11 +149,6 @@ class Database:
             f"{self.path} is damaged: {reason}. Restore the file from a backup, or remove the "
             "damaged runs (`trackmark results remove`) and run the same command again."
         )
-
-    def copy(self, target: Path) -> None:
-        """Copy the file to a folder that contains no results."""
-        with closing(sqlite3.connect(target / FILE_NAME)) as copy:
-            self._connection.backup(copy)
 
     def create(self) -> None:
         """Create empty tables."""

@@ -57,3 +57,15 @@ def experiment_folders(folder: Path, *, damaged: bool = False) -> list[Path]:
             f"{folder}: this folder contains no results. Create results by `trackmark run`."
         )
     return folders
+
+
+def single_experiment(folder: Path) -> Path:
+    """Return the folder of the only experiment in a folder, which may be the folder itself.
+
+    Raises `ResultsError` if there is none, or if there are several.
+    """
+    experiments = experiment_folders(folder)
+    if len(experiments) > 1:
+        names = ", ".join(map(str, experiments))
+        raise ResultsError(f"{folder} contains several experiments. Choose one of {names}.")
+    return experiments[0]

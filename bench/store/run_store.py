@@ -4,8 +4,7 @@ import json
 import logging
 import platform
 import socket
-from collections.abc import Collection, Hashable, Iterable, Mapping
-from contextvars import ContextVar
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
@@ -181,35 +180,11 @@ class RunStore:
         """
         with open_database(self.folder) as database:
             for row in database.rows("run", _KEY, *key):
-                cache = run_cache.get()
-                if cache is None:
-                    return _decoded_run(row)
-                return cache.get(row["sha256"]) or cache.add(row["sha256"], _decoded_run(row))
+                return _decoded_run(row)
         raise RemovedError(
             f"{self.folder / FILE_NAME} has no run of {key[0]} on {key[1]}, repetition "
             f"{key[2]}, protocol {key[3]!r}. Run the same command again."
         )
-
-
-class RunCache(dict[Hashable, Run]):
-    """Cache of runs, whose keys are the digests of their rows."""
-
-    free = 1 << 30
-    """Free space of the cache [bytes]; runs that do not fit are not cached."""
-
-    def add(self, key: Hashable, run: Run) -> Run:
-        """Add a run if it fits; return the run."""
-        arrays = [array for named in run.arrays.values() for array in named.values()]
-        arrays += [run.boxes] * 3 + list(run.details.values())  # 3: estimate for the other columns
-        size = sum(array.nbytes for array in arrays)
-        if size <= self.free:
-            self.free -= size
-            self[key] = run
-        return run
-
-
-run_cache: ContextVar[RunCache | None] = ContextVar("run_cache", default=None)
-"""Cache for a command that reads runs several times; None by default."""
 
 
 def sort_key(key: RunKey) -> tuple[str, str, str, int]:

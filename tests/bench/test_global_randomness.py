@@ -72,7 +72,7 @@ def execute(file, names, output, jobs=1, repetitions=2):
     experiment = Experiment("e", texts, sources, repetitions)
     execution = Execution(experiment, output, jobs)
     list(execution.rows())
-    runs = tm.load_results(execution.folder).runs
+    runs = tm.load_runs(execution.folder)
     assert [run.failure for run in runs.values()] == [""] * len(runs)
     return execution, {key: run.boxes for key, run in runs.items()}
 
@@ -125,10 +125,10 @@ def test_evaluate_repeats_and_reports_stochastic_classes(file, tmp_path):
         "stochastic. They are seeded for each run."
         for name, generator in zip(NAMES, ("random", "numpy.random", "OpenCV"), strict=True)
     ]
-    assert len(results.runs) == 7
+    assert len(results) == 7
     _, stored = execute(file, NAMES, tmp_path)
     for key, boxes in stored.items():
-        np.testing.assert_array_equal(results.runs[key].boxes, boxes)
+        np.testing.assert_array_equal(results[key].boxes, boxes)
 
 
 def test_other_interpreter_gives_the_same_boxes(file, make_sequence):

@@ -5,7 +5,8 @@ import pytest
 
 from tests.bench.commands.conftest import assert_tables_have_rows
 from trackmark.bench.analysis.by_annotation import annotation_reports
-from trackmark.bench.analysis.by_metrics import preset_report
+from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.store.runs import Runs
 
 ATTRIBUTES = {"one": "OCC, SV", "two": "OCC", "three": "SV, FM"}
 
@@ -51,8 +52,8 @@ def test_expected_overlap_by_annotation_is_that_of_a_subset(trackmark, workspace
     run = ("run", "--trackers", "static", "--protocol", "supervised", "--name")
     trackmark(*run, "whole", "--sequences", tagged)
     trackmark(*run, "part", "--sequences", "tagged/one,tagged/two")
-    (report,) = annotation_reports(workspace / "results" / "whole", ["native"])
+    (report,) = annotation_reports(Runs.open(workspace / "results" / "whole"), ["native"])
     assert report.heads == ["FM (1)", "OCC (2)", "SV (2)"]
-    (part,) = preset_report(workspace / "results" / "part", ["native"]).scored
+    (part,) = metric_tables(Runs.open(workspace / "results" / "part"), ["native"]).with_curves
     scores = part.table.data.set_index(["sequence", "measure"])["mean"]
     assert report.scores["static"][1] == pytest.approx(scores["all sequences", "eao"])

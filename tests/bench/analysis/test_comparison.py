@@ -8,12 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.bench.analysis.conftest import compare
 from trackmark.bench.analysis.comparable_runs import (
     AllFailedError,
     ComparisonError,
     compared_measure,
 )
-from trackmark.bench.analysis.comparison import compare, parts_of
+from trackmark.bench.analysis.comparison import parts_of
 from trackmark.bench.analysis.comparison_figures import write_differences
 from trackmark.bench.analysis.comparison_tables import as_data, files, paragraph, screen_lines
 from trackmark.bench.analysis.decisions import answer_of

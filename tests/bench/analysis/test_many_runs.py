@@ -15,7 +15,7 @@ def report_all(trackmark, folder, n_sequences, n_trackers, forms):
         assert f"tracker-{n_trackers - 1}" in printed
     against = ["--against", "tracker-0"] if n_trackers > 2 else []
     trackmark("compare", "--results", folder, *against)
-    results = tm.load_results(folder)
+    results = tm.load_runs(folder)
     assert len(results.means()) == n_trackers
     assert len(results.means(by="sequence")) == n_trackers * n_sequences
 

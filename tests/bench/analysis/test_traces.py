@@ -13,7 +13,8 @@ from trackmark.bench.analysis import film_strips
 from trackmark.bench.analysis.film_strips import write_strips
 from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.evaluation.scoring import REVISED, score_both
-from trackmark.bench.store.data_frames import load_runs, with_revised_scores
+from trackmark.bench.store.data_frames import with_revised_scores
+from trackmark.bench.store.runs import Runs
 from trackmark.reports.overlay import TRUTH, film_strip
 from trackmark.reports.palette import colour
 
@@ -66,7 +67,7 @@ def test_revised_scores_are_computed_from_revised_boxes(stored, make_sequence):
 
 
 def test_runs_without_revision_keep_their_scores(stored):
-    runs = load_runs(stored)
+    runs = Runs.open(stored).table
     revised = with_revised_scores(runs)
     still = runs["tracker_name"] == "static"
     pd.testing.assert_frame_equal(revised[still], runs[still])
@@ -75,7 +76,7 @@ def test_runs_without_revision_keep_their_scores(stored):
 
 
 def test_captions_name_the_trace_of_revising_trackers(stored, tmp_path, run_trial):
-    tables_by_name = {table.name: table for table in tables(stored)}
+    tables_by_name = {table.name: table for table in tables(Runs.open(stored))}
     assert list(tables_by_name) == ["summary", "sequences", "summary-revised", "sequences-revised"]
     for name, table in tables_by_name.items():
         words = "revised boxes"
@@ -85,7 +86,7 @@ def test_captions_name_the_trace_of_revising_trackers(stored, tmp_path, run_tria
     assert first["static"] == last["static"]
     (other,) = set(first) - {"static"}
     assert first[other] != last[other]
-    (alone,) = tables(run_trial(tmp_path, ["static"], ["plain/target:length=10"]))
+    (alone,) = tables(Runs.open(run_trial(tmp_path, ["static"], ["plain/target:length=10"])))
     assert "boxes (" not in alone.caption
 
 
@@ -122,7 +123,7 @@ def test_pictures_name_the_trace_that_they_draw(trackmark, ran, blank_figures):
 
 def test_strips_have_the_colours_of_the_figures_of_a_report(ran):
     results, reviser = ran / "results" / "mine", "second_thoughts.py:SecondThoughts"
-    (file,) = write_strips(results, ran, print, ["a", reviser, "static"])
+    (file,) = write_strips(Runs.open(results), ran, print, ["a", reviser, "static"])
     words = "online boxes"
     shades = {f"{reviser}, {words}": colour(1), "static": colour(2)}
     strip = pictured(ran, words, [0] * 5, shades=shades)
@@ -140,7 +141,9 @@ def test_film_strips_are_limited_and_the_limit_is_named(trackmark, workspace, mo
     trackmark("run", "--trackers", "static", "--sequences", "data/*", "--name", "mine")
     monkeypatch.setattr(film_strips, "MAX_STRIPS", 1)
     messages: list[str] = []
-    files = write_strips(workspace / "results/mine", workspace, messages.append, ["static"])
+    files = write_strips(
+        Runs.open(workspace / "results/mine"), workspace, messages.append, ["static"]
+    )
     assert [file.name for file in files] == ["strip-Other.png"]
     assert messages == [
         "film strips: of the first 1 of 2 sequences. `trackmark show` draws others."

@@ -234,9 +234,9 @@ def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versi
         assert form == "csv" or note in printed.stdout.replace("\\", "")
         assert "1 of 2 stale" in printed.stdout or form == "csv"
     assert note[:60] in trackmark("report", "trial", "--no-pictures").stdout
-    results = tm.load_results("trial")
+    results = tm.load_runs("trial")
     assert results.means().loc["knob.py:Knob"].isna().all()
-    table = results.table().set_index(["tracker", "sequence"])
+    table = results.table.set_index(["tracker", "sequence"])
     assert table.loc[("knob.py:Knob", "Small"), "status"] == "stale"
     assert np.isnan(table.loc[("knob.py:Knob", "Small"), "mean_overlap"])
     assert "stale" in trackmark("compare", "--results", "trial", status=2).stderr

@@ -5,13 +5,12 @@ import pytest
 
 import trackmark as tm
 from trackmark import bench
-from trackmark.bench.analysis.stored_runs import judged_runs
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import collect_runs
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import Sequence, SequenceError
 
@@ -82,8 +81,9 @@ def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
     add_truth_of(results.folder, sequence)
     for run in runs:
         results.add(run)
-    stored = load_runs(results.folder).set_index("tracker")
-    page = collect_runs(judged_runs(results.folder), [])
+    opened = Runs.open(results.folder)
+    stored = opened.table.set_index("tracker")
+    page = collect_runs(opened.read(opened.evaluated_rows()), [])
     (stage,) = page.stages
     drawn = {page.trackers[clip.take.tracker]: clip.overlaps for clip in stage.clips}
     for run in runs:

@@ -12,9 +12,9 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.data_frames import load_runs
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.trackers import Estimate
 
 SHAPE = (24, 32)
@@ -175,7 +175,7 @@ def stored(tmp_path_factory, run_trial):
 
 
 def test_stored_scores_equal_scores_of_the_masks(stored):
-    runs = load_runs(stored).set_index("tracker_name")
+    runs = Runs.open(stored).table.set_index("tracker_name")
     assert runs.loc["static", list(NAMES)].isna().all(axis=None)
     segmented = runs.drop(index="static")
     assert len(segmented) == 2
@@ -191,10 +191,10 @@ def test_stored_scores_equal_scores_of_the_masks(stored):
 
 
 def test_tables_have_columns_of_masks(stored):
-    tables_by_name = {table.name: table for table in tables(stored)}
+    tables_by_name = {table.name: table for table in tables(Runs.open(stored))}
     assert list(tables_by_name) == ["summary", "sequences", "segmentation"]
     assert "DAVIS" in tables_by_name["segmentation"].caption
-    scores = load_runs(stored).set_index("tracker_name").drop(index="static")
+    scores = Runs.open(stored).table.set_index("tracker_name").drop(index="static")
     for column, name in (
         ("region similarity J", "mean_region_similarity"),
         ("contour accuracy F", "mean_contour_accuracy"),
@@ -210,9 +210,10 @@ def test_tables_have_columns_of_masks(stored):
 
 
 def test_tables_without_masks_have_no_such_columns(stored):
-    sequences = load_runs(stored)["sequence"].unique()
-    cells = [("static", sequence, 0, "one-pass") for sequence in sequences]
-    tables_without_masks = tables(stored, cells)
+    runs = Runs.open(stored)
+    sequences = runs.table["sequence"].unique()
+    keys = [("static", sequence, 0, "one-pass") for sequence in sequences]
+    tables_without_masks = tables(runs.select(keys))
     assert [table.name for table in tables_without_masks] == ["summary", "sequences"]
     for table in tables_without_masks:
         assert not {"region similarity J", "contour accuracy F"} & set(table.heads)

@@ -10,6 +10,8 @@ import numpy as np
 from trackmark import datasets
 from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.pages.report import Commands, write_report_page
+from trackmark.bench.protocols import ONE_PASS
+from trackmark.bench.store.runs import Runs
 
 
 class Cells(HTMLParser):
@@ -79,11 +81,18 @@ def data_of(text):
 def write_experiment_page(experiment, folder, report_tables=None, **options):
     """Write the page of an experiment, by default with its own tables."""
     commands, path = Commands(str(experiment)), folder / "report.html"
-    report_tables = tables(experiment) if report_tables is None else report_tables
+    runs = Runs.open(experiment)
+    report_tables = tables(runs) if report_tables is None else report_tables
     paths = write_report_page(
-        experiment, path, report_tables, "Trial", commands, lambda *_: None, **options
+        runs, path, report_tables, "Trial", commands, lambda *_: None, **options
     )
     return paths[0]
+
+
+def stored_runs(experiment, **fields):
+    """Return the runs of an experiment with their rows and ground truths, by default one-pass."""
+    runs = Runs.open(experiment)
+    return runs.read(runs.evaluated_rows(**{"protocol": ONE_PASS, **fields}))
 
 
 def failing_tracker(frame, step=0):

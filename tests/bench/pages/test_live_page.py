@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import data_of
+from tests.bench.pages.reading import data_of, stored_runs
 from trackmark import bench, datasets
-from trackmark.bench.analysis.stored_runs import one_pass_runs
 from trackmark.bench.commands import show
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.pages.live_page import write_live_page
@@ -168,7 +167,7 @@ def test_show_live_runs_the_requested_repetition(trackmark, workspace):
     trackmark(*run, "--repetitions", 3)
     stored = {
         row["repetition"]: run.boxes[2].tolist()
-        for row, run, _ in one_pass_runs(workspace / "results" / "mine")
+        for row, run, _ in stored_runs(workspace / "results" / "mine")
         if row["tracker"] == "knob.py:Knob"
     }
     assert stored[0] != stored[2]

@@ -18,10 +18,10 @@ from tests.bench.pages.reading import (
     failing_tracker,
     open_frame,
     state,
+    stored_runs,
     write_experiment_page,
 )
 from trackmark import bench, datasets
-from trackmark.bench.analysis.stored_runs import one_pass_runs
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside
 from trackmark.bench.metrics.overlap import overlap
@@ -59,7 +59,7 @@ def test_number_and_copied_link_open_worst_frame(opened_page):
 
 
 def test_boxes_are_drawn_at_their_places(opened_page, results):
-    stored = {row["tracker"]: (row, run, truth) for row, run, truth in one_pass_runs(results)}
+    stored = {row["tracker"]: (row, run, truth) for row, run, truth in stored_runs(results)}
     row, run, truth = stored["camshift"]
     tracker = opened_page.run("data.labels.indexOf('camshift')")
     repetition = row["repetition"]
@@ -94,7 +94,7 @@ def test_keys_move_by_frames_and_to_failures(opened_page, results):
         opened_page.key(key, shift=shift)
         assert opened_page.run("frame") == frame, key
     boxes, truth = {}, None
-    for row, run, stored in one_pass_runs(results, sequence=name):
+    for row, run, stored in stored_runs(results, sequence=name):
         if row["repetition"] == 1 or row["tracker"] not in boxes:
             boxes[row["tracker"]], truth = run.boxes, stored.boxes
     out = [~centre_inside(truth, its) for its in boxes.values()]
@@ -194,7 +194,7 @@ def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
             re.findall(r"[\d.]+", opened_page.run(entry.replace("]", "].lastChild")))[-2:]
         )
     opened_page.release("c")
-    for row, run, truth in one_pass_runs(results, sequence=name):
+    for row, run, truth in stored_runs(results, sequence=name):
         if row["tracker"] == tracker and row["repetition"] < 2:
             near, error = map(float, numbers[row["repetition"]])
             assert near == pytest.approx(overlap(truth.boxes[33:34], run.boxes[33:34])[0], abs=0.01)
@@ -226,7 +226,7 @@ def test_player_switches_to_revised_boxes(opened_page, results):
     revised = opened_page.run("drawnRuns().map(rowOf)")
     assert revised == [*online[:2], online[2] + 1]  # one of the trackers revises
     (run, *_) = (
-        run for row, run, _ in one_pass_runs(results, sequence=name) if row["tracker"] == tracker
+        run for row, run, _ in stored_runs(results, sequence=name) if row["tracker"] == tracker
     )
     rows = opened_page.run(f"[{online[2]}, {revised[2]}].map((row) => sequence.box(row, 3)[0])")
     assert rows == pytest.approx([run.boxes[3, 0], run.revised[3, 0]], abs=0.051)

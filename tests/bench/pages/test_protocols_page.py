@@ -15,15 +15,16 @@ from tests.bench.pages.reading import (
     canonical_name,
     data_of,
     open_frame,
+    stored_runs,
     write_experiment_page,
 )
 from trackmark import bench
-from trackmark.bench.analysis.by_metrics import preset_report
-from trackmark.bench.analysis.stored_runs import judged_runs
+from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.pages.player_frames import ABSENT
+from trackmark.bench.store.runs import Runs
 
 SOURCE = "plain/target:length=60:scene=9:noise=30"
 LENGTH = 60
@@ -49,7 +50,8 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
         if protocol == "real-time:update_seconds=0.1":
             text = write_experiment_page(stored, folder / "first").read_text()
             assert "There is no comparison: there are no one-pass runs." in text
-    return stored, write_experiment_page(stored, folder, preset_report(stored, ["native"]).tables)
+    tables, _ = metric_tables(Runs.open(stored), ["native"])
+    return stored, write_experiment_page(stored, folder, tables)
 
 
 def unpacked(text, frames):
@@ -67,7 +69,8 @@ def test_segments_have_boxes_in_their_frames(by_protocols):
     (sequence,) = data["sequences"]
     boxes = unpacked(re.search(r'id="boxes-0">(.*?)</script>', text, re.S)[1], LENGTH)
     restarts = 0
-    for row, run, _ in judged_runs(folder):
+    runs = Runs.open(folder)
+    for row, run, _ in runs.read(runs.evaluated_rows()):
         name = row["tracker"]
         name += "" if row["protocol"] == "one-pass" else f" ({row['protocol']})"
         number = data["labels"].index(name)
@@ -103,7 +106,7 @@ def test_number_opens_the_worst_segment_and_frame(by_protocols):
     folder, page = by_protocols
     tables = Cells(page.read_text()).tables
     worst = []
-    for row, run, truth in judged_runs(folder, protocol="sre"):
+    for row, run, truth in stored_runs(folder, protocol="sre"):
         pieces = np.split(run.boxes, np.cumsum([len(part) for part in run.segments])[:-1])
         for number, (frames, piece) in enumerate(zip(run.segments, pieces, strict=True)):
             errors = centre_error(truth.boxes[frames], piece)[1:]

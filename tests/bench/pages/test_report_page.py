@@ -17,10 +17,10 @@ from tests.bench.pages.reading import (
     curves_of,
     data_of,
     rows_of_sequences,
+    stored_runs,
     write_experiment_page,
 )
 from trackmark import bench
-from trackmark.bench.analysis.stored_runs import one_pass_runs
 from trackmark.bench.analysis.times import time_text
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
@@ -176,7 +176,7 @@ def test_number_opens_the_worst_frame_of_the_worst_run(results, page):
     rows = rows_of_sequences(page.read_text())
     cells = {(row[0], row[1]["text"]): row[2]["link"] for row in rows}
     worst = {}
-    for row, run, truth in one_pass_runs(results):
+    for row, run, truth in stored_runs(results):
         judged = np.arange(1, len(truth.boxes))
         overlaps = overlap(truth.boxes[1:], run.boxes[1:])
         loss, least = int(row["scores"]["first_loss"]), int(judged[overlaps.argmin()])
@@ -280,7 +280,7 @@ def test_curve_point_opens_frame_nearest_to_threshold(results, page):
     text = page.read_text()
     data = data_of(text)
     values = {"success": {}, "precision": {}}
-    for row, run, truth in one_pass_runs(results):
+    for row, run, truth in stored_runs(results):
         key = row["tracker"], row["sequence"], row["repetition"]
         values["success"][key] = overlap(truth.boxes[1:], run.boxes[1:])
         values["precision"][key] = centre_error(truth.boxes[1:], run.boxes[1:])

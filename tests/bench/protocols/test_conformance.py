@@ -9,7 +9,7 @@ import pytest
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench, datasets
 from trackmark.bench import metrics, protocols
-from trackmark.bench.analysis.by_metrics import preset_report
+from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.engine.work_unit import Failure
 from trackmark.bench.engine.worker import record_failure
 from trackmark.bench.evaluation.loop import run_protocol
@@ -23,6 +23,7 @@ from trackmark.bench.protocols import ProtocolError, parse_protocol
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_rows import scored_rows
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import add_truth_of
 from trackmark.trackers import Estimate
 
@@ -73,13 +74,13 @@ def test_protocols_are_found_by_file_and_keep_defaults():
 
 @every_protocol
 def test_definition_of_protocol_is_complete(name):
-    definition = protocols.definition(name)
+    definition = protocols.describe(name)
     assert definition["name"] == name
     assert definition["summary"].endswith(".")
     assert len(definition["summary"]) < 80
     assert len(definition["definition"]) > 200
-    assert all(parameter["meaning"] for parameter in definition["knobs"])
-    assert can_score(definition["preset"], parse_protocol(name).key)
+    assert all(parameter["meaning"] for parameter in definition["parameters"])
+    assert can_score(definition["metrics"], parse_protocol(name).key)
 
 
 @every_protocol
@@ -159,8 +160,8 @@ def test_presets_judge_their_protocols_and_refuse_others(name, sequence):
         if can_score(preset, run.identity.protocol):
             if (name, preset) != ("one-pass", "vot-supervised"):  # which may have failed
                 judged = score_run(run, sequence, preset)
-                assert list(judged.scores) == list(metrics.preset(preset).columns)
-                assert len(judged.parts) == len(run.segments)
+                assert list(judged.scores) == list(metrics.find_metrics(preset).metrics)
+                assert len(judged.segment_results) == len(run.segments)
         else:
             with pytest.raises(
                 ValueError, match=f"^{preset} cannot score runs of the protocol {name}"
@@ -193,7 +194,7 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     results.add(unknown)
     (row,) = scored_rows(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
-    (table,) = preset_report(results.folder, ["native"]).tables
+    (table,) = metric_tables(Runs.open(results.folder), ["native"]).tables
     assert any(
         "native cannot score runs of the protocol of-tomorrow" in note for note in table.notes
     )

@@ -296,7 +296,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
 def write_some(folder, first):
     results = RunStore(folder)
     for number in range(first, first + 8):
-        results.prepare(
+        results.add_requests(
             RequestedRuns("", {("t", "s", number, "one-pass"): make_run(number).identity.version})
         )
         assert results.add(make_run(number))

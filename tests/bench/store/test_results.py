@@ -17,7 +17,7 @@ from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.maintenance import find_damage, merge_results
 from trackmark.bench.store.packing import pack, unpack
 from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
-from trackmark.bench.store.run_store import RequestedRuns, RunCache, RunStore, run_cache
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.truth import add_truth_of, read_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
@@ -219,17 +219,6 @@ def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
     with pytest.raises(ResultsError, match="no ground truth of line"):
         read_truth(several.folder, sequence.name, sequence.fingerprint)
     assert len(bench.load_runs(several.folder)) == 0
-
-
-def test_run_cache_reads_each_run_once(several, monkeypatch):
-    token = run_cache.set(RunCache())
-    try:
-        cell = several.list_keys()[0]
-        assert several.read(cell) is several.read(cell)
-        monkeypatch.setattr(run_cache.get(), "free", 0)
-        assert several.read(several.list_keys()[1]) is not several.read(several.list_keys()[1])
-    finally:
-        run_cache.reset(token)
 
 
 def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_path):

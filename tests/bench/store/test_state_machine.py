@@ -31,6 +31,7 @@ from trackmark.bench.store.database import Database
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.datasets import load
 from trackmark.reports.tables import MISSING
 
@@ -265,7 +266,7 @@ class Experimenter(RuleBasedStateMachine):
     def _check_that_only_complete_runs_are_averaged(self):
         if not self.requested:
             return
-        bench_tables = tables(self.results.folder)
+        bench_tables = tables(Runs.open(self.results.folder))
         incomplete = {
             cell[0]
             for cell, version in self.requested.items()
