@@ -49,7 +49,8 @@ def write_figures(
     page_runs: PageRuns,
 ) -> list[Path]:
     """Draw the charts of a page and all other figures into a folder; return the files."""
-    revised = [clip.take.revised for stage in page_runs.stages for clip in stage.clips]
+    sequences = page_runs.sequences
+    revised = [run.player_run.revised for runs in sequences for run in runs.one_pass]
     has_revised = any(boxes is not None for boxes in revised)
     online = f"{title}, {TRACE_WORDS['online']}" if has_revised else title
     figures = {chart.figure: chart_plot(chart, online, page_runs.trackers) for chart in charts}

@@ -1,4 +1,4 @@
-"""Scores of stored runs by any metrics preset."""
+"""Scores of stored runs by any metrics."""
 
 from dataclasses import replace
 
