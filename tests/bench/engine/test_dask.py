@@ -14,7 +14,7 @@ from trackmark.bench.execution.backend import create_executor
 from trackmark.bench.execution.cluster import ClusterError, _run_task, with_absolute_paths
 from trackmark.bench.execution.task import Limits, PlannedRun, Task
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 ACTS = {
     "slow": "__import__('time').sleep(0.3)",
@@ -54,7 +54,7 @@ def start(data, begin):
 
 
 def stored_runs(data, name):
-    results = Results(data / "results" / name)
+    results = RunStore(data / "results" / name)
     return [results.read(file) for file in results.list_keys()]
 
 

@@ -28,10 +28,9 @@ from trackmark.bench.execution.worker import RepeatError
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_spec import resolve_specs
 from trackmark.bench.machine_errors import MachineError
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
+from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets import SequenceError, readers
 
 FRAMES = 12
@@ -77,7 +76,7 @@ def run_with(data, monkeypatch):
     """Run a task of two trackers; workers call another function instead of `run_task`."""
     monkeypatch.setenv("PYTHONPATH", str(Path.cwd()))
     requested = experiment(data, "static", "camshift", sequences="A")
-    (task,) = missing_tasks(make_plan(requested, Results(data / "none")))
+    (task,) = missing_tasks(make_plan(requested, RunStore(data / "none")))
 
     def run(function):
         monkeypatch.setattr(pool, "run_task", function)
@@ -109,8 +108,8 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     assert contents(folder_without_workers) == contents(execution.folder)
     assert execution.tasks.work == seen[-1] == 2 * FRAMES * 4
     assert 0 <= min(seen) <= max(seen) <= execution.tasks.work
-    results = Results(folder_without_workers)
-    for row in list_scored_runs(results):
+    results = RunStore(folder_without_workers)
+    for row in scored_rows(results):
         stored = results.read(run_key(row))
         tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
         alone = bench.evaluate_run(tracker, str(data / "data" / row["sequence"]), row["repetition"])
@@ -133,8 +132,8 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
     worker_folder = run_experiment(requested, data / "results", jobs=1)
     with without_processes():
         local_folder = run_experiment(replace(requested, name="here"), data / "results", jobs=1)
-    (row,) = list_scored_runs(Results(worker_folder))
-    a, b = (Results(folder).read(run_key(row)) for folder in (worker_folder, local_folder))
+    (row,) = scored_rows(RunStore(worker_folder))
+    a, b = (RunStore(folder).read(run_key(row)) for folder in (worker_folder, local_folder))
     assert a.identity == b.identity
     assert a.arrays.keys() == b.arrays.keys()
     for frame, named in a.arrays.items():
@@ -258,13 +257,13 @@ def running(command):
 def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
     with pytest.raises(SequenceError, match="changed during its runs"):
         run_experiment(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
-    assert Results(data / "results" / "trial").list_keys() == []
+    assert RunStore(data / "results" / "trial").list_keys() == []
 
 
 def test_full_disk_during_a_call_is_no_failure_of_the_tracker(data):
     with pytest.raises(MachineError, match=r"FillsDisk on A, .*: /dev/shm/frame: No space .* Free"):
         run_experiment(experiment(data, "FillsDisk", sequences="A"), data, jobs=1)
-    assert Results(data / "trial").list_keys() == []
+    assert RunStore(data / "trial").list_keys() == []
 
 
 @pytest.mark.slow
