@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 
 from trackmark.bench.analysis.by_metrics import MetricScores, metrics_for, table_prefix
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import heading
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import heading
 from trackmark.bench.store.runs import Runs
 from trackmark.reports.tables import MISSING, Cell, Table
 
@@ -52,8 +52,8 @@ def annotation_reports(runs: Runs, metrics: Collection[str]) -> list[AnnotationR
 def _report(
     runs: Runs, metrics: str, groups: Mapping[str, Collection[str]], protocol: str
 ) -> AnnotationReport:
-    columns = metrics_preset(metrics).columns
-    score = "eao" if "eao" in columns else next(key for key in columns if columns[key].better)
+    columns = find_metrics(metrics).metrics
+    score = "eao" if "eao" in columns else next(key for key in columns if columns[key].direction)
     scores = MetricScores(runs, metrics, protocol)
     results = {group: scores.of_group(members) for group, members in groups.items()}
     heads = [f"{group} ({len(members)})" for group, members in groups.items()]

@@ -22,8 +22,8 @@ from trackmark.bench.analysis.run_tables import (
 from trackmark.bench.analysis.score_tables import counted, means_over, sequence_table, with_not_run
 from trackmark.bench.evaluation.outcomes import LATE_ESTIMATES
 from trackmark.bench.evaluation.scoring import can_score
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import Column, PresetResult, heading, mean_of_sequences
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import Metric, MetricResult, heading, mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS, TIMING, ProtocolError, parse_protocol
 from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
@@ -109,7 +109,7 @@ def metrics_for(names: Sequence[str], protocol: str) -> list[str]:
     if protocol in (ONE_PASS, TIMING):
         return list(names)
     try:
-        defaults = [parse_protocol(protocol).preset]
+        defaults = [parse_protocol(protocol).metrics]
     except ProtocolError:  # protocol of a later version of trackmark
         return list(names)
     defaults += [DEFAULT_METRICS] if can_score(DEFAULT_METRICS, protocol) else []
@@ -133,7 +133,7 @@ def scores_by_metrics(
     outcomes = {name: runs.outcomes(name, pd.DataFrame([dict(row)]))[0] for name in names}
     return {
         name: {key: value if isfinite(value) else None for key, value in outcome.scores.items()}
-        if isinstance(outcome, PresetResult)
+        if isinstance(outcome, MetricResult)
         else None
         for name, outcome in outcomes.items()
     }
@@ -166,15 +166,15 @@ class MetricScores:
         table = with_not_run(runs.table[runs.table["protocol"] == protocol]).reset_index(drop=True)
         outcomes = runs.outcomes(metrics, without_failed_trackers(table))
         self.protocol, self.metrics, self.title = protocol, metrics, title
-        self._definition = metrics_preset(metrics)
-        self._results = {i: run for i, run in outcomes.items() if isinstance(run, PresetResult)}
+        self._definition = find_metrics(metrics)
+        self._results = {i: run for i, run in outcomes.items() if isinstance(run, MetricResult)}
         self._refused = {i: run for i, run in outcomes.items() if isinstance(run, str)}
         late = [LATE] if any(LATE.name in run.scores for run in self._results.values()) else []
-        columns = [_measure(key, column) for key, column in self._definition.columns.items()]
+        columns = [_measure(key, column) for key, column in self._definition.metrics.items()]
         self._measures = [*(SUMMARY if metrics == DEFAULT_METRICS else columns), *late]
         labels = table[["tracker", "sequence", "repetition", "status", "failure"]].copy()
         labels.loc[list(self._refused), "status"] = NOT_SCORED
-        names = [*self._definition.columns, *(measure.name for measure in late)]
+        names = [*self._definition.metrics, *(measure.name for measure in late)]
         self._runs = labels.join(score_columns(outcomes, names))
         self._overall = {
             str(tracker): self._combined(rows)
@@ -182,7 +182,7 @@ class MetricScores:
             if counted(rows, self._measures[0].name).all()
         }
 
-    def _combined(self, rows: pd.DataFrame) -> PresetResult:
+    def _combined(self, rows: pd.DataFrame) -> MetricResult:
         """Combine the runs of a tracker."""
         by_sequence = [
             [self._results[row] for row in sequence_rows.index if row in self._results]
@@ -190,7 +190,7 @@ class MetricScores:
         ]
         return self._definition.overall(by_sequence)
 
-    def of_group(self, sequences: Collection[str]) -> dict[str, PresetResult]:
+    def of_group(self, sequences: Collection[str]) -> dict[str, MetricResult]:
         """Return the results over a group of sequences, by tracker whose runs all have scores."""
         return {
             str(tracker): self._combined(rows[rows["sequence"].isin(sequences)])
@@ -208,7 +208,7 @@ class MetricScores:
         name = f"{table_prefix(self.protocol)}metrics-{self.metrics}"
         table = replace(table, name=name, notes=[*table.notes, *notes])
         if notes and not self._results:  # the table would have no scores
-            caption = f"{self.title}; metrics preset {self.metrics}: nothing scored."
+            caption = f"{self.title}; metrics {self.metrics}: nothing scored."
             table = replace(table, rows=[], caption=caption, notes=notes)
         curves = {
             curve: {
@@ -236,7 +236,9 @@ class MetricScores:
         If the metrics have unequal weights of sequences, their own scores come first, without
         intervals, and the means over units follow.
         """
-        only_overall = {name: nan for name, col in self._definition.columns.items() if col.whole}
+        only_overall = {
+            name: nan for name, metric in self._definition.metrics.items() if metric.only_overall
+        }
         runs = self._runs.assign(**only_overall)
         means = mean_table(runs, self._measures, "", self.metrics, skip_undefined=True)
         sequences = [str(name) for name in runs["sequence"].unique()]
@@ -278,18 +280,18 @@ def measures_of(metrics: str) -> list[ScoreMeasure]:
     """Return the scores of metrics that have a mean over sequences."""
     if metrics == DEFAULT_METRICS:
         return list(SUMMARY)
-    columns = metrics_preset(metrics).columns
-    return [_measure(name, column) for name, column in columns.items() if not column.whole]
+    columns = find_metrics(metrics).metrics
+    return [_measure(name, column) for name, column in columns.items() if not column.only_overall]
 
 
-def _measure(name: str, column: Column) -> ScoreMeasure:
+def _measure(name: str, column: Metric) -> ScoreMeasure:
     """Return a score as a column of a table; scores of which higher is better are shares."""
-    is_share = column.better == "higher"
+    is_share = column.direction == "higher"
     return ScoreMeasure(
         name,
         heading(name),
-        direction=column.better,
-        decimals=3 if column.better else 0,
+        direction=column.direction,
+        decimals=3 if column.direction else 0,
         least=0.0,
         most=1.0 if is_share else inf,
         margin=MARGIN if is_share else 0.0,

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from trackmark.bench.analysis.by_metrics import measures_of
 from trackmark.bench.analysis.run_tables import without_undefined
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import mean_of_sequences
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.files import ResultsError
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
@@ -43,12 +43,12 @@ def compared_measure(
     """
     if margin is not None and not (isinstance(margin, Real) and 0 <= margin < inf):
         raise ComparisonError(f"margin: {margin!r}. Expected: a finite number of 0 or more.")
-    definitions = metrics_preset(metrics)
+    definitions = find_metrics(metrics)
     measures = {measure.name: measure for measure in measures_of(metrics) if measure.direction}
     name = metric or next(iter(measures))
     if name not in measures:
         problem = f"{metrics} has no score {name!r}"
-        if name in definitions.columns and definitions.columns[name].whole:
+        if name in definitions.metrics and definitions.metrics[name].only_overall:
             problem = (
                 f"{name} is a score of all sequences together; trackers are compared by sequence"
             )

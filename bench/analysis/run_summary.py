@@ -141,7 +141,7 @@ def _table(means: MeansByTracker, mark: str, notes: Sequence[str]) -> Table:
             f"{_number(mean, '.2f')}{missing}",
             f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
             "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
-            _number(100 * values["success_share"], ".0f", " %"),
+            _number(100 * values["success_rate"], ".0f", " %"),
             _number(values["centre_error"], ".1f", " px"),
             time_text(values[TIME.name], mark),
             fps_text(values[TIME.name]),

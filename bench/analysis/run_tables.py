@@ -28,8 +28,8 @@ SUMMARY = tuple(
     replace(measure, least=0.0, margin=MARGINS[measure.name])
     for measure in (
         ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3, most=1.0),
-        ScoreMeasure("success_share", "success", "%", "higher", 1, scale=100, most=1.0),
-        ScoreMeasure("inside_share", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
+        ScoreMeasure("success_rate", "success", "%", "higher", 1, scale=100, most=1.0),
+        ScoreMeasure("inside_rate", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
         ScoreMeasure("centre_error", "centre error", "px", "lower", 2),
         ScoreMeasure("centre_error_median", "median", "px", "lower", 2, rank=2),
     )
@@ -40,7 +40,7 @@ PER_SEQUENCE = (
     ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3),
     ScoreMeasure("success_frames", "success", "frames", "higher", 1, out_of="evaluated_frames"),
     ScoreMeasure(
-        "frames_inside", "inside", "frames", "higher", 1, out_of="evaluated_frames", rank=2
+        "inside_frames", "inside", "frames", "higher", 1, out_of="evaluated_frames", rank=2
     ),
     ScoreMeasure(
         "first_loss", "first loss", "frame", "higher", 1, out_of="frames", never="none", rank=1

@@ -82,7 +82,7 @@ def summary_table(
     values = _values(runs, mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
         values = _with_uncertainty(values, by_unit, measures, uncertainties)
-    caption = f"{title}: {means_over(sequences, n_units)}; metrics preset {preset}. {meaning}"
+    caption = f"{title}: {means_over(sequences, n_units)}; metrics {preset}. {meaning}"
     return _table("summary", caption, values, runs, measures, preset)
 
 
@@ -106,7 +106,7 @@ def sequence_table(
     mean = mean.reindex(index[index.isin(mean.index)])
     values = _values(runs, mean, spread, mean, measures)
     caption = (
-        f"{title}: every sequence; metrics preset {preset}. Means and ± standard deviations over "
+        f"{title}: every sequence; metrics {preset}. Means and ± standard deviations over "
         "repetitions."
     )
     return _table("sequences", caption, values, runs, measures, preset)
@@ -131,7 +131,7 @@ def _table(
         [*map(Cell, row), *cells[number * n : (number + 1) * n]]
         for number, row in enumerate(data[labels][::n].to_numpy())
     ]
-    data.insert(len(labels), "preset", preset)
+    data.insert(len(labels), "metrics", preset)
     heads = [*labels, *(measure.head for measure in measures)]
     notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
     return Table(name, caption, heads, len(labels), rows, notes, data, ranks)
@@ -303,9 +303,9 @@ def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
             for tracker, count in counts.items()
         ]
     notes += stale_notes(runs).values()
-    if "malformed" in runs:
+    if "malformed_boxes" in runs:
         finished = runs[runs["status"] == "finished"]
-        sums = finished.groupby("tracker", sort=False)["malformed"].sum()
+        sums = finished.groupby("tracker", sort=False)["malformed_boxes"].sum()
         notes += [
             f"malformed: {tracker}, {count:.0f} boxes not finite with a positive size: misses"
             for tracker, count in sums[sums > 0].items()

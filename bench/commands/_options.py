@@ -173,7 +173,7 @@ def _presets(context: click.Context, parameter: click.Parameter, text: str) -> l
     from trackmark.bench import metrics
 
     if not split_list(text):
-        raise click.BadParameter("name at least one preset (`trackmark list metrics`).")
+        raise click.BadParameter("name at least one (`trackmark list metrics`).")
     try:
         return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(text)))
     except ValueError as error:
@@ -181,9 +181,9 @@ def _presets(context: click.Context, parameter: click.Parameter, text: str) -> l
 
 
 def metrics_option(group: str = "Output") -> Any:
-    """Return the dataclass field of the option --metrics: canonical names of presets."""
+    """Return the dataclass field of the option --metrics: canonical names of metrics."""
     return option(
-        "Comma-separated metrics presets; see `trackmark list metrics`.",
+        "Comma-separated names of metrics; see `trackmark list metrics`.",
         group=group,
         metavar="NAMES",
         default="native",

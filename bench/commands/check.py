@@ -117,7 +117,7 @@ def command(options: CheckOptions) -> int:
     """Compare current tracker scores with a baseline.
 
     NAME is a baseline that `trackmark baseline` created: baselines/NAME.toml, or a path that ends
-    in .toml. Missing runs are executed. Decisions use the metrics preset `native`. With --verbose,
+    in .toml. Missing runs are executed. Decisions use the metrics `native`. With --verbose,
     unchanged sequences are listed, too.
 
     For example:

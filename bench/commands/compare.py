@@ -102,7 +102,7 @@ def command(options: CompareOptions) -> int:
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
     trackers if none is named). The first tracker of each pair is reported as better, worse,
     equivalent or inconclusive. All pairs of up to four trackers are printed, all pairs of more
-    trackers with --verbose. Each metrics preset gets its own comparison. Failed runs count as the
+    trackers with --verbose. Each set of metrics gets its own comparison. Failed runs count as the
     worst score.
 
     For example:
@@ -181,7 +181,7 @@ def _metrics(names: Sequence[str], protocol: str) -> list[str]:
 
     replaced = {}
     if not can_score("native", protocol):
-        replaced["native"] = parse_protocol(protocol).preset
+        replaced["native"] = parse_protocol(protocol).metrics
     return list(dict.fromkeys(replaced.get(name, name) for name in names))
 
 

@@ -1,4 +1,4 @@
-"""Describe a tracker, sequence, metrics preset, attribute or protocol."""
+"""Describe a tracker, sequence, metrics, attribute or protocol."""
 
 import json
 import re
@@ -38,7 +38,7 @@ class DescribeOptions(JsonOptions):
 @click.command("describe", cls=Command)
 @with_options(DescribeOptions)
 def command(options: DescribeOptions) -> None:
-    """Describe a tracker, sequence, metrics preset, attribute or protocol.
+    """Describe a tracker, sequence, metrics, attribute or protocol.
 
     NAME is a name of `trackmark list`, the path of a sequence or tracker file, or a folder or
     pattern, whose sequences are listed.
@@ -100,18 +100,18 @@ def _tracker(name: str) -> Description | None:
 
 
 def _named(name: str) -> Description | None:
-    """Describe a preset, protocol, attribute or group of sequences; None for other names."""
+    """Describe metrics, a protocol, attribute or group of sequences; None for other names."""
     from trackmark.bench import metrics, protocols
 
     bare = name.partition(":")[0]
-    if metrics.is_preset(name):
+    if metrics.are_metrics(name):
         data, lines = _metrics(name)
-        if name in protocols.names():  # a preset and a protocol have this name
-            data["protocol_of_this_name"] = protocols.definition(name)
+        if name in protocols.names():  # metrics and a protocol have this name
+            data["protocol_of_this_name"] = protocols.describe(name)
             lines += ["", *_protocol_lines(data["protocol_of_this_name"])]
         return data, lines
     if bare in protocols.names():
-        data = protocols.definition(name)
+        data = protocols.describe(name)
         return data, _protocol_lines(data)
     if name.isidentifier() and (data := _attribute(name)):
         return data, [f"{key:11} {value}" for key, value in data.items() if value]
@@ -121,35 +121,35 @@ def _named(name: str) -> Description | None:
 def _metrics(name: str) -> Description:
     from trackmark.bench import metrics
 
-    preset = metrics.preset(name)
+    definitions = metrics.find_metrics(name)
     summary, _, definition = metrics.describe(name).partition("\n\n")
     data = {
         "name": metrics.canonical_name(name),
         "summary": summary,
         "definition": definition,
-        "also": list(preset.aliases),
-        "agrees": preset.agrees_with,
-        "protocol": preset.protocol,
-        "columns": {key: asdict(column) for key, column in preset.columns.items()},
-        "curves": {key: asdict(axes) for key, axes in preset.curves.items()},
+        "aliases": list(definitions.aliases),
+        "agrees_with": definitions.agrees_with,
+        "run_kind": definitions.run_kind,
+        "metrics": {key: asdict(metric) for key, metric in definitions.metrics.items()},
+        "curves": {key: asdict(axes) for key, axes in definitions.curves.items()},
     }
     lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
-    lines.append(f"agrees with  {preset.agrees_with or 'no toolkit'}")
-    lines.append(f"scores       runs by the protocol {preset.protocol!r}")
-    lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
-    lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
-    lines.append("columns, with the score of a perfect tracker")
-    width = max(map(len, preset.columns))
-    for key, column in preset.columns.items():
-        perfect = "" if column.perfect is None else f"{column.perfect:.3g}"
-        lines.append(f"  {key:{width}}  {perfect:5}  {column.meaning}")
+    lines.append(f"agrees with  {definitions.agrees_with or 'no toolkit'}")
+    lines.append(f"scores       runs by the protocol {definitions.run_kind!r}")
+    lines += [f"also called  {', '.join(definitions.aliases)}"] if definitions.aliases else []
+    lines += [f"curves       {', '.join(definitions.curves)}"] if definitions.curves else []
+    lines.append("metrics, with the score of a perfect tracker")
+    width = max(map(len, definitions.metrics))
+    for key, metric in definitions.metrics.items():
+        perfect = "" if metric.best_value is None else f"{metric.best_value:.3g}"
+        lines.append(f"  {key:{width}}  {perfect:5}  {metric.meaning}")
     return data, lines
 
 
 def _protocol_lines(data: dict[str, Any]) -> list[str]:
     lines = [f"protocol {data['name']}", "", data["summary"], "", data["definition"], ""]
-    lines.append(f"preset       {data['preset']} (metrics preset of its runs by default)")
-    return lines + _setting_lines("parameters", data["knobs"])
+    lines.append(f"metrics      {data['metrics']} (of its runs by default)")
+    return lines + _setting_lines("parameters", data["parameters"])
 
 
 def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
@@ -257,8 +257,8 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
     }
     fields = data | ({"fps": f"{outline.fps:.5g}"} if outline.fps else {})
     lines = [f"{key:12} {value}" for key, value in fields.items() if value]
-    data["knobs"] = datasets.options(name)
-    lines += _setting_lines("parameters", data["knobs"])
+    data["parameters"] = datasets.options(name)
+    lines += _setting_lines("parameters", data["parameters"])
     if measure:
         data["measured"] = _measured(name, truth)
         lines.append("measured (`trackmark describe NAME` defines each)")

@@ -62,7 +62,7 @@ def command(options: ReproduceOptions) -> int:
     130 interrupted.
     """
     from trackmark.bench.papers import ReproductionOptions, paper_names
-    from trackmark.bench.papers.markdown_page import write_page
+    from trackmark.bench.papers.markdown_page import write_markdown_page
     from trackmark.bench.papers.reproduction import Reproduction
 
     page, quick = options.page, options.quick
@@ -89,7 +89,7 @@ def command(options: ReproduceOptions) -> int:
     for name in paper_names() if options.paper is None else [options.paper]:
         report = _reproduce(Reproduction(name), reproduced, options)
         if page is not None:
-            write_page(page, report)
+            write_markdown_page(page, report)
         if options.all_papers:
             from trackmark.bench.papers.index_page import write_front_page
 
@@ -141,11 +141,11 @@ def _write(report: "Report", content: Mapping[str, object], folder: Path) -> Non
     from trackmark.bench.commands._table_files import write_tables
     from trackmark.bench.output_files import write_file
     from trackmark.bench.papers.html_page import write_html_page
-    from trackmark.bench.papers.markdown_page import write_page
+    from trackmark.bench.papers.markdown_page import write_markdown_page
 
     text = json.dumps(content, indent=1, allow_nan=False)
     write_tables(folder, report.tables)
-    write_page(folder / "report.md", report)
+    write_markdown_page(folder / "report.md", report)
     write_file(folder / "report.json", text)
     with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

@@ -157,7 +157,7 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
-    """Execute a plan, print its scores by metrics presets and return the exit status."""
+    """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import State
     from trackmark.bench.store.layout import run_key
     from trackmark.bench.store.runs import Runs, RunSource

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import score_run
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import (
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import (
     FrameState,
-    PresetResult,
+    MetricResult,
     annotates_init_only,
     mean_of_sequences,
 )
@@ -29,7 +29,7 @@ from trackmark.bench.protocols import parse_protocol
 LATE_ESTIMATES = "late_share"
 """Score of real-time runs: share of frames after the first with an estimate of an earlier frame."""
 
-MetricOutcome: TypeAlias = PresetResult | str
+MetricOutcome: TypeAlias = MetricResult | str
 """Result of a run by metrics, or the reason why the metrics cannot score the run."""
 
 
@@ -51,21 +51,21 @@ def outcome_of(run: Run, truth: Any, metrics: str) -> MetricOutcome:
     return replace(result, scores={**result.scores, LATE_ESTIMATES: late})
 
 
-def worst_result(run: Run, truth: Any, metrics: str) -> PresetResult:
+def worst_result(run: Run, truth: Any, metrics: str) -> MetricResult:
     """Return the worst possible scores of a run.
 
     Raises `ValueError` if the metrics cannot score runs by the run's protocol.
     """
-    result, definition = score_run(_lost_run(run), truth, metrics), metrics_preset(metrics)
+    result, definition = score_run(_lost_run(run), truth, metrics), find_metrics(metrics)
     if annotates_init_only(truth):  # the scores of finished runs are undefined, too
         return result
     present = np.isfinite(truth.boxes).all(axis=1)
     diagonal = _diagonal(truth)
     scores, curves = dict(result.scores), result.curves
-    for name, column in definition.columns.items():
-        if column.better == "higher":
+    for name, metric in definition.metrics.items():
+        if metric.direction == "higher":
             scores[name] = 0.0
-        elif column.better == "lower" and not isfinite(scores[name]):  # a centre error
+        elif metric.direction == "lower" and not isfinite(scores[name]):  # a centre error
             scores[name] = diagonal
     if "first_loss" in scores:
         scores["first_loss"] = float(np.argmax(present)) + 1

@@ -384,7 +384,7 @@ class Recorder:
             return seconds
         if self.seconds > self._run_seconds:
             self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
-        elif reason := self._controller.on_estimate(frame, self._rows[frame], call.seconds):
+        elif reason := self._controller.check_estimate(frame, self._rows[frame], call.seconds):
             self.fail(frame, reason)
         return seconds
 
@@ -537,7 +537,7 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 
     Raises `SequenceError` if the sequence does not have this region, or no ground truth.
     """
-    if not protocol_of_key(protocol).segmented:
+    if not protocol_of_key(protocol).has_segments:
         return ()
     segments = _segments(protocol, sequence, init)
     return tuple(np.array(segment.frames(len(sequence)), np.int32) for segment in segments)

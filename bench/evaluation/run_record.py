@@ -59,7 +59,7 @@ class Run:
     times : Times or None
         Times of a timing run; None for other runs.
     states : ndarray of int32, shape (n,), or None
-        `bench.metrics.preset.FrameState` by frame, in runs with restarts after failures.
+        `bench.metrics.interface.FrameState` by frame, in runs with restarts after failures.
     estimate_frames : ndarray of int32, shape (n,), or None
         Frame of the estimate in each row of a real-time run; -1 before the first estimate.
     segments : tuple of ndarray of int32

@@ -39,7 +39,7 @@ from trackmark.bench.exchange.result_format import (
     read_column,
     read_text_file,
 )
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.protocols import parse_protocol
 
 SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"

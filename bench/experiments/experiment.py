@@ -33,7 +33,7 @@ from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.spec_string import format_text, name_hint
 
 if TYPE_CHECKING:
-    from trackmark.bench.protocols import Protocol
+    from trackmark.bench.protocols import EvaluationProtocol
 
 FOLDER = Path(__file__).parent
 PAPERS = FOLDER.parent / "papers"
@@ -124,7 +124,7 @@ class Experiment:
         return self.timing or self._protocol.time_dependent
 
     @property
-    def _protocol(self) -> "Protocol":
+    def _protocol(self) -> "EvaluationProtocol":
         from trackmark.bench.protocols import parse_protocol  # a slow import, of NumPy
 
         return parse_protocol(self.protocol)

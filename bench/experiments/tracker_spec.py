@@ -53,7 +53,7 @@ class Identity:
     sequence: str
     fingerprint: str
     repetition: int
-    protocol: str  # `bench.protocols.Protocol.text`, or `timing`
+    protocol: str  # `bench.protocols.EvaluationProtocol.key`, or `timing`
     init: str = "boxes"  # ground truth of initialisation and scores: `boxes` or a region's name
 
     @property

@@ -19,7 +19,7 @@ from trackmark.bench.pages.page import card
 from trackmark.bench.pages.player_frames import thumbnail
 from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
 from trackmark.bench.statistics.rules import MIN_UNITS
-from trackmark.reports.charts import Chart, PlayerPosition
+from trackmark.reports.charts import Chart
 from trackmark.reports.printable import one_line
 from trackmark.reports.svg import CROWDED, TOP
 from trackmark.reports.tables import Table
@@ -48,7 +48,7 @@ def leaderboard(
     for tracker, measures in means_by_tracker(summary).items():
         success, error, time = (
             measures.get(name, {}).get("mean", np.nan)
-            for name in ("success_share", "centre_error", TIME.name)
+            for name in ("success_rate", "centre_error", TIME.name)
         )
         rows.append(
             {
@@ -59,12 +59,12 @@ def leaderboard(
                 "error": error,
                 "time": time_text(time, time_mark),
                 "fps": fps_text(time),
-                "position": runs.place(tracker, None, "overlap"),
+                "position": runs.worst_position(tracker, None, "overlap"),
                 "note": notes.get(tracker, "").partition(" (")[0],
             }
         )
     rows.sort(key=lambda row: _descending(row["overlap"]["mean"]))
-    return card("leaderboard", rows=rows, n_sequences=len(runs.stages), notes=time_notes)
+    return card("leaderboard", rows=rows, n_sequences=len(runs.sequences), notes=time_notes)
 
 
 def _descending(mean: float) -> float:
@@ -79,28 +79,28 @@ def poster(sequence: PlayerSequence) -> bytes:
 
 
 def _frame_image(
-    sequence: PlayerSequence, frame: int, clips: Sequence[PageRun], labels: Sequence[str]
+    sequence: PlayerSequence, frame: int, page_runs: Sequence[PageRun], labels: Sequence[str]
 ) -> Markup:
     """Return a frame with the ground-truth box and the boxes of runs."""
     images = sequence.images
-    names = ", ".join(one_line(labels[clip.take.tracker]) for clip in clips)
+    names = ", ".join(one_line(labels[run.tracker]) for run in page_runs)
     return card(
         "frame_image",
         image=images[frame] if frame < len(images) else b"",
         size=sequence.size,
         truth=sequence.boxes[frame],
-        boxes=[(clip.take.tracker, clip.take.tracker, clip.take.boxes[frame]) for clip in clips],
+        boxes=[(run.tracker, run.tracker, run.player_run.boxes[frame]) for run in page_runs],
         description=f"{one_line(sequence.name)}, frame {frame}: ground-truth box and boxes of "
         + names,
     )
 
 
-def _worst_clips(stage: SequenceRuns, n_trackers: int) -> list[PageRun]:
+def _worst_page_runs(sequence_runs: SequenceRuns, n_trackers: int) -> list[PageRun]:
     """Return the worst finished run of each tracker that a crowded picture shows."""
     worst: dict[int, PageRun] = {}
-    for clip in sorted(stage.clips, key=lambda clip: -clip.worst["overlap", "online"][0]):
-        if not clip.take.failure and (n_trackers <= CROWDED or clip.take.tracker < TOP):
-            worst.setdefault(clip.take.tracker, clip)
+    for run in sorted(sequence_runs.one_pass, key=lambda run: -run.severity):
+        if not run.failure and (n_trackers <= CROWDED or run.tracker < TOP):
+            worst.setdefault(run.tracker, run)
     return [worst[tracker] for tracker in sorted(worst)]
 
 
@@ -111,28 +111,31 @@ def worst_frames(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> Markup 
     all trackers is lowest.
     """
     candidates = []
-    for index, (stage, sequence) in enumerate(zip(runs.stages, sequences, strict=True)):
-        clips = _worst_clips(stage, len(runs.trackers))
-        means = pd.DataFrame([clip.overlaps for clip in clips]).mean()
+    for index, (sequence_runs, sequence) in enumerate(zip(runs.sequences, sequences, strict=True)):
+        page_runs = _worst_page_runs(sequence_runs, len(runs.trackers))
+        means = pd.DataFrame([run.overlaps for run in page_runs]).mean()
         if sequence.thumbnails and means.notna().any():
-            worst = min(clips, key=lambda clip: means[clip.worst["overlap", "online"][1]])
-            frame = worst.worst["overlap", "online"][1]
-            candidates.append((means[frame], means.mean(), index, frame, clips, worst.take))
+            worst = min(page_runs, key=lambda run: means[run.worst_frame])
+            severity = means[worst.worst_frame], means.mean(), index
+            candidates.append((severity, index, page_runs, worst))
     entries = []
-    selected = sorted(candidates, key=itemgetter(0, 1, 2))[:_MAX_ENTRIES]
-    for *_, index, frame, clips, take in selected:
-        sequence = sequences[index]
+    for _, index, page_runs, worst in sorted(candidates, key=itemgetter(0))[:_MAX_ENTRIES]:
+        sequence, frame = sequences[index], worst.worst_frame
         entries.append(
             {
-                "sequence": runs.stages[index].name,
+                "sequence": runs.sequences[index].name,
                 "first": max(sequence.first, frame - _REACH),
                 "last": min(sequence.n_frames - 1, frame + _REACH),
-                "frame": _frame_image(sequence, frame, clips, runs.labels),
+                "frame": _frame_image(sequence, frame, page_runs, runs.labels),
                 "overlaps": [
-                    (clip.take.tracker, runs.labels[clip.take.tracker], float(clip.overlaps[frame]))
-                    for clip in clips
+                    (
+                        run.tracker,
+                        runs.labels[run.tracker],
+                        float(run.overlaps[frame]),
+                    )
+                    for run in page_runs
                 ],
-                "position": PlayerPosition(index, take.tracker, take.repetition, frame),
+                "position": worst.position(index, frame),
             }
         )
     return card("worst_frames", entries=entries) if entries else None
@@ -157,7 +160,7 @@ def overlap_matrix(
             "sequence": str(sequence),
             "thumbnail": posters.get(str(sequence), b""),
             "overlaps": overlaps.tolist(),
-            "positions": [runs.place(name, str(sequence), "overlap") for name in names],
+            "positions": [runs.worst_position(name, str(sequence), "overlap") for name in names],
         }
         for sequence, overlaps in zip(means.index, means[names].to_numpy(float), strict=True)
     ]
@@ -212,45 +215,45 @@ def _pair_cell(
         "n_won": int((by_unit > 0).sum()),
         "n_lost": int((by_unit < 0).sum()),
         "tip": tip,
-        "position": runs.place(behind, comparison.sequences[largest], "overlap"),
+        "position": runs.worst_position(behind, comparison.sequences[largest], "overlap"),
     }
 
 
 def lost_runs(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> tuple[str, Markup] | None:
     """Return the title and the card of the runs that failed or lost the target, if any."""
     selected = [
-        (clip.worst["overlap", "online"][0], index, clip)
-        for index, stage in enumerate(runs.stages)
-        for clip in stage.clips
-        if clip.take.failure or -clip.worst["loss", "online"][0] < len(stage.truth)
+        (run.severity, index, run)
+        for index, sequence_runs in enumerate(runs.sequences)
+        for run in sequence_runs.one_pass
+        if run.failure or -run.worst["loss", "online"][0] < len(sequence_runs.truth)
     ]
     if not selected:
         return None
-    n_failed = sum(bool(clip.take.failure) for *_, clip in selected)
+    n_failed = sum(bool(run.failure) for *_, run in selected)
     counts = {"failed": n_failed, "lost the target": len(selected) - n_failed}
     parts = " and ".join(f"{n} {verb}" for verb, n in counts.items() if n)
     worst = dict[tuple[int, int], PageRun]()  # by tracker and sequence
-    for _, index, clip in sorted(selected, key=itemgetter(0), reverse=True):
-        worst.setdefault((clip.take.tracker, index), clip)
+    for _, index, run in sorted(selected, key=itemgetter(0), reverse=True):
+        worst.setdefault((run.tracker, index), run)
     n_before, ordered = Counter[int](), []
-    for (tracker, index), clip in worst.items():
-        ordered.append((n_before[tracker], index, clip))  # one run of each tracker first
+    for (tracker, index), run in worst.items():
+        ordered.append((n_before[tracker], index, run))  # one run of each tracker first
         n_before[tracker] += 1
     ordered.sort(key=itemgetter(0))
     entries = []
-    for _, index, clip in ordered[:_MAX_ENTRIES]:
-        take, frame = clip.take, clip.worst["overlap", "online"][1]
-        failure = textwrap.shorten(take.failure.partition("\n")[0], _MAX_REASON, placeholder=" …")
+    for _, index, run in ordered[:_MAX_ENTRIES]:
+        frame = run.worst_frame
+        failure = textwrap.shorten(run.failure.partition("\n")[0], _MAX_REASON, placeholder=" …")
         entries.append(
             {
-                "label": runs.labels[take.tracker],
-                "sequence": runs.stages[index].name,
-                "reason": f"failed: {failure}" if take.failure else f"lost at frame {frame}",
-                "frame": _frame_image(sequences[index], frame, [clip], runs.labels),
-                "position": PlayerPosition(index, take.tracker, take.repetition, frame),
+                "label": runs.labels[run.tracker],
+                "sequence": runs.sequences[index].name,
+                "reason": f"failed: {failure}" if run.failure else f"lost at frame {frame}",
+                "frame": _frame_image(sequences[index], frame, [run], runs.labels),
+                "position": run.position(index, frame),
             }
         )
-    n_runs = sum(len(stage.clips) for stage in runs.stages)
+    n_runs = sum(len(sequence_runs.one_pass) for sequence_runs in runs.sequences)
     title = f"Lost and failed runs: of {n_runs} run{'s' * (n_runs > 1)}, {parts}"
     return title, card("lost_runs", entries=entries)
 
@@ -267,8 +270,12 @@ def sequence_folds(
     A fold has the chart of the sequence from `charts`, the row of the sequence in `means`, which
     are mean overlaps by tracker, and its rows in `scores`, the table of every sequence.
     """
-    for index, (stage, sequence) in enumerate(zip(runs.stages, sequences, strict=True)):
-        row = means.loc[stage.name] if stage.name in means.index else pd.Series(dtype=float)
+    for index, (sequence_runs, sequence) in enumerate(zip(runs.sequences, sequences, strict=True)):
+        row = (
+            means.loc[sequence_runs.name]
+            if sequence_runs.name in means.index
+            else pd.Series(dtype=float)
+        )
         summary = f"{sequence.n_frames} frames"
         if row.notna().any():
             summary = f"highest: {row.idxmax()}, {row.max():.2f}"
@@ -278,9 +285,9 @@ def sequence_folds(
             sequence=sequence,
             summary=summary,
             means=[(runs.trackers.index(name), name, mean) for name, mean in row.to_dict().items()],
-            chart=charts.get(stage.name),
-            scores=_rows_of(scores, stage.name, index) if scores else None,
-            poster=poster(sequence) if len(runs.stages) <= N_SHOWN_SEQUENCES else b"",
+            chart=charts.get(sequence_runs.name),
+            scores=_rows_of(scores, sequence_runs.name, index) if scores else None,
+            poster=poster(sequence) if len(runs.sequences) <= N_SHOWN_SEQUENCES else b"",
             link=player_link(sequence),
         )
 

@@ -60,7 +60,7 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
     """
     left_out = " Trackers with failed runs are left out." * (len(runs.trackers) > len(trackers))
     charts = []
-    for template in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
+    for template in (_SUCCESS, _PRECISION) if trackers and runs.sequences else ():
         positions = sorted(map(runs.trackers.index, trackers))
         lines = [_share_line(runs, position, template.figure) for position in positions]
         values = ", ".join(f"{line.label} {at_reference(template, line)}" for line in lines)
@@ -76,38 +76,37 @@ def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
     A point opens the frame nearest to its threshold; among equally near ones that of the worst run.
     """
     label = runs.trackers[tracker]
-    by_sequence = [stage.clips_of(tracker) for stage in runs.stages]
-    judged = [
-        (position, clip)
-        for position, clips in enumerate(by_sequence)
-        for clip in clips
-        if curve in clip.shares
+    by_sequence = [sequence_runs.one_pass_of(tracker) for sequence_runs in runs.sequences]
+    scored = [
+        (index, run)
+        for index, page_runs in enumerate(by_sequence)
+        for run in page_runs
+        if curve in run.shares
     ]
-    if not judged:
+    if not scored:
         return Line(label, tracker, [np.nan], [np.nan])
-    curves = [[clip.shares[curve].shares for clip in c if clip.shares] for c in by_sequence]
+    curves = [[run.shares[curve].shares for run in c if run.shares] for c in by_sequence]
     shares = np.mean([np.mean(values, axis=0) for values in curves if values], axis=0)
     thresholds, figure, kind = ERRORS, shares[_INDEX_OF_20], "centre_error"
     if curve == "success":
-        overlaps = [[-clip.worst["overlap", "online"][0] for clip in c] for c in by_sequence if c]
+        overlaps = [[-run.severity for run in c] for c in by_sequence if c]
         thresholds, figure, kind = OVERLAPS, np.mean([*map(np.mean, overlaps)]), "overlap"
-    judged.sort(key=lambda entry: (-entry[1].worst[kind, "online"][0], entry[0]))
-    nearest = np.argmin([clip.shares[curve].distances for _, clip in judged], axis=0)
+    scored.sort(key=lambda entry: (-entry[1].worst[kind, "online"][0], entry[0]))
+    nearest = np.argmin([run.shares[curve].distances for _, run in scored], axis=0)
     positions = []
-    for point, (position, clip) in enumerate(judged[index] for index in nearest):
-        frame = int(clip.shares[curve].frames[point])
-        positions.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
+    for point, (index, run) in enumerate(scored[position] for position in nearest):
+        positions.append(run.position(index, int(run.shares[curve].frames[point])))
     return Line(label, tracker, thresholds, shares, positions=positions, value=f"{figure:.3f}")
 
 
 def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
     """Return the median overlap of the repetitions by frame, a chart per sequence."""
     charts = {}
-    for position, stage in enumerate(runs.stages):
+    for position, sequence_runs in enumerate(runs.sequences):
         finished: dict[int, list[PageRun]] = {}
-        for clip in stage.clips:
-            if not clip.take.failure:
-                finished.setdefault(clip.take.tracker, []).append(clip)
+        for run in sequence_runs.one_pass:
+            if not run.failure:
+                finished.setdefault(run.tracker, []).append(run)
         is_crowded = len(finished) > CROWDED
         lines = [
             _timeline(position, runs.trackers[tracker], finished[tracker])
@@ -119,22 +118,21 @@ def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
         which += f": the median over up to {most} repetitions" * (most > 1)
         description = f"Overlap by frame{which}. A point opens its frame."
         if lines:
-            chart = Chart(
-                stage.name, "frame", "overlap", lines, description, top=1.0, has_line_names=False
-            )
-            charts[stage.name] = chart
+            name = sequence_runs.name
+            chart = Chart(name, "frame", "overlap", lines, description, top=1.0)
+            charts[name] = replace(chart, has_line_names=False)
     return charts
 
 
-def _timeline(position: int, name: str, clips: Sequence[PageRun]) -> Line:
+def _timeline(position: int, name: str, page_runs: Sequence[PageRun]) -> Line:
     """Return a line through the lowest overlap of each interval; it opens the worst repetition."""
-    medians = pd.DataFrame([clip.overlaps for clip in clips]).median().to_numpy(np.float64)
+    medians = pd.DataFrame([run.overlaps for run in page_runs]).median().to_numpy(np.float64)
     intervals = np.array_split(np.arange(len(medians)), min(_MAX_POINTS, len(medians)))
     lowest = [np.argmin(np.nan_to_num(medians[interval], nan=np.inf)) for interval in intervals]
     frames = [int(interval[i]) for interval, i in zip(intervals, lowest, strict=True)]
-    worst = max(clips, key=lambda clip: clip.worst["overlap", "online"][0])
-    opened = PlayerPosition(position, worst.take.tracker, worst.take.repetition, 0)
-    return Line(name, worst.take.tracker, frames, medians[frames], positions=[opened])
+    worst = max(page_runs, key=lambda run: run.severity)
+    opened = worst.position(position, 0)
+    return Line(name, worst.tracker, frames, medians[frames], positions=[opened])
 
 
 def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
@@ -142,7 +140,9 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
     if "first_loss" not in scored:
         return []
     finished = scored[scored["first_loss"].notna() & scored["frames"].notna()]
-    numbers = {stage.name: position for position, stage in enumerate(runs.stages)}
+    numbers = {
+        sequence_runs.name: position for position, sequence_runs in enumerate(runs.sequences)
+    }
     lines = []
     for position, name in enumerate(runs.trackers):
         rows = finished[finished["tracker"] == name]
@@ -176,12 +176,12 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     for name, measures in means_by_tracker(summary).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, TIME.name))
         if isfinite(score.get("mean", nan) + time.get("mean", nan)):
-            opened = runs.place(name, None, "overlap")
+            opened = runs.worst_position(name, None, "overlap")
             point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [opened]
             dots.append(Line(name, runs.trackers.index(name), *point))
     if len(dots) < 2:
         return []
-    units = units_of([stage.name for stage in runs.stages])
+    units = units_of([sequence_runs.name for sequence_runs in runs.sequences])
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"

@@ -54,7 +54,9 @@ def write_live_page(
         ]
         runs = collect_runs(stored.read(rows), list(latest), with_numbers=True)
         page = _page(runs, progress)
-        failures = [clip.take.failure for stage in runs.stages for clip in stage.clips]
+        failures = [
+            run.failure for sequence_runs in runs.sequences for run in sequence_runs.one_pass
+        ]
         return write_page(path, page), [failure for failure in failures if failure]
 
 
@@ -62,7 +64,7 @@ def _page(runs: PageRuns, progress: Progress) -> Page:
     """Return the page of the only sequence."""
     (sequence,) = player_sequences(runs, progress, height=_MAX_HEIGHT)
     named = ", ".join(runs.trackers)
-    repetition = max(take.repetition for take in sequence.runs)
+    repetition = max(player_run.repetition for player_run in sequence.runs)
     title = f"{named} on {sequence.name}" + f", repetition {repetition}" * bool(repetition)
     caption = (
         f"The player shows the boxes, masks, contours, particles, maps and numbers that {named} "
@@ -72,6 +74,6 @@ def _page(runs: PageRuns, progress: Progress) -> Page:
     section = PageSection("frames", "Frames", lists_sequences=True, caption=caption)
     page = Page(title, [section], runs.trackers, [sequence])
     address = {"tracker": runs.trackers[0], "repetition": str(repetition)}
-    for name in [name for take in sequence.runs for name in take.maps][:1]:
+    for name in [name for player_run in sequence.runs for name in player_run.maps][:1]:
         address["map"] = name
     return replace(page, start=player_link(sequence, None, **address))

@@ -80,13 +80,13 @@ def player(
     if tracker is not None and tracker not in page_runs.labels:
         names = ", ".join(page_runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (scene,) = player_sequences(page_runs, lambda *_: None)
-    first = scene.first if frame is None else frame
-    if not 0 <= first < scene.n_frames:
-        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.n_frames - 1}.")
+    (entry,) = player_sequences(page_runs, lambda *_: None)
+    first = entry.first if frame is None else frame
+    if not 0 <= first < entry.n_frames:
+        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {entry.n_frames - 1}.")
     section = PageSection("frames", "Sequence", lists_sequences=True)
-    page = Page(name, [section], page_runs.labels, [scene])
-    start = player_link(scene, first)
+    page = Page(name, [section], page_runs.labels, [entry])
+    start = player_link(entry, first)
     if tracker is not None:
         start = PlayerPosition(0, page_runs.labels.index(tracker), repetition, first).link
     with temporary_folder() as temporary:

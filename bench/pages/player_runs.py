@@ -16,8 +16,8 @@ from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trace
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.metrics.preset import FrameState
 from trackmark.bench.pages.content import PlayerRun, PlayerSequence
 from trackmark.bench.pages.page_frames import (
     THUMBNAIL,
@@ -59,31 +59,56 @@ class ThresholdShares(NamedTuple):
 class PageRun:
     """Run or segment of a run with its scores by frame."""
 
-    take: PlayerRun
+    player_run: PlayerRun
     end: int  # last frame with a box
-    overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not judged
+    overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not scored
     shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
-    worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `PageRuns.place`
+    worst: Mapping[tuple[str, Trace], tuple[float, int]]  # severity and frame, see `_worst`
+
+    @property
+    def tracker(self) -> int:
+        """Index of the tracker."""
+        return self.player_run.tracker
+
+    @property
+    def failure(self) -> str:
+        """Reason of a failed run."""
+        return self.player_run.failure
+
+    @property
+    def severity(self) -> float:
+        """Negative mean overlap of the online boxes; infinite for failed runs."""
+        return self.worst["overlap", "online"][0]
+
+    @property
+    def worst_frame(self) -> int:
+        """Frame in which the target was lost, or else that of the lowest overlap."""
+        return self.worst["overlap", "online"][1]
+
+    def position(self, sequence: int, frame: int) -> PlayerPosition:
+        """Return the position of a frame of this run on the sequence with an index."""
+        run = self.player_run
+        return PlayerPosition(sequence, run.tracker, run.repetition, frame, run.start)
 
 
 @dataclass
 class SequenceRuns:
-    """Runs on a sequence; `truth` contains the ground-truth boxes by which they are judged."""
+    """Runs on a sequence; `truth` contains the ground-truth boxes by which they are scored."""
 
     row: Mapping[str, Any]
     stored: StoredTruth
     truth: Array
-    clips: list[PageRun] = field(default_factory=list)  # of one-pass runs
-    others: list[PageRun] = field(default_factory=list)  # of runs by other protocols
+    one_pass: list[PageRun] = field(default_factory=list)
+    others: list[PageRun] = field(default_factory=list)  # by other protocols
 
     @property
     def name(self) -> str:
         """Name of the sequence."""
         return str(self.row["sequence"])
 
-    def clips_of(self, tracker: int) -> list[PageRun]:
+    def one_pass_of(self, tracker: int) -> list[PageRun]:
         """Return the one-pass runs of a tracker."""
-        return [clip for clip in self.clips if clip.take.tracker == tracker]
+        return [run for run in self.one_pass if run.tracker == tracker]
 
 
 @dataclass(frozen=True)
@@ -92,10 +117,10 @@ class PageRuns:
 
     trackers: Sequence[str]  # of one-pass runs
     labels: Sequence[str]  # trackers, then labels of runs by other protocols: `name_on_page`
-    stages: Sequence[SequenceRuns]
+    sequences: Sequence[SequenceRuns]
     metadata: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
-    def place(
+    def worst_position(
         self, tracker: str, sequence: str | None, kind: str, trace: Trace = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on one sequence or on all.
@@ -103,32 +128,30 @@ class PageRuns:
         `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: `online`
         replaces `revised` for runs without revised boxes.
         """
-        names = [stage.name for stage in self.stages] if sequence is None else [sequence]
-        return self.worst_of(tracker, names, kind, trace)
+        names = [runs.name for runs in self.sequences] if sequence is None else [sequence]
+        return self.worst_position_on(tracker, names, kind, trace)
 
-    def worst_of(
+    def worst_position_on(
         self, tracker: str, sequences: Sequence[str], kind: str, trace: Trace = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on several sequences."""
-        for wanted in (trace, "online"):
-            worst = [self._worst.get((tracker, name, kind, wanted)) for name in sequences]
+        for source in (trace, "online"):
+            worst = [self._worst.get((tracker, name, kind, source)) for name in sequences]
             if any(worst):
                 return max(filter(None, worst), key=itemgetter(0))[1]
         return None
 
     @cached_property
     def _worst(self) -> dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]]:
-        """Badness and worst frame of the worst run, by tracker, sequence, kind and trace."""
+        """Severity and worst frame of the worst run, by tracker, sequence, kind and trace."""
         worst: dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]] = {}
-        for position, stage in enumerate(self.stages):
-            for clip in (*stage.clips, *stage.others):
-                take = clip.take
-                for (kind, trace), (badness, frame) in clip.worst.items():
-                    place = PlayerPosition(position, take.tracker, take.repetition, frame)
-                    place = place._replace(start=take.start, revised=trace == "revised")
-                    key = self.labels[take.tracker], stage.name, kind, trace
-                    if key not in worst or badness > worst[key][0]:
-                        worst[key] = badness, place
+        for index, sequence_runs in enumerate(self.sequences):
+            for run in (*sequence_runs.one_pass, *sequence_runs.others):
+                for (kind, trace), (severity, frame) in run.worst.items():
+                    key = self.labels[run.tracker], sequence_runs.name, kind, trace
+                    if key not in worst or severity > worst[key][0]:
+                        position = run.position(index, frame)
+                        worst[key] = severity, position._replace(revised=trace == "revised")
         return worst
 
 
@@ -145,18 +168,20 @@ def collect_runs(
     `trackers`: trackers in the order of their colours; others follow.
     """
     names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
-    stages: dict[str, SequenceRuns] = {}
+    by_sequence: dict[str, SequenceRuns] = {}
     metadata: dict[str, Mapping[str, Any]] = {}
     for row, run, stored in runs:
         truth = np.asarray(select_ground_truth(stored, run.identity.init, row["sequence"]).boxes)
-        stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
-        if row["fingerprint"] != stage.row["fingerprint"]:
+        sequence_runs = by_sequence.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
+        if row["fingerprint"] != sequence_runs.row["fingerprint"]:
             continue  # the run is stale: the sequence has changed since; tables report it
         if row["protocol"] == ONE_PASS:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
             number = names.index(row["tracker"])
-            stage.clips.append(_judge(truth, _RunPart(run), row, number, with_numbers))
+            sequence_runs.one_pass.append(
+                _page_run(truth, _Segment(run), row, number, with_numbers)
+            )
         else:
             others.append((row, run))
         entry = {key: run.metadata.get(key) for key in ("host", "platform", "python")}
@@ -168,14 +193,18 @@ def collect_runs(
         name = name_on_page(row["tracker"], row["protocol"])
         if name not in labels:
             labels.append(name)
-        stage, number = stages[row["sequence"]], labels.index(name)
+        sequence_runs, number = by_sequence[row["sequence"]], labels.index(name)
         if run.segments:
-            parts = _split_segments(run, stage.truth)
-            stage.others += [_judge(stage.truth, part, row, number, False) for part in parts]
+            parts = _split_segments(run, sequence_runs.truth)
+            sequence_runs.others += [
+                _page_run(sequence_runs.truth, part, row, number, False) for part in parts
+            ]
         else:
-            part = _from_other_protocol(run, stage.truth)
-            stage.others.append(_judge(stage.truth, part, row, number, with_numbers))
-    return PageRuns(names, labels, list(stages.values()), list(metadata.values()))
+            part = _from_other_protocol(run, sequence_runs.truth)
+            sequence_runs.others.append(
+                _page_run(sequence_runs.truth, part, row, number, with_numbers)
+            )
+    return PageRuns(names, labels, list(by_sequence.values()), list(metadata.values()))
 
 
 def _present(boxes: Array) -> NDArray[np.bool_]:
@@ -183,69 +212,69 @@ def _present(boxes: Array) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(boxes).all(axis=1))
 
 
-class _RunPart(NamedTuple):
+class _Segment(NamedTuple):
     """Run over all frames, or a segment of a run.
 
-    `judged`: which frames are scored, shape (n,); None for one-pass runs.
+    `scored`: which frames are scored, shape (n,); None for one-pass runs.
     """
 
     run: Run
-    judged: NDArray[np.bool_] | None = None
+    scored: NDArray[np.bool_] | None = None
     start: int = 0
     start_label: str = ""
     marks: Sequence[int] = ()
     numbers: Mapping[str, Sequence[float | str | None]] = {}
 
 
-def _split_segments(run: Run, truth: Array) -> Iterator[_RunPart]:
-    """Yield the segments of a run; the initialisation of a segment is not judged."""
+def _split_segments(run: Run, truth: Array) -> Iterator[_Segment]:
+    """Yield the segments of a run; the initialisation of a segment is not scored."""
     n, present = len(truth), _present(truth)
     bounds = np.cumsum([len(frames) for frames in run.segments])[:-1]
     pieces = np.split(run.boxes, bounds)
     for start, (frames, boxes) in enumerate(zip(run.segments, pieces, strict=True)):
-        whole, judged = np.full((n, 4), np.nan), np.zeros(n, bool)
-        whole[frames], judged[frames] = boxes, True
-        judged[frames[present[frames]][:1]] = False
+        whole, scored = np.full((n, 4), np.nan), np.zeros(n, bool)
+        whole[frames], scored[frames] = boxes, True
+        scored[frames[present[frames]][:1]] = False
         back = ", backwards" if len(frames) > 1 and frames[1] < frames[0] else ""
         start_label = f"{start + 1}: from frame {frames[0]}{back}"
         part = replace(run, boxes=whole, details={}, arrays={}, segments=())
-        yield _RunPart(part, judged, start, start_label)
+        yield _Segment(part, scored, start, start_label)
 
 
-def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
+def _from_other_protocol(run: Run, truth: Array) -> _Segment:
     """Return a run over all frames by another protocol, with restarts and late estimates."""
-    judged, marks = np.ones(len(truth), bool), list[int]()
-    judged[np.flatnonzero(_present(truth))[:1]] = False
+    scored, marks = np.ones(len(truth), bool), list[int]()
+    scored[np.flatnonzero(_present(truth))[:1]] = False
     numbers_by_name: dict[str, list[float | str | None]] = {}
     if run.estimate_frames is not None:
         estimate_frames = [None if frame < 0 else frame for frame in run.estimate_frames.tolist()]
         numbers_by_name["estimate_frame"] = estimate_frames
     if run.states is not None:
-        judged &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
+        scored &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
         marks = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]
         numbers_by_name["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
-    return _RunPart(run, judged, marks=marks, numbers=numbers_by_name)
+    return _Segment(run, scored, marks=marks, numbers=numbers_by_name)
 
 
-def _judge(
-    truth: Array, part: _RunPart, row: Mapping[str, Any], tracker: int, with_numbers: bool
+def _page_run(
+    truth: Array, part: _Segment, row: Mapping[str, Any], tracker: int, with_numbers: bool
 ) -> PageRun:
     """Compute the scores of a part of a run by frame."""
-    run, one_pass = part.run, part.judged is None
-    judged = np.flatnonzero(_present(truth))[1:]
-    if part.judged is not None:
-        judged = np.flatnonzero(_present(truth) & part.judged)
-    exact = overlap(truth[judged], run.boxes[judged])
+    run, one_pass = part.run, part.scored is None
+    scored = np.flatnonzero(_present(truth))[1:]
+    if part.scored is not None:
+        scored = np.flatnonzero(_present(truth) & part.scored)
+    exact = overlap(truth[scored], run.boxes[scored])
     overlaps = np.full(len(run.boxes), np.nan, np.float32)
-    overlaps[judged] = exact
+    overlaps[scored] = exact
     shares = {}
-    if row["status"] == "finished" and len(judged) and one_pass:
-        hits, near = np.nan_to_num(exact)[:, None], centre_error(truth, run.boxes)[judged, None]
-        shares["success"] = _threshold_shares(hits, OVERLAPS, hits >= OVERLAPS, judged)
-        shares["precision"] = _threshold_shares(near, ERRORS, near <= ERRORS, judged)
+    if row["status"] == "finished" and len(scored) and one_pass:
+        hits, near = np.nan_to_num(exact)[:, None], centre_error(truth, run.boxes)[scored, None]
+        shares["success"] = _threshold_shares(hits, OVERLAPS, hits >= OVERLAPS, scored)
+        shares["precision"] = _threshold_shares(near, ERRORS, near <= ERRORS, scored)
     boxes_at = np.flatnonzero(_present(run.boxes))
     end = int(boxes_at[-1]) if len(boxes_at) else 0
-    take = PlayerRun(
+    player_run = PlayerRun(
         tracker,
         int(row["repetition"]),
         run.boxes,
@@ -257,10 +286,10 @@ def _judge(
         {**part.numbers, **(numbers(run) if with_numbers else {})},
         part.start,
         part.start_label,
-        [] if part.judged is None else _spans(part.judged),
+        [] if part.scored is None else _spans(part.scored),
         part.marks,
     )
-    return PageRun(take, end, overlaps, shares, _worst(truth, run, row, judged, end))
+    return PageRun(player_run, end, overlaps, shares, _worst(truth, run, row, scored, end))
 
 
 def _threshold_shares(
@@ -272,24 +301,24 @@ def _threshold_shares(
 
 
 def _worst(
-    truth: Array, run: Run, row: Mapping[str, Any], judged: Frames, end: int
+    truth: Array, run: Run, row: Mapping[str, Any], scored: Frames, end: int
 ) -> dict[tuple[str, Trace], tuple[float, int]]:
-    """Return the badness (larger is worse) and the worst frame of a run, by kind and trace."""
+    """Return the severity (larger is worse) and the worst frame of a run, by kind and trace."""
     kinds = "overlap", "centre_error", "loss"
-    if run.failure or not len(judged):
+    if run.failure or not len(scored):
         return {(kind, "online"): (inf, end) for kind in kinds}
     traces: tuple[Trace, ...] = ("online",) if run.revised is None else ("online", "revised")
     worst: dict[tuple[str, Trace], tuple[float, int]] = {}
     for trace in traces:
-        boxes = run.boxes_in(trace)[judged]
-        overlaps = np.nan_to_num(overlap(truth[judged], boxes))
-        distance = np.nan_to_num(centre_error(truth[judged], boxes), nan=np.inf, posinf=np.inf)
+        boxes = run.boxes_in(trace)[scored]
+        overlaps = np.nan_to_num(overlap(truth[scored], boxes))
+        distance = np.nan_to_num(centre_error(truth[scored], boxes), nan=np.inf, posinf=np.inf)
         first = row["scores"].get(f"{REVISED}first_loss" if trace == "revised" else "first_loss")
         first = len(run.boxes) if first is None else int(first)
-        by_overlap = first if first in judged else int(judged[np.argmin(overlaps)])
+        by_overlap = first if first in scored else int(scored[np.argmin(overlaps)])
         worst["overlap", trace] = -float(overlaps.mean()), by_overlap
-        worst["centre_error", trace] = float(distance.mean()), int(judged[np.argmax(distance)])
-        worst["loss", trace] = -float(first), min(first, int(judged[-1]))
+        worst["centre_error", trace] = float(distance.mean()), int(scored[np.argmax(distance)])
+        worst["loss", trace] = -float(first), min(first, int(scored[-1]))
     return worst
 
 
@@ -311,28 +340,28 @@ def player_sequences(
 
     See `encode_frames` for the other parameters.
     """
-    frames = selected or [range(len(stage.truth)) for stage in runs.stages]
-    rows = [(stage.row, its) for stage, its in zip(runs.stages, frames, strict=True)]
-    frames_by_sequence = encode_frames(rows, progress, write_chunk, height)
-    for stage, its, sequence_frames in zip(runs.stages, frames, frames_by_sequence, strict=True):
-        yield _player_sequence(stage, sequence_frames, its)
+    frames = selected or [range(len(sequence.truth)) for sequence in runs.sequences]
+    rows = [sequence.row for sequence in runs.sequences]
+    encoded = encode_frames([*zip(rows, frames, strict=True)], progress, write_chunk, height)
+    for sequence, indices, sequence_frames in zip(runs.sequences, frames, encoded, strict=True):
+        yield _player_sequence(sequence, sequence_frames, indices)
 
 
 def _player_sequence(
-    stage: SequenceRuns, sequence_frames: SequenceFrames, frames: Sequence[int]
+    sequence_runs: SequenceRuns, sequence_frames: SequenceFrames, frames: Sequence[int]
 ) -> PlayerSequence:
     """Return a sequence for the player."""
-    stored = stage.stored
+    stored = sequence_runs.stored
     present = np.flatnonzero(_present(stored.boxes))
     return PlayerSequence(
-        name=stage.name,
+        name=sequence_runs.name,
         size=stored.image_size or _extent(stored.boxes),
-        boxes=stage.truth,
-        runs=[clip.take for clip in (*stage.clips, *stage.others)],
+        boxes=sequence_runs.truth,
+        runs=[page_run.player_run for page_run in (*sequence_runs.one_pass, *sequence_runs.others)],
         thumbnails=sequence_frames.thumbnails,
         full=sequence_frames.full,
         reason=sequence_frames.reason,
-        frame_numbers=None if len(frames) == len(stage.truth) else frames,
+        frame_numbers=None if len(frames) == len(sequence_runs.truth) else frames,
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
         shapes={**sequence_frames.shapes, **true_shapes(stored)},

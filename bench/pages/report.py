@@ -45,7 +45,6 @@ from trackmark.bench.pages.subset_table import subset_table
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.datasets.spec_string import format_text
-from trackmark.reports.charts import PlayerPosition
 from trackmark.reports.svg import CROWDED
 from trackmark.reports.tables import MISSING, Table, text_table
 
@@ -183,7 +182,7 @@ class _Content:
         runs, summary = self.page_runs, self.summary
         score_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
-        if summary is not None and runs.stages:
+        if summary is not None and runs.sequences:
             board = leaderboard(summary, runs, self.failed, self.time_mark, self.time_notes)
             yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
@@ -228,11 +227,11 @@ class _Content:
             yield PageSection("tables", "All scores", cards)
         yield self._provenance()
 
-    def _words(self) -> list[str]:
+    def _paragraphs(self) -> list[str]:
         """Return sentences on unfinished runs, protocols and times."""
         counts = Counter(with_not_run(self.runs.table)["status"])
         wrong = [f"{n} {status}" for status, n in counts.items() if status != "finished"]
-        words = [
+        paragraphs = [
             f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score. Means "
             "that need missing runs are missing."
             if wrong
@@ -240,12 +239,12 @@ class _Content:
         ]
         if self.protocols:
             others = ", ".join(sorted(self.protocols))
-            words.append(
+            paragraphs.append(
                 f"The player also shows runs with other protocols ({others}): the protocol "
                 "is after the tracker's name. Frames that are not scored have no curve; a triangle "
                 "marks a restart. Charts show one-pass runs."
             )
-        return words
+        return paragraphs
 
     def _counts(self) -> str:
         """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
@@ -265,15 +264,17 @@ class _Content:
 
     def _failures(self) -> list[PageTable]:
         """Return a table of failed runs, if any; each row opens the last frame with a box."""
-        rows, places = [], []
-        for number, stage in enumerate(self.page_runs.stages):
-            for clip in (*stage.clips, *stage.others):
-                take = clip.take
-                if take.failure and not take.start:  # a run with segments counts once
-                    place = PlayerPosition(number, take.tracker, take.repetition, clip.end)
-                    run = self.page_runs.labels[take.tracker], stage.name, take.repetition, clip.end
-                    rows.append([*map(str, run), take.failure.partition("\n")[0]])
-                    places.append([None, None, place, None])
+        rows, positions = [], []
+        for index, sequence_runs in enumerate(self.page_runs.sequences):
+            for run in (*sequence_runs.one_pass, *sequence_runs.others):
+                if run.failure and not run.player_run.start:  # a run with segments counts once
+                    label, repetition = (
+                        self.page_runs.labels[run.tracker],
+                        run.player_run.repetition,
+                    )
+                    facts = label, sequence_runs.name, repetition, run.end
+                    rows.append([*map(str, facts), run.failure.partition("\n")[0]])
+                    positions.append([None, None, run.position(index, run.end), None])
         if not rows:
             return []
         left = len(rows) - _MAX_FAILURES
@@ -284,7 +285,7 @@ class _Content:
             rows[:_MAX_FAILURES],
             notes=[f"{left} more are listed by `trackmark results failures`."] * (left > 0),
         )
-        return [PageTable(table, places[:_MAX_FAILURES])]
+        return [PageTable(table, positions[:_MAX_FAILURES])]
 
     def _with_positions(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames."""
@@ -292,17 +293,19 @@ class _Content:
         if "measure" not in data or len(data) != len(table.rows) * columns:
             return PageTable(table)
         kinds = [_worst_frame_kind(str(name)) for name in data["measure"][:columns]]
-        names = {stage.name for stage in self.page_runs.stages}
+        names = {sequence_runs.name for sequence_runs in self.page_runs.sequences}
         protocols = [
             protocol for protocol in self.protocols if table.name.startswith(table_prefix(protocol))
         ]
         trace: Trace = "revised" if table.name.endswith("-revised") else "online"
-        places = []
+        positions = []
         for row in data[::columns].to_dict("records"):
             sequence = row["sequence"] if row.get("sequence") in names else None
             tracker = name_on_page(row["tracker"], [*protocols, ONE_PASS][0])
-            places.append([self.page_runs.place(tracker, sequence, kind, trace) for kind in kinds])
-        return PageTable(table, places)
+            positions.append(
+                [self.page_runs.worst_position(tracker, sequence, kind, trace) for kind in kinds]
+            )
+        return PageTable(table, positions)
 
     @cached_property
     def means(self) -> pd.DataFrame:
@@ -353,7 +356,7 @@ class _Content:
             key="provenance",
             title="Provenance",
             summary="commands, versions, parameters, fingerprints",
-            paragraphs=self._words(),
+            paragraphs=self._paragraphs(),
             tables=[*failed, *tables],
             commands=commands,
         )

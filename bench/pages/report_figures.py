@@ -14,8 +14,8 @@ from trackmark.bench.analysis.by_annotation import MIN_AXES, AnnotationReport
 from trackmark.bench.analysis.by_attribute import AttributeReport
 from trackmark.bench.analysis.by_metrics import TableWithCurves
 from trackmark.bench.analysis.film_strips import TRACE_WORDS, write_strips
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import heading
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import heading
 from trackmark.bench.output_files import write_file
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.store.runs import Runs
@@ -49,7 +49,8 @@ def write_figures(
     page_runs: PageRuns,
 ) -> list[Path]:
     """Draw the charts of a page and all other figures into a folder; return the files."""
-    revised = [clip.take.revised for stage in page_runs.stages for clip in stage.clips]
+    sequences = page_runs.sequences
+    revised = [run.player_run.revised for runs in sequences for run in runs.one_pass]
     has_revised = any(boxes is not None for boxes in revised)
     online = f"{title}, {TRACE_WORDS['online']}" if has_revised else title
     figures = {chart.figure: chart_plot(chart, online, page_runs.trackers) for chart in charts}
@@ -78,14 +79,14 @@ def metric_curves(
         on_message(f"{scored.table.name}: no plot: {why}")
         return {}
     figures = {}
-    for name, axes in metrics_preset(scored.metrics).curves.items():
+    for name, axes in find_metrics(scored.metrics).curves.items():
         lines = [
             Line(tracker, position, *scored.curves[name][tracker].T)
             for position, tracker in enumerate(trackers)
             if tracker in scored.curves[name]
         ]
         chart = Chart("", axes.x, axes.y, lines, "", top=1.0)
-        title = f"{scored.title}: {heading(name)}, metrics preset {scored.metrics}"
+        title = f"{scored.title}: {heading(name)}, metrics {scored.metrics}"
         file = f"{scored.table.name}-{name.replace('_', '-')}"
         figures[file] = chart_plot(chart, title, trackers)
     return figures

@@ -19,7 +19,7 @@ def subset_table(
     """Return mean overlaps by parameter value and attribute of the sequences; None without any."""
     if "mean_overlap" not in scored or not runs.trackers:
         return None  # no finished run
-    sequences = [stage.name for stage in runs.stages]
+    sequences = [sequence_runs.name for sequence_runs in runs.sequences]
     units = units_of(sequences)
     masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
     shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
@@ -40,7 +40,7 @@ def subset_table(
             cells.append(f"{text} [{limits[0]:.3f}, {limits[1]:.3f}]" if limits else text)
             has_intervals |= limits is not None
         rows.append(cells)
-        worst = [runs.worst_of(name, members, "overlap") for name in runs.trackers]
+        worst = [runs.worst_position_on(name, members, "overlap") for name in runs.trackers]
         positions.append([None, *worst])
     if not rows:
         return None

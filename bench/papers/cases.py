@@ -98,26 +98,6 @@ class Names:
     trackers: Mapping[str, PaperTracker]
     sequences: Mapping[str, PaperSequence]
 
-    def tracker(self, name: str) -> PaperTracker:
-        """Return a tracker; raise `ValueError` if its name is unknown."""
-        return _find("tracker", name, self.trackers)
-
-    def sequence(self, name: str) -> PaperSequence:
-        """Return a sequence; raise `ValueError` if its name is unknown."""
-        return _find("sequence", name, self.sequences)
-
-    def measure(self, text: str) -> Measure:
-        """Return a measure by its specification; raise `ValueError` if it is unknown."""
-        return find_measure(text, self.paper)
-
-    def function(self, name: str) -> Callable[..., Any] | None:
-        """Return `module.function` of the paper; None for an empty name."""
-        return find_function(name, self.paper) if name else None
-
-    def frame_values(self, name: str) -> Callable[..., Any]:
-        """Return the function of a value per frame."""
-        return frame_values(name, self.paper)
-
 
 def _find(kind: str, name: str, valid: Mapping[str, Found]) -> Found:
     if name not in valid:
@@ -150,21 +130,33 @@ def verdict_scenes(paper: str, sequence: str) -> tuple[int, ...]:
     return tuple(passing_scenes(read_values(paper), sequence))
 
 
-def _resolved_by(method: Callable[[Names, str], Any]) -> BeforeValidator:
-    """Return a validator that replaces a name by the object that `Names` has for it."""
+def _resolved_by(find: Callable[[Names, str], Any]) -> BeforeValidator:
+    """Return a validator that replaces a name by the object that `find` returns for it."""
 
     def resolve(value: Any, info: ValidationInfo) -> Any:
         names: Any = info.context
-        return method(names, value) if isinstance(value, str) else value
+        return find(names, value) if isinstance(value, str) else value
 
     return BeforeValidator(resolve)
 
 
-TrackerName = Annotated[InstanceOf[PaperTracker], _resolved_by(Names.tracker)]
-SequenceName = Annotated[InstanceOf[PaperSequence], _resolved_by(Names.sequence)]
-MeasureName = Annotated[InstanceOf[Measure], _resolved_by(Names.measure)]
-FunctionName = Annotated[Callable[..., Any] | None, _resolved_by(Names.function)]
-FrameValuesName = Annotated[Callable[..., Any], _resolved_by(Names.frame_values)]
+TrackerName = Annotated[
+    InstanceOf[PaperTracker],
+    _resolved_by(lambda names, name: _find("tracker", name, names.trackers)),
+]
+SequenceName = Annotated[
+    InstanceOf[PaperSequence],
+    _resolved_by(lambda names, name: _find("sequence", name, names.sequences)),
+]
+MeasureName = Annotated[
+    InstanceOf[Measure], _resolved_by(lambda names, text: find_measure(text, names.paper))
+]
+FunctionName = Annotated[
+    Callable[..., Any], _resolved_by(lambda names, name: find_function(name, names.paper))
+]
+FrameValuesName = Annotated[
+    Callable[..., Any], _resolved_by(lambda names, name: frame_values(name, names.paper))
+]
 
 TrackerNames = Annotated[tuple[TrackerName, ...], BeforeValidator(as_tuple)]
 SequenceNames = Annotated[tuple[SequenceName, ...], BeforeValidator(as_tuple)]

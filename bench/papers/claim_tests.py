@@ -66,7 +66,7 @@ class Evidence:
     times: Sequence[tuple[Values, Values]] = ()
 
 
-def judge(claim: Claim, evidence: Evidence) -> Verdict:
+def judge(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
     """Return the verdict on a claim in one setting."""
     if claim.test == "time":
         return _judge_time(claim, evidence)
@@ -101,7 +101,7 @@ def scene_differences(claim: Claim, evidence: Evidence) -> "pd.Series[float]":
     return differences.dropna()
 
 
-def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:
+def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
     values, margin = scene_differences(claim, evidence).to_numpy(), claim.margin or 0.0
     limit = evidence.largest
     if claim.test == "order":
@@ -129,7 +129,7 @@ def _floor(evidence: Evidence) -> str:
     return f"the reference keeps the target in {100 * evidence.reference_kept:.0f} % of the scenes"
 
 
-def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:
+def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
     if not evidence.times:
         return inconclusive("no times")
     if claim.limit is not None and evidence.unit:

@@ -135,8 +135,12 @@ def _plot(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
     for setting, label in SETTING_LABELS.items():
         for tracker in entry.trackers:
             case = _case(entry, tracker, setting, context)
-            stored = (context.runs.measured_runs(case.tracker, s) for s in case.scenes_of_members)
-            means = [np.mean([*map(entry.quantity, runs)], axis=0) for runs in stored if runs]
+            runs_by_scene = (
+                context.runs.measured_runs(case.tracker, s) for s in case.scenes_of_members
+            )
+            means = [
+                np.mean([*map(entry.quantity, runs)], axis=0) for runs in runs_by_scene if runs
+            ]
             if means:  # shorter scenes are padded with NaN
                 panels.setdefault(label, {})[tracker.name] = pd.DataFrame(means).to_numpy(float)
     if not panels:

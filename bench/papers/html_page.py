@@ -23,9 +23,8 @@ from trackmark.bench.papers.player_content import (
 )
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.sections import report_sections
 from trackmark.bench.papers.tables import main_values
-from trackmark.bench.papers.verdicts import VerdictRow, effect_text
+from trackmark.bench.papers.verdicts import VerdictRow, effect_text, setting_counts
 from trackmark.reports.tables import MISSING
 
 TONES = {"holds": "good", "does not hold": "bad", "inconclusive": "undecided"}
@@ -51,7 +50,7 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
         [*_sections(report, content)],
         [labels[label] for label in content.reading.labels],
         content.sequences,
-        meta=f"{plain(report.paper.citation)} · {n} scene{'s' * (n != 1)} per sequence",
+        meta=f"{without_markup(report.paper.citation)} · {n} scene{'s' * (n != 1)} per sequence",
         answer=report.paper.finding if report.verdicts else "",
         details=_details(report),
     )
@@ -79,7 +78,8 @@ def _details(report: Report) -> list[str]:
     decided = sum(verdict in ("holds", "does not hold") for verdict in verdicts)
     few = decided < MIN_DECIDED * (len(verdicts) - verdicts.count("not testable"))
     start = ["Most claims could not be decided."] if few else []
-    return [*start, f"{len(report.verdicts)} claims. {'; '.join(report.counts).capitalize()}."]
+    counts = "; ".join(setting_counts(report.verdicts)).capitalize()
+    return [*start, f"{len(report.verdicts)} claims. {counts}."]
 
 
 def _sections(report: Report, content: PlayerContent) -> Iterator[PageSection]:
@@ -293,7 +293,7 @@ def _item(row: VerdictRow, context: Context, content: PlayerContent) -> dict[str
 
 def _folds(report: Report) -> Iterator[Markup]:
     """Yield the sections of the report that are folded; the others have sections of the page."""
-    for section in report_sections(report):
+    for section in report.sections:
         paragraphs = [p for text in section.paragraphs for p in _paragraphs(text)]
         if section.key not in ("numbers", "figures") and (paragraphs or section.tables):
             yield card(
@@ -310,10 +310,10 @@ def _folds(report: Report) -> Iterator[Markup]:
 def _paragraphs(markdown: str) -> list[str]:
     """Return the paragraphs and the items of a text in Markdown, without its marks."""
     parts = re.split(r"\n\s*\n|\n(?=[-*] )", markdown.strip())
-    return [plain(part) for part in parts if part]
+    return [without_markup(part) for part in parts if part]
 
 
-def plain(markdown: str) -> str:
+def without_markup(markdown: str) -> str:
     """Return a paragraph without bullets, emphasis and the addresses of links."""
     text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", re.sub(r"^[-*] ", "", markdown))
     return " ".join(re.sub(r"(\*\*|\*)(?=\S)(.*?)(?<=\S)\1", r"\2", text, flags=re.S).split())

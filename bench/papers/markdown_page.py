@@ -6,18 +6,18 @@ from pathlib import Path
 from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.figures import PaperFigure
 from trackmark.bench.papers.reproduction import Report
-from trackmark.bench.papers.sections import Section, report_sections
+from trackmark.bench.papers.sections import Section
 from trackmark.reports.renderers import to_markdown
 
 
-def write_page(path: Path, report: Report) -> None:
+def write_markdown_page(path: Path, report: Report) -> None:
     """Write the page of a paper."""
     write_file(path, page(report, path.parent))
 
 
 def page(report: Report, folder: Path) -> str:
     """Return the page of a paper in Markdown, with links to figures in the page's `folder`."""
-    about, *sections = report_sections(report)
+    about, *sections = report.sections
     parts = [f"# {report.paper.title}", report.paper.citation, *about.paragraphs]
     for number, section in enumerate(sections, 1):
         parts += [f"## {number} {section.title}", *_parts(section, folder)]

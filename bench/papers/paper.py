@@ -50,7 +50,7 @@ class MainRow(TomlTable):
     sequences: SequenceNames = ()
     trackers: TrackerNames = ()
     measures: MeasureNames = ()
-    function: FunctionName = None
+    function: FunctionName | None = None
 
     @property
     def separator(self) -> str:
@@ -93,7 +93,7 @@ class FigureEntry(TomlTable):
     shape: Literal["box", "ellipse"] = "box"  # drawn around the target in a strip
     quantity: FrameValuesName = Field(default="error", validate_default=True)  # of a plot
     axis_label: str = "centre error [px]"  # of the quantity, with its unit
-    function: FunctionName = None
+    function: FunctionName | None = None
     quick: bool = True  # False: the function is not called with `--quick`
 
     def caption_of(self, stem: str) -> str:

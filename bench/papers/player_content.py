@@ -61,7 +61,7 @@ def player_content(
         for tracker in (run.tracker, *run.beside)
         for key in context.runs.keys(tracker, run.sequence)
     ]
-    reading = collect_runs(_stored(dict.fromkeys(keys)), [])
+    reading = collect_runs(_read_runs(dict.fromkeys(keys)), [])
     links: dict[ShownRun | None, PlayerPosition] = {}
     links |= {run: position for run in runs if (position := _position(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
@@ -70,22 +70,21 @@ def player_content(
     return PlayerContent(reading, sequences, links)
 
 
-def _stored(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
-    truth = cache(read_truth)
+def _read_runs(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
+    read = cache(read_truth)
     for folder, key in keys:
-        results = Results(folder)
-        run = results.read(key)
-        stored = truth(results.folder, run.identity.sequence, run.identity.fingerprint)
-        row = run_row(run, stored)
+        run = Results(folder).read(key)
+        truth = read(folder, run.identity.sequence, run.identity.fingerprint)
+        row = run_row(run, truth)
         # The specification of a synthetic scene is its source.
         row |= {"source": row["source"] or row["sequence"]}
-        yield RunWithTruth(row, run, stored)
+        yield RunWithTruth(row, run, truth)
 
 
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
     names = [parse_tracker(spec).label for spec in (run.tracker, *run.beside)]
     sequence, _ = datasets.name_and_fingerprint(run.sequence)
-    position = reading.place(names[0], sequence, run.kind, context.paper.trajectory)
+    position = reading.worst_position(names[0], sequence, run.kind, context.paper.trajectory)
     trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})
     return position and position._replace(show=tuple(trackers))
 
@@ -96,14 +95,14 @@ def _frames(
     """Select frames of each sequence around the worst ones, within limits of size and time."""
     frames: list[list[int]] = []
     for reach in REACHES:
-        sets: list[set[int]] = [set() for _ in reading.stages]
+        sets: list[set[int]] = [set() for _ in reading.sequences]
         for position in positions:
-            last = len(reading.stages[position.sequence].truth) - 1
+            last = len(reading.sequences[position.sequence].truth) - 1
             sets[position.sequence] |= {
                 *range(max(0, position.frame - reach), min(last, position.frame + reach) + 1)
             }
         frames = [*map(sorted, sets)]
-        costs = (stage.row["frame_seconds"] or 0.0 for stage in reading.stages)
+        costs = (sequence_runs.row["frame_seconds"] or 0.0 for sequence_runs in reading.sequences)
         needed = sum(
             cost * len(of_sequence) for cost, of_sequence in zip(costs, frames, strict=True)
         )

@@ -1,26 +1,22 @@
 """Reproduction of a paper: experiments and report."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from trackmark.bench.experiments.experiment import Experiment
 from trackmark.bench.pages.page_frames import Progress
-from trackmark.bench.papers import SETTINGS, ReproductionOptions, check_paper_name, paper_file
+from trackmark.bench.papers import ReproductionOptions, check_paper_name
 from trackmark.bench.papers.evidence import verdict_rows
 from trackmark.bench.papers.figures import PaperFigure, draw_figures
 from trackmark.bench.papers.measures import paper_module
 from trackmark.bench.papers.paper import Paper, read_paper, read_sensitivity
 from trackmark.bench.papers.plan import plan_experiments, required_cases, sensitivity_cases
 from trackmark.bench.papers.runs import Context, PaperRuns
-from trackmark.bench.papers.tables import (
-    criteria_table,
-    main_table,
-    sensitivity_table,
-    setting_table,
-)
-from trackmark.bench.papers.verdicts import VerdictRow, count_verdicts, verdict_table
+from trackmark.bench.papers.sections import Section, report_sections
+from trackmark.bench.papers.tables import main_table
+from trackmark.bench.papers.verdicts import VerdictRow
 from trackmark.bench.store.layout import RunKey
 from trackmark.reports.tables import Table
 
@@ -33,10 +29,7 @@ class Report:
     main: list[Table]  # main tables of the paper with our values
     figures: list[PaperFigure]  # figures of the paper, drawn from our runs
     verdicts: list[VerdictRow]  # one per claim; empty for a quick report
-    criteria: Table  # of the scenes
-    settings: Table  # parameters of the settings with their sources
-    sensitivity: Table | None = None  # measures for every open choice, if requested
-    notes: Mapping[str, str] = field(default_factory=dict)  # sections of `notes.md` by heading
+    sections: list[Section]  # of all pages, in reading order
 
     @property
     def paper(self) -> Paper:
@@ -44,17 +37,9 @@ class Report:
         return self.context.paper
 
     @property
-    def counts(self) -> list[str]:
-        """Numbers of verdicts by setting: `as-written: 4 hold`; empty for a quick report."""
-        counts = [f"{name}: {count_verdicts(self.verdicts, name)}" for name in SETTINGS]
-        return counts if self.verdicts else []
-
-    @property
     def tables(self) -> list[Table]:
         """All tables of the report, in reading order."""
-        verdicts = [] if not self.verdicts else [verdict_table(self.verdicts)]
-        last = [self.sensitivity] if self.sensitivity else []
-        return [*self.main, *verdicts, self.criteria, self.settings, *last]
+        return [table for section in self.sections for table in section.tables]
 
 
 class Reproduction:
@@ -96,29 +81,14 @@ class Reproduction:
         runs = PaperRuns(results_root, requested, paper.frame_rules)
         context = Context(paper, runs, folder, options)
         time_table = getattr(paper_module(paper.name, "timing"), "time_table", None)
-        sensitivity = None
-        if options.with_sensitivity:
-            sensitivity = sensitivity_table(context, read_sensitivity(paper))
+        main = [main_table(context)]
+        if time_table and not quick:
+            main.append(time_table(context))
+        figures = draw_figures(context)
+        verdicts = [] if quick else verdict_rows(context, progress)
         return Report(
-            context,
-            main=[
-                main_table(context),
-                *([time_table(context)] if time_table and not quick else []),
-            ],
-            figures=draw_figures(context),
-            verdicts=[] if quick else verdict_rows(context, progress),
-            criteria=criteria_table(paper.name),
-            settings=setting_table(paper),
-            sensitivity=sensitivity,
-            notes=read_notes(paper.name),
+            context, main, figures, verdicts, report_sections(context, main, figures, verdicts)
         )
-
-
-def read_notes(paper: str) -> dict[str, str]:
-    """Return the sections of a paper's `notes.md` by heading."""
-    content = paper_file(paper, "notes.md").read_text("utf-8")
-    sections = [section.partition("\n") for section in content.split("\n## ")[1:]]
-    return {heading.strip(): body.strip() for heading, _, body in sections}
 
 
 def report_data(report: Report, seconds: float) -> dict[str, Any]:

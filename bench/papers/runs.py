@@ -62,8 +62,8 @@ class PaperRuns:
                 by_repetition = keys.setdefault((key[0], key[1]), {})
                 by_repetition.setdefault(key[2], (folder, key))
         return {
-            run: [stored for _, stored in sorted(stored_keys.items())]
-            for run, stored_keys in keys.items()
+            run: [key for _, key in sorted(by_repetition.items())]
+            for run, by_repetition in keys.items()
         }
 
     def keys(self, tracker: str, sequence: str) -> list[StoredKey]:

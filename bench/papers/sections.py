@@ -1,11 +1,14 @@
 """Sections of a report, in the order of its HTML page, Markdown page and terminal output."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from trackmark.bench.papers import paper_file
 from trackmark.bench.papers.figures import PaperFigure
-from trackmark.bench.papers.reproduction import Report
-from trackmark.bench.papers.verdicts import verdict_table
+from trackmark.bench.papers.paper import read_sensitivity
+from trackmark.bench.papers.runs import Context
+from trackmark.bench.papers.tables import criteria_table, sensitivity_table, setting_table
+from trackmark.bench.papers.verdicts import VerdictRow, setting_counts, verdict_table
 from trackmark.reports.tables import Table
 
 RULES = (
@@ -38,45 +41,53 @@ class Section:
     fold_title: str = ""  # of the paragraphs, if a page shows the tables elsewhere
 
 
-def report_sections(report: Report) -> list[Section]:
+def report_sections(
+    context: Context,
+    main: Sequence[Table],
+    figures: Sequence[PaperFigure],
+    verdicts: Sequence[VerdictRow],
+) -> list[Section]:
     """Return the sections of a report; a quick report has neither verdicts nor differences."""
-    notes, options, name = report.notes, report.context.options, report.paper.name
-    about = [f"**Method.** {report.paper.method}"]
+    paper, options = context.paper, context.options
+    notes = read_notes(paper.name)
+    about = [f"**Method.** {paper.method}"]
     sections = [
-        Section("numbers", "The paper's numbers and ours", tables=report.main),
-        Section("figures", "Figures", figures=report.figures),
+        Section("numbers", "The paper's numbers and ours", tables=main),
+        Section("figures", "Figures", figures=figures),
     ]
-    if report.verdicts:
-        about.append(f"**Result.** {report.paper.finding} {notes.get('Result', '')}".rstrip())
-        counts = f"{len(report.verdicts)} claims. {'; '.join(report.counts)}."
+    if verdicts:
+        about.append(f"**Result.** {paper.finding} {notes.get('Result', '')}".rstrip())
         rules = f"{RULES} See [verdicts on claims](../verdicts.md)."
-        differences = [notes.get("What differs and why", "")]
+        counts = f"{len(verdicts)} claims. {'; '.join(setting_counts(verdicts))}."
         sections += [
             Section(
                 "verdicts",
                 "Verdicts",
                 [rules, counts],
-                [verdict_table(report.verdicts)],
+                [verdict_table(verdicts)],
                 fold_title="Rules of the verdicts",
             ),
-            Section("differences", "What differs and why", differences),
+            Section("differences", "What differs and why", [notes.get("What differs and why", "")]),
         ]
-    absent = f"Written by `trackmark reproduce {name} --all`."
-    command = "`--all` adds the sensitivity table; `--quick` omits the verdicts."
-    command = f"{command} {notes.get('How long it takes', '')}".rstrip()
+    sensitivity = Section(
+        "choices",
+        "Sensitivity (no verdicts)",
+        [f"Written by `trackmark reproduce {paper.name} --all`."],
+        hint="open choices",
+    )
+    if options.with_sensitivity:
+        table = sensitivity_table(context, read_sensitivity(paper))
+        sensitivity = replace(sensitivity, paragraphs=[], tables=[table])
+    effects = "`--all` adds the sensitivity table; `--quick` omits the verdicts."
+    effects = f"{effects} {notes.get('How long it takes', '')}".rstrip()
+    criteria, settings = criteria_table(paper.name), setting_table(paper)
     return [
         Section("method", "Method and videos", [*about, VIDEOS]),
         *sections,
-        Section("scenes", "The scenes", tables=[report.criteria], hint="criteria, and values"),
-        Section("parameters", "Settings", tables=[report.settings], hint="parameters"),
-        Section(
-            "choices",
-            "Sensitivity (no verdicts)",
-            [] if report.sensitivity else [absent],
-            [report.sensitivity] if report.sensitivity else [],
-            hint="open choices",
-        ),
-        Section("command", "How to run it", [command], command=options.command(name)),
+        Section("scenes", "The scenes", tables=[criteria], hint="criteria, and values"),
+        Section("parameters", "Settings", tables=[settings], hint="parameters"),
+        sensitivity,
+        Section("command", "How to run it", [effects], command=options.command(paper.name)),
         Section(
             "history",
             "History",
@@ -84,3 +95,10 @@ def report_sections(report: Report) -> list[Section]:
             hint="earlier scenes, claims and rules",
         ),
     ]
+
+
+def read_notes(paper: str) -> dict[str, str]:
+    """Return the sections of a paper's `notes.md` by heading."""
+    content = paper_file(paper, "notes.md").read_text("utf-8")
+    sections = [section.partition("\n") for section in content.split("\n## ")[1:]]
+    return {heading.strip(): body.strip() for heading, _, body in sections}

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from trackmark.bench.papers import SETTING_LABELS, SETTINGS
 from trackmark.bench.papers.reproduction import Report
-from trackmark.bench.papers.sections import report_sections
-from trackmark.bench.papers.verdicts import VerdictRow
+from trackmark.bench.papers.verdicts import VerdictRow, setting_counts
 from trackmark.reports.printable import width
 from trackmark.reports.renderers import terminal_lines
 
@@ -25,12 +24,12 @@ def report_lines(
     `folder`: folder of the report. `verbose`: with the verdicts on all claims. `quiet`: only the
     counts of verdicts, or the title if there are no verdicts.
     """
-    lines = [*textwrap.wrap(report.paper.title, width()), *report.counts]
+    lines = [*textwrap.wrap(report.paper.title, width()), *setting_counts(report.verdicts)]
     if quiet:
         return lines
     if report.verdicts:
         lines += textwrap.wrap(report.paper.finding, width())
-    for section in report_sections(report):
+    for section in report.sections:
         if section.key == "numbers":
             for table in section.tables:
                 lines += ["", *terminal_lines(table)]

@@ -69,21 +69,21 @@ def tracker_methods(specs: Mapping[str, str]) -> Methods:
 
 
 def open_excerpts(
-    name: str, scene: str, frames: int, stretches: int = 1, region: str = BOXES
+    name: str, scene: str, n_frames: int, stretches: int = 1, region: str = BOXES
 ) -> list[Excerpt]:
     """Render evenly spaced excerpts of a scene, each with the ground-truth box of its first image.
 
-    `stretches`: number of excerpts. `frames`: number of images of a excerpt after the first one.
+    `stretches`: number of excerpts. `n_frames`: number of images of an excerpt after the first one.
     `region`: ground-truth region of the boxes.
     """
     sequence = datasets.load(scene)
     boxes = select_ground_truth(sequence, region, scene).boxes
     present = np.flatnonzero(np.isfinite(boxes).all(axis=1))
-    latest = max(min(present[-1], len(sequence) - 1 - frames), present[0])
+    latest = max(min(present[-1], len(sequence) - 1 - n_frames), present[0])
     starts = np.linspace(present[0], latest, stretches).astype(int)
     excerpts: list[Excerpt] = []
     for first in present[np.searchsorted(present, starts)].tolist():
-        stop = min(first + frames + 1, len(sequence))
+        stop = min(first + n_frames + 1, len(sequence))
         excerpts.append((name, [sequence[frame] for frame in range(first, stop)], boxes[first]))
     return excerpts
 
@@ -137,7 +137,7 @@ def kept_times(
     setting: str,
     names: Sequence[str],
     sequences: Sequence[str],
-    frames: int = FRAMES,
+    n_frames: int = FRAMES,
     stretches: int = 1,
 ) -> Times:
     """Return times on the first scene of each sequence, cached or measured now.
@@ -145,7 +145,7 @@ def kept_times(
     Times are cached in the report's folder until the timed code or the machine changes, provided
     that the time of `reference` was nearly equal in all rounds. `methods`: returns the methods for
     trackers, which are specifications by name. `names`, `sequences`: trackers with equal init
-    regions and sequences, as named in `paper.toml`. `frames`, `stretches`: see `open_excerpts`.
+    regions and sequences, as named in `paper.toml`. `n_frames`, `stretches`: see `open_excerpts`.
     """
     specs = {name: context.paper.spec(name, setting) for name in names}
     scenes = {name: context.paper.sequences[name].scenes(1)[0][0] for name in sequences}
@@ -154,16 +154,16 @@ def kept_times(
         (name, *datasets.name_and_fingerprint(scene)) for name, scene in scenes.items()
     ]
     source = source_digest(Path(inspect.getfile(methods)), PACKAGE)
-    identity: list[Any] = [methods.__name__, specs, versions, scene_versions, frames, stretches]
+    identity: list[Any] = [methods.__name__, specs, versions, scene_versions, n_frames, stretches]
     identity += [source, platform.platform(), platform.node()]
     key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
     file = context.folder / "times" / f"{key}.json"
     if file not in _measured and file.is_file():
-        stored = json.loads(file.read_bytes())
-        _measured[file] = {k: {n: np.array(v) for n, v in t.items()} for k, t in stored.items()}
+        content = json.loads(file.read_bytes())
+        _measured[file] = {k: {n: np.array(v) for n, v in t.items()} for k, t in content.items()}
     if file not in _measured:
         with ProcessPoolExecutor(1, env=ONE_THREAD) as process:
-            job = process.submit(measure_scenes, methods, specs, scenes, frames, stretches)
+            job = process.submit(measure_scenes, methods, specs, scenes, n_frames, stretches)
             times = _measured[file] = job.result()
         machine: Values = np.sum(
             [sequence_times["reference"] for sequence_times in times.values()], axis=0
@@ -178,7 +178,7 @@ def measure_scenes(
     methods: MethodMaker,
     specs: Mapping[str, str],
     scenes: Mapping[str, str],
-    frames: int,
+    n_frames: int,
     stretches: int,
 ) -> Times:
     """Time methods on scenes, which are specifications by name of the sequence."""
@@ -188,7 +188,7 @@ def measure_scenes(
         [
             excerpt
             for scene in scenes.items()
-            for excerpt in open_excerpts(*scene, frames, stretches, region)
+            for excerpt in open_excerpts(*scene, n_frames, stretches, region)
         ],
     )
 

@@ -92,7 +92,9 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
     return f"{numbers}, {margin}{counted}"
 
 
-def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
+def judge_row(  # name: claims are judged
+    claim: Claim, evidence: Mapping[str, Evidence]
+) -> VerdictRow:
     """Judge a claim in every setting with evidence."""
     return VerdictRow(
         claim,
@@ -100,6 +102,11 @@ def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:
         {name: notes(item) for name, item in evidence.items()},
         evidence,
     )
+
+
+def setting_counts(rows: Sequence[VerdictRow]) -> list[str]:
+    """Return the numbers of verdicts by setting: `as-written: 4 hold`; empty without claims."""
+    return [f"{setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS if rows]
 
 
 def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:

@@ -7,13 +7,13 @@ Source: Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 
 from typing import ClassVar
 
-from trackmark.bench.protocols import Protocol
+from trackmark.bench.protocols import EvaluationProtocol
 
 
-class OnePass(Protocol):
+class OnePass(EvaluationProtocol):
     """Protocol without parameters."""
 
-    judged: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
+    run_kinds: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
 
 
 PROTOCOL = OnePass

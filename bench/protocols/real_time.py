@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.protocols import Action, Controller, Protocol
+from trackmark.bench.metrics.interface import GroundTruthLike
+from trackmark.bench.protocols import Action, Controller, EvaluationProtocol
 
 
-class _Clock(Controller):
+class _FrameSkipper(Controller):
     """Controller that skips frames while the tracker is busy; its unit of time is one frame."""
 
     estimate_frames: NDArray[np.int32]
@@ -46,8 +46,8 @@ class _Clock(Controller):
         self.estimate_frames[frame] = self._complete
         return Action.UPDATE if self._free_at < now + 1 else Action.SKIP
 
-    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """See `Controller.on_estimate`."""
+    def check_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+        """See `Controller.check_estimate`."""
         now = frame - self._first
         if self._seconds:
             seconds = self._seconds[self._n_updates % len(self._seconds)]
@@ -59,7 +59,7 @@ class _Clock(Controller):
         return ""
 
 
-class RealTime(Protocol):
+class RealTime(EvaluationProtocol):
     """Real-time protocol."""
 
     fps: float = Field(25.0, gt=0, description="frames per second")
@@ -76,12 +76,12 @@ class RealTime(Protocol):
 
     @property
     def time_dependent(self) -> bool:
-        """See `Protocol.time_dependent`."""
+        """See `EvaluationProtocol.time_dependent`."""
         return not self.update_seconds
 
     def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
-        """See `Protocol.controller`."""
-        return _Clock(len(truth.boxes), first, self.fps, self._parsed_seconds())
+        """See `EvaluationProtocol.controller`."""
+        return _FrameSkipper(len(truth.boxes), first, self.fps, self._parsed_seconds())
 
     def _parsed_seconds(self) -> list[float]:
         return (

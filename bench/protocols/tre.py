@@ -13,14 +13,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.protocols import Protocol, Segment
+from trackmark.bench.protocols import EvaluationProtocol, Segment
 from trackmark.trackers.base.parameters import integer
 
 
-class TemporalRobustness(Protocol):
+class TemporalRobustness(EvaluationProtocol):
     """Protocol of temporal robustness evaluation."""
 
-    segmented: ClassVar[bool] = True
+    has_segments: ClassVar[bool] = True
 
     starts: int = integer(20, "maximum number of start frames")
     min_frames: int = integer(20, "minimum length of a segment [frames]", minimum=2)
@@ -28,7 +28,7 @@ class TemporalRobustness(Protocol):
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]
     ) -> list[Segment]:
-        """See `Protocol.segments`."""
+        """See `EvaluationProtocol.segments`."""
         frames = np.flatnonzero(present)
         frames = frames[(frames <= len(present) - self.min_frames) | (frames == frames[0])]
         count = min(self.starts, len(frames))

@@ -195,6 +195,6 @@ def scorer_digest(bench: Path) -> str:
     that no import statement names them.
     """
     by_name = [
-        file for part in ("metrics/presets", "protocols") for file in bench.glob(f"{part}/*.py")
+        file for part in ("metrics/sets", "protocols") for file in bench.glob(f"{part}/*.py")
     ]
     return tree_digest(bench / "store" / Path(__file__).name, bench, by_name)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeAlias
 from trackmark import datasets
 from trackmark.bench.evaluation.outcomes import MetricOutcome, outcome_of
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import PresetResult
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import to_data_frame, with_manifest, with_one_version
 from trackmark.bench.store.files import ResultsError
@@ -290,7 +290,7 @@ class Runs(Mapping[RunName, Run]):
             runs = runs.copy()
             runs.loc[[*refused], "status"] = NOT_SCORED
             runs.loc[[*refused], "failure"] = [*refused.values()]
-        columns = list(metrics_preset(metrics).columns)
+        columns = list(find_metrics(metrics).metrics)
         return runs.drop(columns=columns, errors="ignore").join(score_columns(outcomes, columns))
 
     def _with_worst_scores(self, runs: "pd.DataFrame", metrics: str) -> "pd.DataFrame":
@@ -383,7 +383,7 @@ def score_columns(
     scores = {
         index: dict(outcome.scores)
         for index, outcome in outcomes.items()
-        if isinstance(outcome, PresetResult)
+        if isinstance(outcome, MetricResult)
     }
     return pd.DataFrame.from_dict(scores, "index", columns=list(columns))
 

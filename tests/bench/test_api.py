@@ -327,7 +327,7 @@ HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})
         (np.zeros((9, 4)), {}, TypeError, r"an array of shape \(9, 4\) .* is not a tracker"),
         (Plain, {"metrics": ["otb"]}, TypeError, "metrics is .'otb'.. Expected: one name"),
         (Plain, {"metrics": "otb", "protocol": "supervised"}, ValueError, "otb cannot score"),
-        (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
+        (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics 'otp'"),
     ],
 )
 def test_mistakes_of_the_caller_raise_before_the_first_frame(

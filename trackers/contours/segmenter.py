@@ -45,8 +45,7 @@ from trackmark.trackers.contours.outline import (
     outline,
 )
 from trackmark.trackers.contours.plane_cue import discriminant_basis
-from trackmark.trackers.contours.snake import Stiffness
-from trackmark.trackers.contours.snake import refine_by_snake as refined_by_snake
+from trackmark.trackers.contours.snake import Stiffness, refine_by_snake
 
 Posterior: TypeAlias = NDArray[np.float32]
 
@@ -276,9 +275,7 @@ class Segmenter(SharingTracker):
         self.contour, accepted = mean, False
         if parameters.snake:
             edges = posterior if parameters.snake_edges == "supported" else None
-            self.contour, accepted = refined_by_snake(
-                mean, image, edges, parameters.snake_stiffness
-            )
+            self.contour, accepted = refine_by_snake(mean, image, edges, parameters.snake_stiffness)
         anchors = round(parameters.snake_feedback * parameters.contour_samples)
         self.contours.anchors = np.repeat(self.contour[np.newaxis], anchors, axis=0)
         inside = fill_contour(self.contour, *image.shape[:2])

@@ -201,7 +201,7 @@ def contains(region: Region, window: Region) -> bool:
 
 
 @njit(cache=True)
-def window_moments(sums: Ints, region: Region, window: Region) -> tuple[int, int, int]:
+def moments_in_window(sums: Ints, region: Region, window: Region) -> tuple[int, int, int]:
     """Return M₀₀, M₁₀ and M₀₁ of a window (eq. 6) inside the region of the sums."""
     left, right = window.left - region.left, window.right - region.left
     upper, lower = sums[window.top - region.top], sums[window.bottom - region.top]
@@ -243,7 +243,7 @@ def drift(
             window = window_region(x, y, width, height, rows, columns)
             if not contains(region, window):
                 return moved, window
-            total, total_x, total_y = window_moments(sums, region, window)
+            total, total_x, total_y = moments_in_window(sums, region, window)
             if iterations == 0:
                 moved.before[i] = total
             if total == 0 or step < stop_distance or iterations == max_iterations:
@@ -432,7 +432,7 @@ class JointMap:
         change = motion.latest, motion.earlier, self._threshold
         pixels = window_region(float(centre[0]), float(centre[1]), *window, rows, columns)
         self._cover(pixels, 0, 0)
-        total = window_moments(self._sums, self._region, pixels)[0]
+        total = moments_in_window(self._sums, self._region, pixels)[0]
         return {
             "similarity": total * self.unit / (window[0] * window[1]),
             "moving": moving_share(*change, 0, 0, columns, rows),

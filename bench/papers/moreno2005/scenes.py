@@ -14,14 +14,15 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.papers.measures import measure
-from trackmark.bench.papers.moreno2005.example import gain_of_dependence as gain_of_dependence
-from trackmark.bench.papers.moreno2005.example import gain_of_filtering as gain_of_filtering
+from trackmark.bench.papers.moreno2005.example import gain_of_dependence, gain_of_filtering
 from trackmark.datasets.interface import Image, Mask
 from trackmark.trackers.contours.mixture import fit_mixture
 from trackmark.trackers.contours.outline import fill_contour, outline
 from trackmark.trackers.contours.plane_cue import discriminant_basis
 from trackmark.trackers.contours.posterior import posterior
 from trackmark.trackers.contours.snake import refine_by_snake
+
+__all__ = ["contour_gain", "edge_gain", "gain_of_dependence", "gain_of_filtering"]
 
 Array: TypeAlias = NDArray[np.float64]
 

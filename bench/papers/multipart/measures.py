@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trackmark.bench.metrics import native
+from trackmark.bench.metrics import loss
 from trackmark.bench.metrics.centre_error import centre_inside
-from trackmark.bench.metrics.native import SUCCESS_OVERLAP
+from trackmark.bench.metrics.loss import SUCCESS_OVERLAP
 from trackmark.bench.papers.measures import MeasuredRun, Values, measure
 
 PERSON = "full"
@@ -37,4 +37,4 @@ def frames_overlapping(measured: MeasuredRun) -> float:
 @measure("frames")
 def frames_before_loss(measured: MeasuredRun) -> float:
     """Return the number of frames before ten consecutive visible frames off the target."""
-    return float(native.first_loss(measured.on_target, measured.present, measured.truth.visibility))
+    return float(loss.first_loss(measured.on_target, measured.present, measured.truth.visibility))

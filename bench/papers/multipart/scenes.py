@@ -27,12 +27,12 @@ def right_choice(scene: str, tracker: str) -> float:
         sequence[first],
         sequence.regions[PERSON][first],
         DESIGNS[name].two_coloured,
-        bins_of(tracker),
+        _histogram_bins(tracker),
     )
     return float(share > 0.5)
 
 
-def bins_of(tracker: str) -> LuvBins:
+def _histogram_bins(tracker: str) -> LuvBins:
     """Return the histogram bins of a tracker."""
     parameters = parse_tracker(tracker).parameters
     return LuvBins(parameters["binning"], parameters["uv_range"])

@@ -68,10 +68,10 @@ def time_table(context: Context) -> Table:
         ["two parts", MISSING, *(milliseconds(multi) for multi, _ in pairs)],
         ["difference", "10", *(milliseconds(multi - single) for multi, single in pairs)],
     ]
-    heads = ["histograms", "paper [ms]", "as written [ms]", "recommended [ms]"]
+    headings = ["histograms", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
         "Time to compute the histograms of a frame, section 3. Our times are those of one "
         "NumPy call per region, the median of 12 rounds on sequence 1. Times on different "
         "machines cannot be compared."
     )
-    return text_table("times", caption, heads, rows, 1)
+    return text_table("times", caption, headings, rows, 1)

@@ -29,7 +29,7 @@ def strips(context: Context) -> NDArray[np.uint8] | None:
                 frames = chosen_frames(measured.truth)
                 boxes = {TRUTH: measured.truth.boxes}
                 boxes |= {
-                    trace: measured.in_trajectory(trace).boxes for trace in ("online", "revised")
+                    name: measured.in_trajectory(name).boxes for name in ("online", "revised")
                 }
                 title = f"Fig. 1, {features}, {setting.replace('-', ' ')}"
                 rows.append(

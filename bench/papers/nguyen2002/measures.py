@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Trace
-from trackmark.bench.metrics.native import SUCCESS_OVERLAP, first_loss
+from trackmark.bench.metrics.loss import SUCCESS_OVERLAP, first_loss
 from trackmark.bench.papers.measures import MeasuredRun, inside, measure
 from trackmark.bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 

@@ -36,10 +36,10 @@ def time_table(context: Context) -> Table:
         [name, "5", *(milliseconds(setting_times[name]) for setting_times in times)]
         for name in times[0]
     ]
-    heads = ["features", "paper [ms]", "as written [ms]", "recommended [ms]"]
+    headings = ["features", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
         "Time per frame, section 3. Our times are those of a whole clip, divided by its "
         "number of frames, the median of 12 rounds. The paper used a Pentium II with 400 MHz. "
         "Times on different machines cannot be compared."
     )
-    return text_table("times", caption, heads, rows, 1)
+    return text_table("times", caption, headings, rows, 1)

@@ -7,7 +7,7 @@ from trackmark import datasets
 from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.nummiaro2003.measures import GONE, HIDDEN
 from trackmark.bench.papers.nummiaro2003.sample_plots import (
-    Surface,
+    SurfaceGrid,
     Track,
     appearance_plot,
     surface_plot,
@@ -27,7 +27,7 @@ def surface(context: Context) -> dict[str, Figure]:
         last = surfaces(scene, context.paper.spec("no model update", setting), 1)[-1]
         left, top = last.places.min(axis=0)
         columns = len(np.unique(last.places[:, 0]))
-        values = Surface(left, top, last.coefficients.reshape(-1, columns), "coefficient ρ")
+        values = SurfaceGrid(left, top, last.coefficients.reshape(-1, columns), "coefficient ρ")
         title = (
             f"Fig. 2, {setting}, {scene}, frame {last.frame}: samples (black), their mean (white), "
             "and the Bhattacharyya coefficient around the target"

@@ -21,7 +21,7 @@ class Hiding(NamedTuple):
 
     first: int
     stop: int
-    complete: bool
+    is_complete: bool
 
 
 def _size_error(measured: MeasuredRun) -> Values:
@@ -52,7 +52,7 @@ def initialises_behind_tree(measured: MeasuredRun) -> float:
     During the first complete occlusion, fewer than b N samples are positive and the tracker starts
     its initialisation. It tracks the target 30 frames after the target is visible again.
     """
-    tree = next((hiding for hiding in hidings(measured) if hiding.complete), None)
+    tree = next((hiding for hiding in hidings(measured) if hiding.is_complete), None)
     if tree is None or measured.record.failure:
         return 0.0
     gone = np.arange(tree.first, tree.stop)
@@ -75,7 +75,9 @@ def bridges_short_occlusions(measured: MeasuredRun) -> float:
     counted = [
         hiding
         for hiding in hidings(measured)
-        if not hiding.complete and measured.on_target[hiding.first - 1] and tracks[hiding.first - 1]
+        if not hiding.is_complete
+        and measured.on_target[hiding.first - 1]
+        and tracks[hiding.first - 1]
     ]
     if not counted:
         return nan

@@ -32,7 +32,7 @@ _SHOWN = 2.0  # margin of the image next to a surface [longer half axes of the m
 
 
 @dataclass(frozen=True)
-class Surface:
+class SurfaceGrid:
     """Function of the position on a grid with a spacing of one pixel."""
 
     left: float  # position of the first value [px]
@@ -61,7 +61,7 @@ class Track:
 
 
 def surface_plot(
-    image: NDArray[np.uint8], samples: Array, mean: Array, surface: Surface, title: str
+    image: NDArray[np.uint8], samples: Array, mean: Array, surface: SurfaceGrid, title: str
 ) -> Figure:
     """Draw samples and their mean on the image, and on the surface of their weights.
 

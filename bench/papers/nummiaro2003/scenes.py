@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Surface:
+class CoefficientSurface:
     """ρ around the target in a frame."""
 
     frame: int  # from 0
@@ -51,7 +51,7 @@ def mean_state_at_maximum(scene: str, tracker: str) -> float:
     return float(np.median([surface.distance for surface in frame_surfaces]) <= NEAR * half_width)
 
 
-def surfaces(scene: str, tracker: str, n_frames: int) -> list[Surface]:
+def surfaces(scene: str, tracker: str, n_frames: int) -> list[CoefficientSurface]:
     """Return the surfaces of ρ in up to `n_frames` clear frames of a run of the tracker."""
     sequence = datasets.load(scene)
     first = sequence.first_frame
@@ -71,7 +71,9 @@ def surfaces(scene: str, tracker: str, n_frames: int) -> list[Surface]:
         counts = ellipses.counts(SharedFrame(part[frame]), _states(places), bins)
         values = bhattacharyya_coefficients(counts.counts, counts.totals, model[np.newaxis, bins])
         samples = run.arrays[frame]["particles"][:, [0, 1, 4, 5]]
-        surfaces_found.append(Surface(frame, part[frame], places[:, :2], values, mean, samples))
+        surfaces_found.append(
+            CoefficientSurface(frame, part[frame], places[:, :2], values, mean, samples)
+        )
     return surfaces_found
 
 

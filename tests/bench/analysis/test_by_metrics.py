@@ -1,4 +1,4 @@
-"""Scores of stored runs by any metrics preset."""
+"""Scores of stored runs by any metrics."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from trackmark.bench.analysis.by_metrics import (
     metric_tables,
 )
 from trackmark.bench.analysis.run_tables import SUMMARY
-from trackmark.bench.metrics.preset import RunEstimates
+from trackmark.bench.metrics.interface import RunEstimates
 from trackmark.bench.pages.report_figures import metric_curves
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.layout import run_key
@@ -45,12 +45,12 @@ def camshift_runs():
 
 @pytest.mark.parametrize("name", metrics.names())
 def test_stored_runs_have_scores_of_their_boxes(stored, camshift_runs, name):
-    preset = metrics.preset(name)
+    preset = metrics.find_metrics(name)
     scored = MetricScores(stored, name, ONE_PASS, "T").table_with_curves()
     means = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
     measures = set(scored.table.data["measure"])
     assert measures == (
-        {result.name for result in SUMMARY} if name == "native" else {*preset.columns}
+        {result.name for result in SUMMARY} if name == "native" else {*preset.metrics}
     )
     judged = []
     for sequence, run in camshift_runs:
@@ -143,4 +143,4 @@ def test_means_skip_sequences_with_an_undefined_score(run_trial, tmp_path, otb, 
     assert cells[label, "static"][0] == "1.000 [1.000, 1.000]"
     omitted, reason = table.notes
     assert omitted == "—: undefined in a run; the mean over all sequences omits this run"
-    assert reason == f"—: {metrics.preset(preset).undefined}: s1"
+    assert reason == f"—: {metrics.find_metrics(preset).undefined}: s1"

@@ -40,7 +40,7 @@ def failed_run(runs):
 def test_failed_runs_have_the_worst_native_scores(stored):
     filled = stored.scored("native")
     failed = filled[filled["status"] == "failed"].iloc[0]
-    assert failed[["mean_overlap", "success_share", "inside_share"]].tolist() == [0, 0, 0]
+    assert failed[["mean_overlap", "success_rate", "inside_rate"]].tolist() == [0, 0, 0]
     assert failed["first_loss"] == 1
     _, truth = failed_run(stored)
     diagonal = hypot(*truth.image_size)
@@ -58,23 +58,23 @@ def test_failed_centre_error_is_bounded_without_an_image_size(stored):
     assert scores["centre_error"] == hypot(*corners.max(axis=0))
 
 
-WITHOUT_SEGMENTS = [n for n in metrics.names() if metrics.preset(n).protocol != "anchors"]
+WITHOUT_SEGMENTS = [n for n in metrics.names() if metrics.find_metrics(n).run_kind != "anchors"]
 
 
 @pytest.mark.parametrize("name", WITHOUT_SEGMENTS)
 def test_failed_runs_have_the_worst_scores_of_presets(stored, name):
     run, truth = failed_run(stored)
-    preset = metrics.preset(name)
-    if preset.protocol == "supervised":
+    preset = metrics.find_metrics(name)
+    if preset.run_kind == "supervised":
         states = np.zeros(len(run.boxes), np.int32)
         states[0] = 1
         identity = replace(run.identity, protocol="supervised")
         run = replace(run, states=states, identity=identity)
     scores = worst_result(run, truth, name).scores
-    for key, column in preset.columns.items():
-        if column.better == "higher" and key != "first_loss":
+    for key, column in preset.metrics.items():
+        if column.direction == "higher" and key != "first_loss":
             assert scores[key] == 0, key
-        elif column.better == "lower":
+        elif column.direction == "lower":
             assert 0 < scores[key] < np.inf, key
     if name == "vot-supervised":
         assert scores["failures"] == 3  # frames 1, 7 and 13

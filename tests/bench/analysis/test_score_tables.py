@@ -102,7 +102,7 @@ def test_summary_averages_over_units_and_shows_their_intervals():
     assert seen == [[[pytest.approx(0.3), 0.9]]]
     assert texts(table) == [["a", "0.600 [0.250, 0.950]"]]
     assert table.data[["low", "high"]].to_numpy().tolist() == [[0.25, 0.95]]
-    assert table.caption.endswith("in 2 units, each counting once; metrics preset native. Meaning.")
+    assert table.caption.endswith("in 2 units, each counting once; metrics native. Meaning.")
 
 
 def test_tracker_without_sequence_has_no_mean_and_no_row():
@@ -115,7 +115,7 @@ def test_tracker_without_sequence_has_no_mean_and_no_row():
 
 def test_malformed_boxes_are_counted_by_tracker():
     frame = runs(done("a", "s", 0, 0.5), done("a", "s", 1, 0.5), done("b", "s", 0, 0.5))
-    frame["malformed"] = [2.0, 1.0, 0.0]
+    frame["malformed_boxes"] = [2.0, 1.0, 0.0]
     (note,) = summary_table(frame, (OVERLAP,), "T", "native").notes
     assert note == "malformed: a, 3 boxes not finite with a positive size: misses"
 
@@ -154,5 +154,5 @@ def test_csv_has_unrounded_values_preset_and_totals():
     back = pd.read_csv(io.StringIO(to_csv(table)))
     assert back["mean"].tolist() == [0.1 + 0.2, (0.1 + 0.2) * 100]
     assert back["tracker"].tolist() == ["a,b"] * 2
-    assert back["preset"].tolist() == ["native"] * 2
+    assert back["metrics"].tolist() == ["native"] * 2
     np.testing.assert_array_equal(back["out_of"], [np.nan, 100])

@@ -1,4 +1,4 @@
-"""Imported and exported results, and metrics presets in all commands that score."""
+"""Imported and exported results, and metrics in all commands that score."""
 
 import csv
 import json
@@ -149,7 +149,7 @@ def test_commands_give_scores_by_presets(trackmark):
         assert row["metrics"]["vot-supervised"]["eao"] is None  # too short
     assert "metrics" not in json_lines(trackmark(*run, "--json"))[0]
     for command in (run, ("report", "results", "--no-pictures")):
-        assert "metrics preset lasot." in trackmark(*command, "--metrics", "lasot").stdout
+        assert "metrics lasot." in trackmark(*command, "--metrics", "lasot").stdout
 
 
 def test_exported_times_are_those_of_updates(trackmark, workspace):

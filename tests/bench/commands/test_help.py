@@ -95,7 +95,7 @@ def test_lists_and_descriptions_have_their_data(trackmark):
     camshift = data("describe", "camshift")
     assert {parameter["name"] for parameter in camshift["parameters"]} >= {"window", "hue_bins"}
     assert data("describe", "data/Small")["taken for"].endswith("(OTB)")
-    assert data("describe", "otb")["columns"]["success_auc"]["perfect"] == 20 / 21
+    assert data("describe", "otb")["metrics"]["success_auc"]["best_value"] == 20 / 21
     assert data("describe", "stress")["of them"] == ["stress/pillar", "stress/twin"]
     prints = [
         re.search("fingerprint.*", trackmark("describe", f"multipart/1{scene}").stdout)[0]

@@ -27,8 +27,8 @@ def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, 
     one_pass, supervised = map(unwrapped, both)
     assert "protocol" not in one_pass
     assert "protocol supervised:skip_frames=2" in supervised
-    assert "metrics preset vot-supervised" in supervised
-    assert "metrics preset native" not in supervised
+    assert "metrics vot-supervised" in supervised
+    assert "metrics native" not in supervised
     folder = workspace / "results" / "trial"
     stored = {(cell[0], cell[3]) for cell in Results(folder).list_keys()}
     assert stored == {
@@ -38,7 +38,7 @@ def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, 
     }
     report = ("report", folder, "--metrics", "native,otb", "--no-pictures", "--verbose")
     text = unwrapped(trackmark(*report).stdout)
-    assert text.count("metrics preset") == 4
+    assert text.count("; metrics ") == 4
     assert text.count("trial, protocol one-pass") == 2
     assert text.count("trial, protocol supervised:skip_frames=2") == 2
     assert (

@@ -51,7 +51,7 @@ def test_run_prints_answer_table_and_results_folder(trackmark, workspace):
     quiet = trackmark(*run, "--quiet")
     assert (quiet.stdout, quiet.stderr) == (RUN_OUTPUT.partition("\n")[0] + "\n", "")
     verbose = unwrapped(trackmark(*run, "--verbose").stdout)
-    assert "mine: every sequence; metrics preset native." in verbose
+    assert "mine: every sequence; metrics native." in verbose
 
 
 def test_many_trackers_need_at_most_20_lines(trackmark):

@@ -84,8 +84,8 @@ def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
     opened = Runs.open(results.folder)
     stored = opened.table.set_index("tracker")
     page = collect_runs(opened.read(opened.evaluated_rows()), [])
-    (stage,) = page.stages
-    drawn = {page.trackers[clip.take.tracker]: clip.overlaps for clip in stage.clips}
+    (sequence_runs,) = page.sequences
+    drawn = {page.trackers[entry.tracker]: entry.overlaps for entry in sequence_runs.one_pass}
     for run in runs:
         expected = tm.score(run, sequence)["mean_overlap"]
         assert stored.loc[run.identity.tracker, "mean_overlap"] == expected

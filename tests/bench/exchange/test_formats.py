@@ -10,7 +10,7 @@ from tests.bench.exchange.import_builder import import_runs
 from trackmark.bench import exchange
 from trackmark.bench.exchange.importing import parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 
 FRAMES = 12
 

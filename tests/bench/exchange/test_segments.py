@@ -17,7 +17,7 @@ from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError
-from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
+from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
 from trackmark.bench.store.results import Manifest, Results
 from trackmark.bench.store.truth import write_truth
 
@@ -251,10 +251,10 @@ def test_otb_tre_of_the_toolkits_starts_is_scored_as_its_mean(tmp_path):
     assert not messages
     assert run.identity.protocol == "tre"
     assert [int(frames[0]) for frames in run.segments] == starts
-    parts = score_run(run, sequence, "otb").parts
+    parts = score_run(run, sequence, "otb").segment_results
     assert len(parts) == 20
     for start, boxes, part in zip(starts, segments, parts, strict=True):
-        alone = metrics.preset("otb").score(
+        alone = metrics.find_metrics("otb").score(
             GroundTruthArrays(sequence.boxes[start:]), RunEstimates(boxes)
         )
         assert part.scores == pytest.approx(alone.scores)

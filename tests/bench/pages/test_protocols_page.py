@@ -22,7 +22,7 @@ from trackmark import bench
 from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.pages.player_frames import ABSENT
 from trackmark.bench.store.runs import Runs
 

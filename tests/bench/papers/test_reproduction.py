@@ -50,14 +50,14 @@ def test_main_table_has_the_papers_numbers_beside_both_settings(report):
 
 
 def test_sensitivity_table_changes_one_choice(report):
-    (row,) = report.sensitivity.rows
+    (row,) = report.tables[-1].rows
     assert [cell.text for cell in row[:2]] == ["16 bins", "recommended"]
     assert row[2].text.endswith(" px")
     assert row[3].text in {"0.0", "1.0", "2.0"}, "a share that is added up over members is a count"
 
 
 def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
-    markdown_page.write_page(tmp_path / "tiny.md", report)
+    markdown_page.write_markdown_page(tmp_path / "tiny.md", report)
     text = (tmp_path / "tiny.md").read_text("utf-8")
     assert text == markdown_page.page(report, tmp_path)
     assert "The paper's videos are not available." in text

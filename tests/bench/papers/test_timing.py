@@ -122,8 +122,8 @@ def test_times_of_a_loaded_machine_are_not_stored(ask, monkeypatch):
         (wang2010.plain_methods, ("wang2010", "particle-filter", "camshift", "camshift-improved")),
         (tracker_methods, ("camshift",)),
         (multipart.histograms, ("multipart",)),
-        (nummiaro2003.plain, ("nummiaro2003:preset=as-written",)),
-        (nummiaro2003.compiled, ("nummiaro2003:preset=as-written",)),
+        (nummiaro2003.plain_methods, ("nummiaro2003:preset=as-written",)),
+        (nummiaro2003.compiled_methods, ("nummiaro2003:preset=as-written",)),
     ],
 )
 def test_methods_of_papers_run(methods, texts):

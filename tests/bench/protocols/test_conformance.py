@@ -74,13 +74,13 @@ def test_protocols_are_found_by_file_and_keep_defaults():
 
 @every_protocol
 def test_definition_of_protocol_is_complete(name):
-    definition = protocols.definition(name)
+    definition = protocols.describe(name)
     assert definition["name"] == name
     assert definition["summary"].endswith(".")
     assert len(definition["summary"]) < 80
     assert len(definition["definition"]) > 200
-    assert all(parameter["meaning"] for parameter in definition["knobs"])
-    assert can_score(definition["preset"], parse_protocol(name).key)
+    assert all(parameter["meaning"] for parameter in definition["parameters"])
+    assert can_score(definition["metrics"], parse_protocol(name).key)
 
 
 @every_protocol
@@ -160,8 +160,8 @@ def test_presets_judge_their_protocols_and_refuse_others(name, sequence):
         if can_score(preset, run.identity.protocol):
             if (name, preset) != ("one-pass", "vot-supervised"):  # which may have failed
                 judged = score_run(run, sequence, preset)
-                assert list(judged.scores) == list(metrics.preset(preset).columns)
-                assert len(judged.parts) == len(run.segments)
+                assert list(judged.scores) == list(metrics.find_metrics(preset).metrics)
+                assert len(judged.segment_results) == len(run.segments)
         else:
             with pytest.raises(
                 ValueError, match=f"^{preset} cannot score runs of the protocol {name}"

@@ -42,7 +42,7 @@ def controlled(n, times, first=0):
     for frame in range(first + 1, first + n):
         if controller.action(frame) is Action.UPDATE:
             visited.append(frame)
-            assert controller.on_estimate(frame, np.zeros(6), 7.0) == ""
+            assert controller.check_estimate(frame, np.zeros(6), 7.0) == ""
     return controller.estimate_frames, visited
 
 

@@ -12,7 +12,7 @@ from tests.bench.evaluation.walkers import Walker
 from trackmark import bench
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import score_run
-from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
+from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
 from trackmark.trackers import Estimate
 
@@ -137,7 +137,7 @@ def test_score_of_run_is_mean_over_segments(make_sequence, preset):
         rows, end = slice(end, end + len(frames)), end + len(frames)
         visible = sequence.visibility[frames]
         truth = GroundTruthArrays(sequence.boxes[frames], {}, visible, sequence.image_size)
-        alone = metrics.preset(preset).score(
+        alone = metrics.find_metrics(preset).score(
             truth, RunEstimates(run.boxes[rows], run.visible[rows])
         )
         values.append(alone.scores[key])
@@ -213,4 +213,4 @@ def test_segment_may_have_a_single_frame(make_sequence):
     for frame in (0, 4):
         frames = (np.array([frame], np.int32),)
         single = replace(run, segments=frames, boxes=sequence.boxes[[frame]])
-        assert len(score_run(single, sequence, "vot-anchor").parts) == 1
+        assert len(score_run(single, sequence, "vot-anchor").segment_results) == 1

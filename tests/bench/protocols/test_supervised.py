@@ -9,7 +9,7 @@ from tests.bench.conftest import Noise, straight_line
 from tests.bench.evaluation.walkers import Walker
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.scoring import score_run
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.trackers import Estimate
 
 S, I, F, T = (int(state) for state in FrameState)  # noqa: E741  # skipped, initialised, failed, tracked

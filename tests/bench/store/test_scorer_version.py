@@ -51,7 +51,7 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
 
     expected = bench.load_runs(several.folder)["mean_overlap"][0]
     assert overlap() == expected
-    native = copy / "bench/metrics/presets/native.py"
+    native = copy / "bench/metrics/sets/native.py"
     replace_once(native, '"mean_overlap": _mean(overlaps)', '"mean_overlap": _mean(overlaps) / 2')
     assert overlap() == expected / 2
 
@@ -59,8 +59,8 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
 @pytest.mark.parametrize(
     ("file", "is_used"),
     [
-        ("metrics/presets/native.py", True),
-        ("metrics/preset.py", True),
+        ("metrics/sets/native.py", True),
+        ("metrics/interface.py", True),
         ("metrics/overlap.py", True),
         ("metrics/centre_error.py", True),
         ("evaluation/ground_truth.py", True),

@@ -1,4 +1,4 @@
-"""Conformance of all metrics presets, which the tests find automatically."""
+"""Conformance of all metrics."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.bench.metrics.artificial_runs import SIZE, answer_of, noisy, truth_of, walk
 from trackmark.bench import metrics
-from trackmark.bench.metrics.preset import RunEstimates
+from trackmark.bench.metrics.interface import RunEstimates
 
 N = 400
 TRUTH = walk(N)
@@ -22,27 +22,27 @@ MALFORMED = [
 ]
 ROOMS = Path(metrics.__file__).parent
 
-every_preset = pytest.mark.parametrize("name", metrics.names())
+every_metrics = pytest.mark.parametrize("name", metrics.names())
 
 
 def score_run(name, truth, boxes, **further):
-    return metrics.preset(name).score(truth_of(truth), answer_of(boxes, **further))
+    return metrics.find_metrics(name).score(truth_of(truth), answer_of(boxes, **further))
 
 
 def shares_of(name, judged):
     """Return the scores with the best value 1."""
-    columns = metrics.preset(name).columns
-    return {key: value for key, value in judged.scores.items() if columns[key].perfect == 1.0}
+    columns = metrics.find_metrics(name).metrics
+    return {key: value for key, value in judged.scores.items() if columns[key].best_value == 1.0}
 
 
-def test_preset_is_found_by_file_and_alias():
-    files = {path.stem for path in (ROOMS / "presets").glob("*.py")} - {"__init__"}
+def test_all_metrics_have_a_name_and_aliases():
+    files = {path.stem for path in (ROOMS / "sets").glob("*.py")} - {"__init__"}
     assert {name.replace("-", "_") for name in metrics.names()} == files
-    assert metrics.preset("vot-eao") is metrics.preset("vot-supervised")
-    assert metrics.preset("otb100-auc") is metrics.preset("otb")
-    assert (metrics.is_preset("vot"), metrics.is_preset("votes")) == (True, False)
+    assert metrics.find_metrics("vot-eao") is metrics.find_metrics("vot-supervised")
+    assert metrics.find_metrics("otb100-auc") is metrics.find_metrics("otb")
+    assert (metrics.are_metrics("vot"), metrics.are_metrics("votes")) == (True, False)
     with pytest.raises(ValueError, match=r"'lasott'\. Did you mean 'lasot'\?"):
-        metrics.preset("lasott")
+        metrics.find_metrics("lasott")
 
 
 def sparse_truth(boxes):
@@ -51,17 +51,17 @@ def sparse_truth(boxes):
     return truth_of(np.where(annotated[:, None], boxes, np.nan), annotated=annotated)
 
 
-@every_preset
+@every_metrics
 def test_frames_without_annotation_are_not_scored(name):
     boxes = np.where(np.arange(N)[:, None] % 10 == 0, TRUTH, [300.0, 200.0, 5.0, 5.0])
-    preset = metrics.preset(name)
-    sparse = preset.score(sparse_truth(TRUTH), answer_of(boxes))
-    everywhere = preset.score(truth_of(TRUTH), answer_of(TRUTH))
+    definitions = metrics.find_metrics(name)
+    sparse = definitions.score(sparse_truth(TRUTH), answer_of(boxes))
+    everywhere = definitions.score(truth_of(TRUTH), answer_of(TRUTH))
     assert shares_of(name, sparse) == pytest.approx(shares_of(name, everywhere))
     if "vot" not in name:
         for estimates in (noisy(TRUTH), TRUTH + 1.0):
-            sparse = preset.score(sparse_truth(TRUTH), answer_of(estimates)).scores
-            tenth = preset.score(truth_of(TRUTH[::10]), answer_of(estimates[::10])).scores
+            sparse = definitions.score(sparse_truth(TRUTH), answer_of(estimates)).scores
+            tenth = definitions.score(truth_of(TRUTH[::10]), answer_of(estimates[::10])).scores
             tenth |= {"first_loss": sparse["first_loss"]} if "first_loss" in sparse else {}
             assert sparse == pytest.approx(tenth, nan_ok=True)
 
@@ -69,38 +69,40 @@ def test_frames_without_annotation_are_not_scored(name):
 @pytest.mark.parametrize("name", ["vot-anchor", "vot-supervised"])
 def test_expected_overlap_counts_frames_also_without_annotation(name):
     truth = np.tile([40.0, 40.0, 40.0, 40.0], (N, 1))
-    preset, estimates = metrics.preset(name), answer_of(truth + [10.0, 0.0, 0.0, 0.0])
-    dense = preset.score(truth_of(truth), estimates).scores
-    sparse = preset.score(sparse_truth(truth), estimates).scores
+    definitions, estimates = metrics.find_metrics(name), answer_of(truth + [10.0, 0.0, 0.0, 0.0])
+    dense = definitions.score(truth_of(truth), estimates).scores
+    sparse = definitions.score(sparse_truth(truth), estimates).scores
     assert sparse["eao"] == pytest.approx(dense["eao"])
     assert sparse["eao_lengths"] > 200
     if name == "vot-supervised":  # burn-in covers ten frames, not ten annotated frames
         assert sparse["accuracy"] == pytest.approx(dense["accuracy"])
 
 
-@every_preset
-def test_preset_has_definition_and_meanings(name):
-    preset = metrics.preset(name)
+@every_metrics
+def test_metrics_has_definition_and_meanings(name):
+    definitions = metrics.find_metrics(name)
     summary, _, paragraph = metrics.describe(name).partition("\n\n")
     assert summary.endswith(".")
     assert len(paragraph) > 200
-    assert preset.protocol in ("one pass", "supervised", "anchors")
-    assert all(column.meaning for column in preset.columns.values())
+    assert definitions.run_kind in ("one pass", "supervised", "anchors")
+    assert all(column.meaning for column in definitions.metrics.values())
 
 
-@every_preset
+@every_metrics
 def test_perfect_result_has_the_best_score(name):
-    preset, judged = metrics.preset(name), score_run(name, TRUTH, TRUTH)
-    assert list(judged.scores) == list(preset.columns)
-    assert set(judged.curves) == set(preset.curves)
-    for key, column in preset.columns.items():
-        assert column.perfect is None or judged.scores[key] == pytest.approx(column.perfect), key
+    definitions, judged = metrics.find_metrics(name), score_run(name, TRUTH, TRUTH)
+    assert list(judged.scores) == list(definitions.metrics)
+    assert set(judged.curves) == set(definitions.curves)
+    for key, metric in definitions.metrics.items():
+        assert metric.best_value is None or judged.scores[key] == pytest.approx(
+            metric.best_value
+        ), key
     for boxes in noisy(TRUTH), TRUTH + [500, 0, 0, 0]:
         for key, value in shares_of(name, score_run(name, TRUTH, boxes)).items():
             assert value <= judged.scores[key]
 
 
-@every_preset
+@every_metrics
 def test_malformed_boxes_are_no_better_than_distant_ones(name):
     distant = noisy(TRUTH)
     distant[20:60] = [5000, 5000, 9, 9]
@@ -117,7 +119,7 @@ def test_malformed_boxes_are_no_better_than_distant_ones(name):
     assert all(np.isfinite(curve).all() for curve in judged.curves.values())
 
 
-@every_preset
+@every_metrics
 def test_shares_stay_in_range_for_extreme_runs(name):
     absent, beyond = TRUTH.copy(), TRUTH.copy()
     absent[100:150] = np.nan
@@ -129,10 +131,10 @@ def test_shares_stay_in_range_for_extreme_runs(name):
         )
     seen = np.isfinite(absent).all(axis=1)
     score_run(name, absent, TRUTH, visible=seen, confidence=seen * 0.5)
-    metrics.preset(name).score(truth_of(TRUTH), RunEstimates(TRUTH.tolist()))  # boxes alone
+    metrics.find_metrics(name).score(truth_of(TRUTH), RunEstimates(TRUTH.tolist()))  # boxes alone
 
 
-@every_preset
+@every_metrics
 def test_scores_begin_after_the_first_frame_with_a_target(name):
     boxes = noisy(TRUTH)
     scores = score_run(name, TRUTH, boxes).scores
@@ -146,7 +148,7 @@ def test_scores_begin_after_the_first_frame_with_a_target(name):
         assert later[key] == pytest.approx(scores[key], nan_ok=True), key
 
 
-@every_preset
+@every_metrics
 def test_missing_rows_and_missing_ground_truth_are_refused(name):
     truth = walk(9)
     for target, boxes, message in (
@@ -158,10 +160,12 @@ def test_missing_rows_and_missing_ground_truth_are_refused(name):
         with pytest.raises(ValueError, match=message):
             score_run(name, target, boxes)
     for n in 2, 1:
-        assert list(score_run(name, walk(n), walk(n)).scores) == list(metrics.preset(name).columns)
+        assert list(score_run(name, walk(n), walk(n)).scores) == list(
+            metrics.find_metrics(name).metrics
+        )
 
 
-@every_preset
+@every_metrics
 def test_judging_changes_no_argument_and_is_repeatable(name):
     truth, boxes = TRUTH.copy(), noisy(TRUTH)
     first, second = (score_run(name, truth, boxes) for _ in range(2))
@@ -170,7 +174,7 @@ def test_judging_changes_no_argument_and_is_repeatable(name):
     assert repr(first.scores) == repr(second.scores)
 
 
-@every_preset
+@every_metrics
 @settings(max_examples=10, deadline=None)
 @given(st.integers(-40, 40), st.integers(-40, 40), st.sampled_from([2, 4]))
 def test_scores_are_invariant_to_moves_and_scale(name, dx, dy, factor):
@@ -180,7 +184,7 @@ def test_scores_are_invariant_to_moves_and_scale(name, dx, dy, factor):
 
     def scores(change):
         target = truth_of(change(truth), image_size=None)
-        return metrics.preset(name).score(target, answer_of(change(boxes))).scores
+        return metrics.find_metrics(name).score(target, answer_of(change(boxes))).scores
 
     plain = scores(lambda rows: rows)
     moved = scores(lambda rows: rows + [dx, dy, 0, 0])
@@ -192,19 +196,19 @@ def test_scores_are_invariant_to_moves_and_scale(name, dx, dy, factor):
             assert grown[key] == pytest.approx(value, abs=1e-9, nan_ok=True), key
 
 
-@every_preset
+@every_metrics
 def test_equal_runs_have_their_own_mean_and_missing_ones_none(name):
-    preset, run = metrics.preset(name), score_run(name, TRUTH, noisy(TRUTH))
-    together = preset.overall([[run, run], [run, run]])
+    definitions, run = metrics.find_metrics(name), score_run(name, TRUTH, noisy(TRUTH))
+    together = definitions.overall([[run, run], [run, run]])
     assert together.scores == pytest.approx(run.scores, nan_ok=True)
-    assert set(together.curves) == set(preset.curves)
+    assert set(together.curves) == set(definitions.curves)
     for runs in [], [[]], [[run], []]:
-        scores = preset.overall(runs).scores
-        assert list(scores) == list(preset.columns)
+        scores = definitions.overall(runs).scores
+        assert list(scores) == list(definitions.metrics)
         assert all(np.isnan(value) for value in scores.values())
 
 
-@every_preset
+@every_metrics
 @pytest.mark.parametrize("kind", ["polygon", "mask"])
 def test_outlines_replace_boxes_in_overlaps_of_regions(name, kind):
     truth = np.round(TRUTH)
@@ -215,7 +219,7 @@ def test_outlines_replace_boxes_in_overlaps_of_regions(name, kind):
         for mask, (x, y, width, height) in zip(shapes, truth.astype(int), strict=True):
             mask[y : y + height, x : x + width] = True
     outlined = truth_of(truth, shapes=list(shapes))
-    scores = metrics.preset(name).score(outlined, answer_of(truth)).scores
+    scores = metrics.find_metrics(name).score(outlined, answer_of(truth)).scores
     plain = score_run(name, truth, truth).scores
     for key, value in scores.items():
         if kind == "mask" or "exact" in key:

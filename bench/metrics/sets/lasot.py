@@ -15,21 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.curves import DISTANCES, NORMALISED_DISTANCES, OVERLAPS, share_curve
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
-from trackmark.bench.metrics.preset import (
-    Axes,
-    Column,
-    Preset,
-    PresetResult,
+from trackmark.bench.metrics.interface import (
+    AxisLabels,
+    GroundTruthLike,
+    Metric,
+    MetricResult,
+    Metrics,
     RunEstimates,
     select_evaluated,
 )
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 _INDEX_OF_20 = 20  # threshold of 20 px, and of 0.20 target sizes
 
 
-def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     t, present = run.truth, run.present
@@ -49,7 +49,7 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         "normalised_precision": float(by_size[_INDEX_OF_20, 1]),
     }
     curves = {"success": success, "precision": precision, "normalised_precision": by_size}
-    return PresetResult(scores, curves)
+    return MetricResult(scores, curves)
 
 
 def _centre_errors(
@@ -84,17 +84,17 @@ def _replace_malformed(
     return boxes
 
 
-PRESET = Preset(
-    columns={
-        "success_auc": Column("mean of the success curve over 21 thresholds", 20 / 21),
-        "precision": Column("share of frames with centres at most 20 px apart"),
-        "normalised_precision": Column("share of frames with centres at most 0.20 sizes apart"),
+METRICS = Metrics(
+    metrics={
+        "success_auc": Metric("mean of the success curve over 21 thresholds", 20 / 21),
+        "precision": Metric("share of frames with centres at most 20 px apart"),
+        "normalised_precision": Metric("share of frames with centres at most 0.20 sizes apart"),
     },
     score=score_run,
     curves={
-        "success": Axes("overlap threshold", "share of frames"),
-        "precision": Axes("centre distance [px]", "share of frames"),
-        "normalised_precision": Axes("centre distance [target sizes]", "share of frames"),
+        "success": AxisLabels("overlap threshold", "share of frames"),
+        "precision": AxisLabels("centre distance [px]", "share of frames"),
+        "normalised_precision": AxisLabels("centre distance [target sizes]", "share of frames"),
     },
     agrees_with="the LaSOT evaluation toolkit (MATLAB)",
 )

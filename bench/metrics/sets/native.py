@@ -12,19 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside
-from trackmark.bench.metrics.native import SUCCESS_OVERLAP, GroundTruthLike, first_loss
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
-from trackmark.bench.metrics.preset import (
-    Column,
-    Preset,
-    PresetResult,
+from trackmark.bench.metrics.interface import (
+    GroundTruthLike,
+    Metric,
+    MetricResult,
+    Metrics,
     RunEstimates,
     select_evaluated,
 )
+from trackmark.bench.metrics.loss import SUCCESS_OVERLAP, first_loss
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 
-def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
-    """Return the scores of a run; the preset has no thresholds and thus no curves.
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:
+    """Return the scores of a run; there are no thresholds and thus no curves.
 
     Without `estimates.visible`, `absence_reported` is NaN.
     """
@@ -33,8 +34,8 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     evaluated[0] = False
     t, e = run.truth[evaluated], run.estimate[evaluated]
     overlaps, errors = overlap(t, e), centre_error(t, e)
-    whole = truth.regions.get("full", truth.boxes)[run.frames]
-    inside = centre_inside(whole, run.estimate)
+    whole_object = truth.regions.get("full", truth.boxes)[run.frames]
+    inside = centre_inside(whole_object, run.estimate)
     visibility = np.broadcast_to(truth.visibility, len(truth.boxes))[run.frames]
     frames = [*run.frames.tolist(), len(truth.boxes)]
     visible = None if estimates.visible is None else estimates.visible[run.frames]
@@ -42,19 +43,19 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         "evaluated_frames": float(evaluated.sum()),
         "mean_overlap": _mean(overlaps),
         "success_frames": float((overlaps >= SUCCESS_OVERLAP).sum()),
-        "success_share": _mean(overlaps >= SUCCESS_OVERLAP),
-        "frames_inside": float((inside & evaluated).sum()),
-        "inside_share": _mean(inside[evaluated]),
+        "success_rate": _mean(overlaps >= SUCCESS_OVERLAP),
+        "inside_frames": float((inside & evaluated).sum()),
+        "inside_rate": _mean(inside[evaluated]),
         "first_loss": float(frames[first_loss(inside, evaluated, visibility)]),
         "centre_error": _mean(errors),
         "centre_error_median": _quantile(errors, 0.5),
         "centre_error_p90": _quantile(errors, 0.9),
         "normalised_centre_error": _mean(errors / np.hypot(t[:, 2], t[:, 3])),
-        "malformed": float((~is_well_formed(e)).sum()),
+        "malformed_boxes": float((~is_well_formed(e)).sum()),
         "absent_frames": float(absent.sum()),
         "absence_reported": np.nan if visible is None else _mean(~visible[absent]),
     }
-    return PresetResult(scores, {})
+    return MetricResult(scores, {})
 
 
 def _mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
@@ -75,27 +76,27 @@ def _quantile(values: NDArray[np.float64], q: float) -> float:
     return float((1 - weight) * ordered[below] + weight * upper) if np.isfinite(upper) else np.inf
 
 
-PRESET = Preset(
+METRICS = Metrics(
     undefined="no annotated frame after the first has a target",
-    columns={
-        "evaluated_frames": Column("evaluated frames", None, None),
-        "mean_overlap": Column("mean overlap, the area under the exact success curve"),
-        "success_frames": Column("frames with an overlap of 0.5 or more", None),
-        "success_share": Column("share of frames with an overlap of 0.5 or more"),
-        "frames_inside": Column("frames with the estimated centre in the ground-truth box", None),
-        "inside_share": Column("share of frames with the centre in the ground-truth box"),
-        "first_loss": Column(
+    metrics={
+        "evaluated_frames": Metric("evaluated frames", None, None),
+        "mean_overlap": Metric("mean overlap, the area under the exact success curve"),
+        "success_frames": Metric("frames with an overlap of 0.5 or more", None),
+        "success_rate": Metric("share of frames with an overlap of 0.5 or more"),
+        "inside_frames": Metric("frames with the estimated centre in the ground-truth box", None),
+        "inside_rate": Metric("share of frames with the centre in the ground-truth box"),
+        "first_loss": Metric(
             "first of 10 consecutive visible frames with the centre outside", None
         ),
-        "centre_error": Column("mean distance of the centres [px]", 0.0, "lower"),
-        "centre_error_median": Column("median distance of the centres [px]", 0.0, "lower"),
-        "centre_error_p90": Column("90th percentile of the distance [px]", 0.0, "lower"),
-        "normalised_centre_error": Column(
+        "centre_error": Metric("mean distance of the centres [px]", 0.0, "lower"),
+        "centre_error_median": Metric("median distance of the centres [px]", 0.0, "lower"),
+        "centre_error_p90": Metric("90th percentile of the distance [px]", 0.0, "lower"),
+        "normalised_centre_error": Metric(
             "mean distance of the centres [diagonals of the box]", 0.0, "lower"
         ),
-        "malformed": Column("frames with a malformed box", 0.0, "lower"),
-        "absent_frames": Column("frames without target", None, None),
-        "absence_reported": Column(
+        "malformed_boxes": Metric("frames with a malformed box", 0.0, "lower"),
+        "absent_frames": Metric("frames without target", None, None),
+        "absence_reported": Metric(
             "share of the frames without target in which its absence is reported", None
         ),
     },

@@ -17,15 +17,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.preset import (
-    Axes,
-    Column,
+from trackmark.bench.metrics.interface import (
+    AxisLabels,
     FrameState,
-    Preset,
-    PresetResult,
+    GroundTruthLike,
+    Metric,
+    MetricResult,
+    Metrics,
+    ResultsBySequence,
     RunEstimates,
-    Runs,
     select_evaluated,
     single_run_result,
 )
@@ -36,7 +36,7 @@ _SENSITIVITY = 30.0
 _MIN_LENGTH, _MAX_LENGTH = 100, 356
 
 
-def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:
     """Return the scores of a run, and its curve for a data set of this run alone.
 
     Raises `ValueError` for a run that was not restarted after a failure.
@@ -47,25 +47,25 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         overlaps, None if estimates.states is None else estimates.states[run.frames]
     )
     overlaps = np.where(states == FrameState.TRACKED, overlaps, 0.0)
-    evidence = {
+    intermediate = {
         "states": states,  # of annotated frames, as the overlaps
         "overlaps": overlaps,
         "frames": run.frames - run.frames[0],
         "length": np.array(len(truth.boxes) - run.frames[0]),
     }
-    return single_run_result(combine, evidence)
+    return single_run_result(combine, intermediate)
 
 
-def combine(runs: Runs) -> PresetResult:
+def combine(runs: ResultsBySequence) -> MetricResult:
     """Return the scores of all runs, sequences weighted by their lengths."""
-    lengths = np.array([int(group[0].evidence["length"]) for group in runs], float)
+    lengths = np.array([int(group[0].intermediate["length"]) for group in runs], float)
 
     def weighted(values: list[float]) -> float:
         return float(np.average(values, weights=lengths))
 
     failures = weighted(
         [
-            _mean((run.evidence["states"] == FrameState.FAILED).sum() for run in group)
+            _mean((run.intermediate["states"] == FrameState.FAILED).sum() for run in group)
             for group in runs
         ]
     )
@@ -84,7 +84,7 @@ def combine(runs: Runs) -> PresetResult:
         "eao": np.column_stack([np.arange(len(curve)), curve]),
         "accuracy_robustness": np.array([[scores["robustness"], scores["accuracy"]]]),
     }
-    return PresetResult(scores, curves)
+    return MetricResult(scores, curves)
 
 
 def _check_states(overlaps: NDArray[np.float64], states: NDArray[Any] | None) -> NDArray[np.int64]:
@@ -120,14 +120,14 @@ def _mean(values: Iterable[float]) -> float:
     return float(np.mean(list(values)))
 
 
-def _accuracy(run: PresetResult) -> float:
+def _accuracy(run: MetricResult) -> float:
     """Return the mean overlap of the frames that count for the accuracy; 0 if there are none."""
-    states = run.evidence["states"]
+    states = run.intermediate["states"]
     counted = states == FrameState.TRACKED
-    frames = run.evidence["frames"]
+    frames = run.intermediate["frames"]
     for start in frames[states == FrameState.INITIALISED]:
         counted &= (frames < start) | (frames >= start + _BURN_IN)
-    return float(run.evidence["overlaps"][counted].mean()) if counted.any() else 0.0
+    return float(run.intermediate["overlaps"][counted].mean()) if counted.any() else 0.0
 
 
 class _Piece(NamedTuple):
@@ -138,14 +138,14 @@ class _Piece(NamedTuple):
     failed: bool
 
 
-def _pieces(run: PresetResult) -> Iterable[_Piece]:
+def _pieces(run: MetricResult) -> Iterable[_Piece]:
     """Yield the pieces of a run, one per initialisation; the init frame itself does not count."""
-    states, overlaps, frames = (run.evidence[key] for key in ("states", "overlaps", "frames"))
+    states, overlaps, frames = (run.intermediate[key] for key in ("states", "overlaps", "frames"))
     failures = np.flatnonzero(states == FrameState.FAILED)
     for start in np.flatnonzero(states == FrameState.INITIALISED):
         later = failures[failures > start]
         end = int(later[0]) if len(later) else len(states)
-        stop = int(frames[end] if len(later) else run.evidence["length"]) - int(frames[start])
+        stop = int(frames[end] if len(later) else run.intermediate["length"]) - int(frames[start])
         by_frame, is_annotated = np.zeros(stop), np.zeros(stop, np.int64)
         positions = frames[start + 1 : end] - frames[start]
         by_frame[positions], is_annotated[positions] = overlaps[start + 1 : end], 1
@@ -174,23 +174,23 @@ def _expected(pieces: list[_Piece]) -> NDArray[np.float64]:
     return np.asarray(np.divide(total, count, out=np.full(longest, np.nan), where=count > 0))
 
 
-PRESET = Preset(
-    columns={
-        "accuracy": Column("mean overlap while tracking"),
-        "failures": Column("failures per sequence", 0.0, "lower"),
-        "robustness": Column("exp(-30 failures / frames)"),
-        "eao": Column("expected average overlap over 100 to 356 frames", whole=True),
-        "eao_lengths": Column(
-            "number of the 257 lengths for which there are runs", None, None, whole=True
+METRICS = Metrics(
+    metrics={
+        "accuracy": Metric("mean overlap while tracking"),
+        "failures": Metric("failures per sequence", 0.0, "lower"),
+        "robustness": Metric("exp(-30 failures / frames)"),
+        "eao": Metric("expected average overlap over 100 to 356 frames", only_overall=True),
+        "eao_lengths": Metric(
+            "number of the 257 lengths for which there are runs", None, None, only_overall=True
         ),
     },
     score=score_run,
     combine=combine,
     curves={
-        "eao": Axes("frames", "expected average overlap"),
-        "accuracy_robustness": Axes("robustness", "accuracy"),
+        "eao": AxisLabels("frames", "expected average overlap"),
+        "accuracy_robustness": AxisLabels("robustness", "accuracy"),
     },
-    protocol="supervised",
+    run_kind="supervised",
     agrees_with="vot-toolkit 0.7.1",
     aliases=("vot", "vot-accuracy-robustness", "vot-eao"),
 )

@@ -13,22 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.curves import share_curve
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
-from trackmark.bench.metrics.preset import (
-    Axes,
-    Column,
-    Preset,
-    PresetResult,
+from trackmark.bench.metrics.interface import (
+    AxisLabels,
+    GroundTruthLike,
+    Metric,
+    MetricResult,
+    Metrics,
+    ResultsBySequence,
     RunEstimates,
-    Runs,
     select_evaluated,
 )
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 _THRESHOLDS = np.linspace(0, 1, 101)
 
 
-def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:
     """Return scores and curve of a run."""
     run = select_evaluated(truth, estimates)
     t, e = run.truth, run.estimate
@@ -42,12 +42,12 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     return _score(np.nan_to_num(overlap(t, e)))  # 0 for ground truth without size
 
 
-def combine(runs: Runs) -> PresetResult:
+def combine(runs: ResultsBySequence) -> MetricResult:
     """Return the scores over all frames of all runs."""
-    return _score(np.concatenate([run.evidence["overlaps"] for group in runs for run in group]))
+    return _score(np.concatenate([run.intermediate["overlaps"] for group in runs for run in group]))
 
 
-def _score(overlaps: NDArray[np.float64]) -> PresetResult:
+def _score(overlaps: NDArray[np.float64]) -> MetricResult:
     success = share_curve(overlaps, _THRESHOLDS, above=True)
     has_frames = len(overlaps) > 0
     scores = {
@@ -55,7 +55,7 @@ def _score(overlaps: NDArray[np.float64]) -> PresetResult:
         "sr50": float(success[50, 1]),
         "sr75": float(success[75, 1]),
     }
-    return PresetResult(scores, {"success": success}, {"overlaps": overlaps})
+    return MetricResult(scores, {"success": success}, {"overlaps": overlaps})
 
 
 def _clip(boxes: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.float64]:
@@ -63,15 +63,15 @@ def _clip(boxes: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.float
     return np.column_stack([corner, np.clip(boxes[:, 2:], 0, size - corner)])
 
 
-PRESET = Preset(
-    columns={
-        "ao": Column("average overlap"),
-        "sr50": Column("share of frames with an overlap above 0.5"),
-        "sr75": Column("share of frames with an overlap above 0.75"),
+METRICS = Metrics(
+    metrics={
+        "ao": Metric("average overlap"),
+        "sr50": Metric("share of frames with an overlap above 0.5"),
+        "sr75": Metric("share of frames with an overlap above 0.75"),
     },
     score=score_run,
     combine=combine,
-    curves={"success": Axes("overlap threshold", "share of frames")},
+    curves={"success": AxisLabels("overlap threshold", "share of frames")},
     agrees_with="got10k's ExperimentGOT10k",
     undefined="no frame after the first shows the target (absent, or labels of 0 in cover.label)",
 )

@@ -1,23 +1,54 @@
-"""Interface of metrics presets: named sets of score definitions.
+"""Interface of metrics: named sets of definitions of scores.
 
-Each module in `bench/metrics/presets` defines one `Preset`. The docstring of the module is the
-definition with its source. A preset computes the scores of one run from the ground truth, and
-combines the scores of many runs as its benchmark does.
+Each module in `bench/metrics/sets` defines one `Metrics`. The docstring of the module is the
+definition with its source. Metrics compute the scores of one run from the ground truth, and combine
+the scores of many runs as their benchmark does.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.metrics.native import GroundTruthLike
 from trackmark.bench.metrics.region_overlap import Shapes
 
-Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
+RunKind: TypeAlias = Literal["one pass", "supervised", "anchors"]
 """Kind of scored runs: initialised once, restarted after failures, or started from anchors."""
+
+
+class GroundTruthLike(Protocol):
+    """Ground truth of n frames, for example a `datasets.Sequence`."""
+
+    @property
+    def boxes(self) -> NDArray[np.float64]:
+        """Boxes, shape (n, 4); NaN rows if the target is absent or the frame is not annotated."""
+        ...
+
+    @property
+    def annotated(self) -> NDArray[np.bool_]:
+        """Frames with known box or absence, shape (n,), or () if all; others are not used."""
+        ...
+
+    @property
+    def malformed(self) -> NDArray[np.bool_]:
+        """Frames whose box has no size but is no statement of absence, shape (n,), or () if none.
+
+        Their boxes are NaN. They count as absence, except in toolkits that score them.
+        """
+        ...
+
+    @property
+    def regions(self) -> Mapping[str, NDArray[np.float64]]:
+        """Boxes of other regions by name, such as `full`, shape (n, 4)."""
+        ...
+
+    @property
+    def visibility(self) -> NDArray[np.float64]:
+        """Visible fraction, shape (n,); NaN if unknown."""
+        ...
 
 
 class FrameState(IntEnum):
@@ -41,9 +72,9 @@ class GroundTruthArrays:
     # boxes of other regions by name
     regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))  # (n,): in [0, 1]
-    # width and height of the images, for presets that clip regions
+    # width and height of the images, for metrics that clip regions
     image_size: tuple[int, int] | None = None
-    shapes: Shapes = None  # polygons or masks, for presets that use them instead of boxes
+    shapes: Shapes = None  # polygons or masks, for metrics that use them instead of boxes
 
 
 @dataclass(frozen=True)
@@ -58,23 +89,25 @@ class RunEstimates:
 
 
 @dataclass(frozen=True)
-class PresetResult:
-    """Result of a preset for one run or for many."""
+class MetricResult:
+    """Scores and curves of one run or of many."""
 
-    scores: Mapping[str, float]  # by column; NaN if a score is undefined
+    scores: Mapping[str, float]  # by metric; NaN if a score is undefined
     curves: Mapping[str, NDArray[Any]]  # points (x, y), shape (k, 2)
-    evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # input of `combine`
-    parts: Sequence["PresetResult"] = ()  # results of the segments of the run, if it has any
+    intermediate: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # input of `combine`
+    segment_results: Sequence[
+        "MetricResult"
+    ] = ()  # results of the segments of the run, if it has any
 
 
 @dataclass(frozen=True)
-class Column:
-    """Definition of a score in a preset."""
+class Metric:
+    """Definition of a number of a run."""
 
     meaning: str
-    perfect: float | None = 1.0  # score of a perfect tracker; None if it depends on the sequence
-    better: Literal["higher", "lower"] | None = "higher"
-    whole: bool = False  # True if the score exists only for all sequences together
+    best_value: float | None = 1.0  # score of a perfect tracker; None if it depends on the sequence
+    direction: Literal["higher", "lower"] | None = "higher"
+    only_overall: bool = False  # True if the score exists only for all sequences together
 
 
 _ABBREVIATIONS = {
@@ -97,18 +130,18 @@ def heading(score: str) -> str:
 
 
 @dataclass(frozen=True)
-class Axes:
+class AxisLabels:
     """Labels of the axes of a curve."""
 
     x: str
     y: str
 
 
-Runs: TypeAlias = Sequence[Sequence[PresetResult]]
+ResultsBySequence: TypeAlias = Sequence[Sequence[MetricResult]]
 """Results of the runs on each sequence: one per repetition or anchor."""
 
 
-def mean_of_sequences(runs: Runs) -> PresetResult:
+def mean_of_sequences(runs: ResultsBySequence) -> MetricResult:
     """Average over the runs of each sequence, then over sequences, ignoring NaN scores."""
     scores = {
         name: _mean([_mean([run.scores[name] for run in group]) for group in runs])
@@ -120,11 +153,11 @@ def mean_of_sequences(runs: Runs) -> PresetResult:
         )
         for name in runs[0][0].curves
     }
-    return PresetResult(scores, curves)
+    return MetricResult(scores, curves)
 
 
 @dataclass(frozen=True)
-class Preset:
+class Metrics:
     """Named set of score definitions.
 
     `score` is a pure function. It raises `ValueError` if there is no ground truth, the numbers of
@@ -132,25 +165,25 @@ class Preset:
     one run per sequence; see `overall`.
     """
 
-    columns: Mapping[str, Column]
-    score: Callable[[GroundTruthLike, RunEstimates], PresetResult]
-    combine: Callable[[Runs], PresetResult] = mean_of_sequences
-    curves: Mapping[str, Axes] = field(default_factory=dict)
-    protocol: Protocol = "one pass"
+    metrics: Mapping[str, Metric]
+    score: Callable[[GroundTruthLike, RunEstimates], MetricResult]
+    combine: Callable[[ResultsBySequence], MetricResult] = mean_of_sequences
+    curves: Mapping[str, AxisLabels] = field(default_factory=dict)
+    run_kind: RunKind = "one pass"
     agrees_with: str = ""  # toolkits that compute equal scores
     undefined: str = ""  # reason for NaN scores of a run, without full stop, for notes
     aliases: tuple[str, ...] = ()
 
-    def overall(self, runs: Runs) -> PresetResult:
+    def overall(self, runs: ResultsBySequence) -> MetricResult:
         """Return the scores over all runs on several sequences.
 
         If a sequence has no run, every score is NaN and there is no curve: an average never
         conceals missing runs. Each segment of a run counts as a run.
         """
         if not runs or not all(runs):
-            return PresetResult(dict.fromkeys(self.columns, np.nan), {})
+            return MetricResult(dict.fromkeys(self.metrics, np.nan), {})
         return self.combine(
-            [[part for run in group for part in run.parts or [run]] for group in runs]
+            [[part for run in group for part in run.segment_results or [run]] for group in runs]
         )
 
 
@@ -176,7 +209,7 @@ class EvaluatedRun:
 def select_evaluated(truth: GroundTruthLike, estimates: RunEstimates) -> EvaluatedRun:
     """Select the annotated frames of a run and their ground truth from the initialisation on.
 
-    Frames that are not annotated do not count in any preset: neither as hits nor as misses. Of a
+    Frames that are not annotated do not count in any metrics: neither as hits nor as misses. Of a
     supervised run, initialisations and failures are facts of the run and are always selected.
 
     Raises `ValueError` if there is no ground truth or the numbers of rows differ.
@@ -221,10 +254,10 @@ def annotates_init_only(truth: GroundTruthLike) -> bool:
 
 
 def single_run_result(
-    combine: Callable[[Runs], PresetResult], evidence: Mapping[str, NDArray[Any]]
-) -> PresetResult:
+    combine: Callable[[ResultsBySequence], MetricResult], intermediate: Mapping[str, NDArray[Any]]
+) -> MetricResult:
     """Return the result for a data set that consists of one run."""
-    return replace(combine([[PresetResult({}, {}, evidence)]]), evidence=evidence)
+    return replace(combine([[MetricResult({}, {}, intermediate)]]), intermediate=intermediate)
 
 
 def _mean(values: list[float]) -> float:

@@ -16,18 +16,19 @@ workshops 2020.
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruthLike, first_streak
-from trackmark.bench.metrics.overlap import is_well_formed
-from trackmark.bench.metrics.preset import (
-    Axes,
-    Column,
-    Preset,
-    PresetResult,
+from trackmark.bench.metrics.interface import (
+    AxisLabels,
+    GroundTruthLike,
+    Metric,
+    MetricResult,
+    Metrics,
+    ResultsBySequence,
     RunEstimates,
-    Runs,
     select_evaluated,
     single_run_result,
 )
+from trackmark.bench.metrics.loss import first_streak
+from trackmark.bench.metrics.overlap import is_well_formed
 from trackmark.bench.metrics.region_overlap import raster_overlap
 
 _FAILURE_FRAMES = 10
@@ -35,7 +36,7 @@ _FAILURE_OVERLAP = 0.1
 _MIN_LENGTH, _MAX_LENGTH = 115, 754
 
 
-def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:
     """Return the scores of a run, and its curve for a data set of this run alone."""
     run = select_evaluated(truth, estimates)
     overlaps = raster_overlap(run.truth, run.estimate, run.size, run.shapes)
@@ -46,26 +47,26 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
     overlaps[0] = 0.0
     progress = first_streak((overlaps <= _FAILURE_OVERLAP) & run.present, _FAILURE_FRAMES)
     overlaps[progress:] = 0.0
-    evidence = {
+    intermediate = {
         "overlaps": overlaps,  # of annotated frames
         "frames": run.frames - run.frames[0],
         "progress": np.array(progress),  # number of annotated frames before the failure
         "length": np.array(len(truth.boxes) - run.frames[0]),
         "n_sequence_frames": np.array(estimates.n_sequence_frames or len(overlaps)),
     }
-    return single_run_result(combine, evidence)
+    return single_run_result(combine, intermediate)
 
 
-def combine(runs: Runs) -> PresetResult:
+def combine(runs: ResultsBySequence) -> MetricResult:
     """Return the scores of the runs from all anchors of all sequences."""
     tracked = np.array(
-        [sum(int(run.evidence["progress"]) for run in group) for group in runs], float
+        [sum(int(run.intermediate["progress"]) for run in group) for group in runs], float
     )
     frames = np.array(
-        [sum(len(run.evidence["overlaps"]) for run in group) for group in runs], float
+        [sum(len(run.intermediate["overlaps"]) for run in group) for group in runs], float
     )
-    summed = sum(float(run.evidence["overlaps"].sum()) for group in runs for run in group)
-    lengths = [int(group[0].evidence["n_sequence_frames"]) for group in runs]
+    summed = sum(float(run.intermediate["overlaps"].sum()) for group in runs for run in group)
+    lengths = [int(group[0].intermediate["n_sequence_frames"]) for group in runs]
     curve, active = _expected([run for group in runs for run in group])
     part = slice(_MIN_LENGTH, _MAX_LENGTH + 1)
     counted = curve[part][active[part] > 0]
@@ -81,22 +82,22 @@ def combine(runs: Runs) -> PresetResult:
         "eao": np.column_stack([np.arange(len(curve)), curve])[active > 0],
         "accuracy_robustness": np.array([[scores["robustness"], scores["accuracy"]]]),
     }
-    return PresetResult(scores, curves)
+    return MetricResult(scores, curves)
 
 
-def _expected(runs: list[PresetResult]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _expected(runs: list[MetricResult]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the mean overlap of the first k frames and the number of runs, by k."""
     total, active = np.zeros(_MAX_LENGTH + 1), np.zeros(_MAX_LENGTH + 1)
     numbers = np.arange(_MAX_LENGTH + 1)
     for run in runs:
-        overlaps, length = run.evidence["overlaps"], int(run.evidence["length"])
+        overlaps, length = run.intermediate["overlaps"], int(run.intermediate["length"])
         inside = numbers[1:length]
         # Number of annotated frames after the first one among the first k frames.
-        n_annotated = np.searchsorted(run.evidence["frames"], inside, side="right") - 1
+        n_annotated = np.searchsorted(run.intermediate["frames"], inside, side="right") - 1
         sums = np.concatenate([[0.0], np.cumsum(overlaps[1:])])[n_annotated]
         total[inside] += sums / np.maximum(n_annotated, 1)
         active[inside] += n_annotated > 0
-        if run.evidence["progress"] < len(overlaps):
+        if run.intermediate["progress"] < len(overlaps):
             beyond = numbers[max(length, 2) :]
             # The toolkit divides by one less than the number of frames.
             missing = length - len(overlaps)
@@ -105,21 +106,21 @@ def _expected(runs: list[PresetResult]) -> tuple[NDArray[np.float64], NDArray[np
     return np.divide(total, active, out=np.zeros_like(total), where=active > 0), active
 
 
-PRESET = Preset(
-    columns={
-        "accuracy": Column("mean overlap before failures", None),
-        "robustness": Column("share of frames before failures"),
-        "eao": Column("expected average overlap over 115 to 754 frames", whole=True),
-        "eao_lengths": Column(
-            "number of the 640 lengths for which there are runs", None, None, whole=True
+METRICS = Metrics(
+    metrics={
+        "accuracy": Metric("mean overlap before failures", None),
+        "robustness": Metric("share of frames before failures"),
+        "eao": Metric("expected average overlap over 115 to 754 frames", only_overall=True),
+        "eao_lengths": Metric(
+            "number of the 640 lengths for which there are runs", None, None, only_overall=True
         ),
     },
     score=score_run,
     combine=combine,
     curves={
-        "eao": Axes("frames", "expected average overlap"),
-        "accuracy_robustness": Axes("robustness", "accuracy"),
+        "eao": AxisLabels("frames", "expected average overlap"),
+        "accuracy_robustness": AxisLabels("robustness", "accuracy"),
     },
-    protocol="anchors",
+    run_kind="anchors",
     agrees_with="vot-toolkit 0.7.1 on data with runs of 755 frames or more",
 )

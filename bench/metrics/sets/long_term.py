@@ -16,14 +16,14 @@ of VOT.
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.preset import (
-    Axes,
-    Column,
-    Preset,
-    PresetResult,
+from trackmark.bench.metrics.interface import (
+    AxisLabels,
+    GroundTruthLike,
+    Metric,
+    MetricResult,
+    Metrics,
+    ResultsBySequence,
     RunEstimates,
-    Runs,
     select_evaluated,
     single_run_result,
 )
@@ -32,7 +32,7 @@ from trackmark.bench.metrics.region_overlap import raster_overlap
 _MAX_THRESHOLDS = 98  # in addition to plus and minus infinity
 
 
-def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:
     """Return the scores of a run, and its curves for a data set of this run alone."""
     run = select_evaluated(truth, estimates)
     n = len(run.truth)
@@ -44,25 +44,25 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         np.ones(n, bool) if estimates.visible is None else estimates.visible[run.frames].copy()
     )
     overlaps[0], confidence[0], reported[0] = 0.0, 0.0, True
-    evidence = {
+    intermediate = {
         "overlaps": overlaps[reported],
         "confidence": confidence[reported],
         "present": np.array(run.present.sum()),
         "frames": np.array(n),
     }
-    return single_run_result(combine, evidence)
+    return single_run_result(combine, intermediate)
 
 
-def combine(runs: Runs) -> PresetResult:
+def combine(runs: ResultsBySequence) -> MetricResult:
     """Return the scores of the runs on all sequences at a common threshold.
 
     Scores are undefined if no run has a second frame: F is 0 / 0 at every threshold.
     """
-    runs = [[run for run in group if run.evidence["frames"] > 1] for group in runs]
+    runs = [[run for run in group if run.intermediate["frames"] > 1] for group in runs]
     runs = [group for group in runs if group]
     if not runs:
-        return PresetResult(dict.fromkeys(PRESET.columns, np.nan), {})
-    thresholds = _thresholds([run.evidence["confidence"] for group in runs for run in group])
+        return MetricResult(dict.fromkeys(METRICS.metrics, np.nan), {})
+    thresholds = _thresholds([run.intermediate["confidence"] for group in runs for run in group])
     curves = [
         np.mean([_precision_recall(run, thresholds) for run in group], axis=0) for group in runs
     ]
@@ -79,7 +79,7 @@ def combine(runs: Runs) -> PresetResult:
         "precision_recall": np.column_stack([recall, precision]),
         "f": np.column_stack([np.linspace(0, 1, len(f)), f]),
     }
-    return PresetResult(scores, plots)
+    return MetricResult(scores, plots)
 
 
 def _thresholds(confidence: list[NDArray[np.float64]]) -> NDArray[np.float64]:
@@ -92,26 +92,26 @@ def _thresholds(confidence: list[NDArray[np.float64]]) -> NDArray[np.float64]:
     return np.concatenate([[np.inf], ordered, [-np.inf]])
 
 
-def _precision_recall(run: PresetResult, thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
+def _precision_recall(run: MetricResult, thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return precision and recall by threshold, shape (thresholds, 2)."""
-    order = np.argsort(-run.evidence["confidence"], kind="stable")
-    sums = np.concatenate([[0.0], np.cumsum(run.evidence["overlaps"][order])])
-    reached = np.searchsorted(-run.evidence["confidence"][order], -thresholds, side="right")
+    order = np.argsort(-run.intermediate["confidence"], kind="stable")
+    sums = np.concatenate([[0.0], np.cumsum(run.intermediate["overlaps"][order])])
+    reached = np.searchsorted(-run.intermediate["confidence"][order], -thresholds, side="right")
     precision = np.divide(sums[reached], reached, out=np.ones(len(reached)), where=reached > 0)
-    return np.column_stack([precision, sums[reached] / run.evidence["present"]])
+    return np.column_stack([precision, sums[reached] / run.intermediate["present"]])
 
 
-PRESET = Preset(
-    columns={
-        "precision": Column("mean overlap over the reported frames", None),
-        "recall": Column("sum of these overlaps / number of frames with a target", None),
-        "f": Column("harmonic mean of precision and recall", None),
+METRICS = Metrics(
+    metrics={
+        "precision": Metric("mean overlap over the reported frames", None),
+        "recall": Metric("sum of these overlaps / number of frames with a target", None),
+        "f": Metric("harmonic mean of precision and recall", None),
     },
     score=score_run,
     combine=combine,
     curves={
-        "precision_recall": Axes("recall", "precision"),
-        "f": Axes("share of the thresholds", "F"),
+        "precision_recall": AxisLabels("recall", "precision"),
+        "f": AxisLabels("share of the thresholds", "F"),
     },
     agrees_with="vot-toolkit 0.7.1",
 )

@@ -15,22 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.curves import OVERLAPS, share_curve
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
-from trackmark.bench.metrics.preset import (
-    Axes,
-    Column,
-    Preset,
-    PresetResult,
+from trackmark.bench.metrics.interface import (
+    AxisLabels,
+    GroundTruthLike,
+    Metric,
+    MetricResult,
+    Metrics,
     RunEstimates,
     select_evaluated,
 )
+from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 _PIXELS = np.linspace(0, 50, 21)
 _SIZES = np.linspace(0, 0.5, 21)
 
 
-def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     # A box whose size is rounded to 0 is well-formed: it has a centre.
@@ -44,7 +44,7 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         "normalised_precision": share_curve(_centre_errors(t, e, t[:, 2:]), _SIZES),
     }
     scores = {f"{name}_auc": float(np.trapezoid(c[:, 1], OVERLAPS)) for name, c in curves.items()}
-    return PresetResult(scores, curves)
+    return MetricResult(scores, curves)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")  # coordinates of 1e308
@@ -60,19 +60,19 @@ def _centre_errors(
     return np.asarray(np.sqrt(((difference / unit) ** 2).sum(axis=1)))
 
 
-PRESET = Preset(
-    columns={
-        "success_auc": Column("area under the success curve"),
-        "precision_auc": Column("area under the precision curve, up to 50 px"),
-        "normalised_precision_auc": Column(
+METRICS = Metrics(
+    metrics={
+        "success_auc": Metric("area under the success curve"),
+        "precision_auc": Metric("area under the precision curve, up to 50 px"),
+        "normalised_precision_auc": Metric(
             "area under the normalised precision curve, up to 0.5 sizes"
         ),
     },
     score=score_run,
     curves={
-        "success": Axes("overlap threshold", "share of frames"),
-        "precision": Axes("centre distance [px]", "share of frames"),
-        "normalised_precision": Axes("centre distance [target sizes]", "share of frames"),
+        "success": AxisLabels("overlap threshold", "share of frames"),
+        "precision": AxisLabels("centre distance [px]", "share of frames"),
+        "normalised_precision": AxisLabels("centre distance [target sizes]", "share of frames"),
     },
     agrees_with="the TrackingNet devkit (metrics.py), apart from its factor of 100",
 )

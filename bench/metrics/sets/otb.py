@@ -12,16 +12,16 @@ import numpy as np
 
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.curves import DISTANCES, OVERLAPS, share_curve
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.metrics.preset import (
-    Axes,
-    Column,
-    Preset,
-    PresetResult,
+from trackmark.bench.metrics.interface import (
+    AxisLabels,
+    GroundTruthLike,
+    Metric,
+    MetricResult,
+    Metrics,
     RunEstimates,
     select_evaluated,
 )
+from trackmark.bench.metrics.overlap import overlap
 
 _INDEX_OF_20_PIXELS = 20
 _INDEX_OF_HALF = 10
@@ -31,7 +31,7 @@ _TIES = [(k, k + 0.5e-4) for k in DISTANCES.tolist()]
 _LIMITS = np.array([x if round(x, 4) <= k else np.nextafter(x, 0) for k, x in _TIES])
 
 
-def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
+def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:
     """Return scores and curves of a run."""
     run = select_evaluated(truth, estimates)
     t, e, n = run.truth, run.estimate, len(run.truth)
@@ -46,21 +46,21 @@ def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> PresetResult:
         "mean_overlap": float(overlaps.mean()),
         "success_published": float(np.count_nonzero(overlaps >= OVERLAPS[_INDEX_OF_HALF]) / n),
     }
-    return PresetResult(scores, {"success": success, "precision": precision})
+    return MetricResult(scores, {"success": success, "precision": precision})
 
 
-PRESET = Preset(
-    columns={
-        "success_auc": Column("mean of the success curve over 21 thresholds", 20 / 21),
-        "precision": Column("share of frames with centres at most 20 px apart"),
-        "success_rate": Column("share of frames with an overlap above 0.5"),
-        "mean_overlap": Column("mean overlap over all frames, as published with the plots"),
-        "success_published": Column("share of frames with an overlap of 0.5 or more, as published"),
+METRICS = Metrics(
+    metrics={
+        "success_auc": Metric("mean of the success curve over 21 thresholds", 20 / 21),
+        "precision": Metric("share of frames with centres at most 20 px apart"),
+        "success_rate": Metric("share of frames with an overlap above 0.5"),
+        "mean_overlap": Metric("mean overlap over all frames, as published with the plots"),
+        "success_published": Metric("share of frames with an overlap of 0.5 or more, as published"),
     },
     score=score_run,
     curves={
-        "success": Axes("overlap threshold", "share of frames"),
-        "precision": Axes("centre distance [px]", "share of frames"),
+        "success": AxisLabels("overlap threshold", "share of frames"),
+        "precision": AxisLabels("centre distance [px]", "share of frames"),
     },
     agrees_with="the OTB toolkits (MATLAB, jwlim/tracker_benchmark) and got10k's ExperimentOTB",
     aliases=("otb100-auc",),
