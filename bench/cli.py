@@ -133,7 +133,7 @@ def _check_completion() -> None:
 
 def _message_of(error: Exception) -> str | None:
     """Return the message for an error of the input or the machine; None for a defect."""
-    from trackmark.bench.store.files import ResultsError
+    from trackmark.bench.store.keys import ResultsError
 
     if not isinstance(error, ResultsError) and (fault := machine_fault(error)):
         return str(fault)

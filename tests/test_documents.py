@@ -17,7 +17,7 @@ from trackmark import bench, datasets, trackers
 from trackmark.bench.cli import trackmark as program
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.experiments.experiment import read_experiment
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
@@ -148,7 +148,7 @@ def test_experiments_of_pages_can_be_planned(page, tmp_path):
             continue
         file = tmp_path / f"shown{number}.toml"
         file.write_text(block)
-        assert len(make_plan(read_experiment(file), Results(tmp_path / "none")))
+        assert len(make_plan(read_experiment(file), RunStore(tmp_path / "none")))
 
 
 def test_readme_tracker_runs(tmp_path, monkeypatch):

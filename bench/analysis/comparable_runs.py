@@ -17,7 +17,7 @@ from trackmark.bench.analysis.run_tables import without_undefined
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.tables import ScoreMeasure
 

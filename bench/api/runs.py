@@ -19,12 +19,10 @@ from trackmark.bench.analysis.run_tables import mean_table, undefined_notes, wit
 from trackmark.bench.analysis.score_tables import sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, single_experiment
-from trackmark.bench.store.results import Manifest
-from trackmark.bench.store.results import Results as Store
+from trackmark.bench.store.keys import FILE_NAME, ResultsError, single_experiment
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
-from trackmark.bench.store.truth import store_truth
+from trackmark.bench.store.truth import add_truth
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table
@@ -105,13 +103,13 @@ class PrintedRuns(Runs):
                     "to a file, give the file to evaluate, restart Python after an edit, and use "
                     "the default seed."
                 )
-        if (folder / DATABASE).exists():
+        if (folder / FILE_NAME).exists():
             raise ResultsError(f"{folder} already contains results. Choose another folder.")
-        store = Store(folder)
-        store.prepare(Manifest(folder.name, self.requested))
+        store = RunStore(folder)
+        store.add_requests(RequestedRuns(folder.name, self.requested))
         for (_, fingerprint), truth in self.truths.items():
-            store_truth(folder, fingerprint, truth)
-        store.write_all((run, "") for run in self.values())
+            add_truth(folder, fingerprint, truth)
+        store.add_all((run, "") for run in self.values())
         return folder
 
     def __str__(self) -> str:

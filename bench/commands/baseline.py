@@ -79,7 +79,7 @@ def command(options: BaselineOptions) -> int:
         current_environment,
         write_baseline,
     )
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_store import RunStore
 
     name, path = options.name, baseline_path(options.name)
     if path.exists() and not options.force:
@@ -92,7 +92,7 @@ def command(options: BaselineOptions) -> int:
     check_outputs({"NAME": path}, input_files(trackers, sequences))
     requested = Experiment(experiment, tuple(trackers), sequences)
     environment = current_environment()  # before the runs: a library that is missing costs no runs
-    plan = make_plan(requested, Results(options.output / experiment), {})
+    plan = make_plan(requested, RunStore(options.output / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
     runner = BaselineRunner(experiment, texts, sources, options)

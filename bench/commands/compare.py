@@ -116,7 +116,7 @@ def command(options: CompareOptions) -> int:
     from trackmark.bench.analysis.comparison import compare_runs
     from trackmark.bench.analysis.families import read_families
     from trackmark.bench.protocols import ONE_PASS, parse_protocol
-    from trackmark.bench.store.layout import single_experiment
+    from trackmark.bench.store.keys import single_experiment
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
@@ -238,7 +238,7 @@ def _run(
     )
     execution = run_experiment(experiment, options)
     print_hint(f"Runs are in {execution.folder}.")
-    requested = execution.plan.manifest().versions
+    requested = execution.plan.requested_runs().versions
     runs = open_runs(execution.folder).select(requested)
     if imported:
         runs = with_imported(runs, imported)

@@ -98,7 +98,7 @@ def command(options: ReportOptions) -> int:
     Exit codes: 0 success; 1 all runs of a tracker failed; 2 invalid usage or input; 130
     interrupted.
     """
-    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.keys import experiment_folders
 
     results, sequences = options.results, options.sequences
     if results is None and not (options.results_of and sequences):
@@ -239,7 +239,7 @@ def _write_page(
 ) -> list[Path]:
     """Write the page and return its files."""
     from trackmark.bench.pages.report import write_report_page
-    from trackmark.bench.store.files import ResultsError
+    from trackmark.bench.store.keys import ResultsError
 
     try:
         with progress_bar("Drawing the report", None, "frame") as progress:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from trackmark.bench.execution.plan import KnownSequences
     from trackmark.bench.papers import ReproductionOptions
     from trackmark.bench.papers.reproduction import Report, Reproduction
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.store.keys import RunKey
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +120,7 @@ def _reproduce(
         progress.expect(*executions)
         for execution in executions:
             execute_runs(execution, progress=progress)
-            requested[execution.experiment.name] = execution.plan.manifest().versions
+            requested[execution.experiment.name] = execution.plan.requested_runs().versions
     with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
         report = reproduction.report(options.output, folder, reproduced, requested, progress)
     content = report_data(report, time.monotonic() - started_at)

@@ -71,14 +71,14 @@ def list_results(options: FolderOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
-    from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.run_rows import to_json_row
+    from trackmark.bench.store.keys import experiment_folders
+    from trackmark.bench.store.run_rows import json_row
 
     for experiment in experiment_folders(options.folder):
         rows = [row for row in open_runs(experiment).rows if row["status"] != "missing"]
         if options.as_json:
             for row in rows:
-                click.echo(json.dumps({"experiment": experiment.name, **to_json_row(row)}))
+                click.echo(json.dumps({"experiment": experiment.name, **json_row(row)}))
             continue
         click.echo(f"{experiment}: {len(rows)} runs")
         counts: defaultdict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
@@ -106,18 +106,18 @@ def failures(options: FailuresOptions) -> None:
     import numpy as np
 
     from trackmark.bench.analysis.run_summary import tracker_line
-    from trackmark.bench.store.layout import experiment_folders, run_key
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.keys import experiment_folders, run_key
     from trackmark.bench.store.run_rows import list_runs
+    from trackmark.bench.store.run_store import RunStore
 
     failed = [
         (experiment, row)
         for experiment in experiment_folders(options.folder)
-        for row in list_runs(Results(experiment))
+        for row in list_runs(RunStore(experiment))
         if row["status"] == "failed"
     ]
     for experiment, row in failed:
-        run = Results(experiment).read(run_key(row))
+        run = RunStore(experiment).read(run_key(row))
         reached = int(np.isfinite(run.boxes[:, 0]).sum())
         if options.as_json:
             data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
@@ -164,14 +164,14 @@ def remove(options: RemoveOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input; 130 not confirmed, or interrupted.
     """
-    from trackmark.bench.store.layout import RunKey, experiment_folders, run_key
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.keys import RunKey, experiment_folders, run_key
     from trackmark.bench.store.run_rows import list_runs
+    from trackmark.bench.store.run_store import RunStore
 
     selected: dict[Path, list[RunKey]] = {}
     protocol_key = "*" if options.protocol is None else _protocol_key(options.protocol)
     for experiment in experiment_folders(options.folder):
-        results = Results(experiment)
+        results = RunStore(experiment)
         # Keys suffice: damaged runs can be removed, too.
         cells = [
             cell
@@ -191,7 +191,7 @@ def remove(options: RemoveOptions) -> None:
     if not options.yes:
         confirm(f"Remove {number} run{'s' * (number != 1)} from {options.folder}?")
     for experiment, cells in selected.items():
-        Results(experiment).remove(cells)
+        RunStore(experiment).remove(cells)
     click.echo(f"Removed {number} run{'s' * (number != 1)}.")
 
 
@@ -215,8 +215,7 @@ def check_results(options: FolderOptions) -> int:
 
     Exit codes: 0 no damage; 1 results are damaged; 2 invalid usage or input.
     """
-    from trackmark.bench.store.files import ResultsError
-    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.keys import ResultsError, experiment_folders
 
     status = 0
     for experiment in experiment_folders(options.folder, damaged=True):
@@ -238,9 +237,9 @@ def check_results(options: FolderOptions) -> int:
 
 def _check_experiment(experiment: Path) -> tuple[str, dict[str, Any]]:
     """Return the state of an experiment's file in words, and its data for --json."""
-    from trackmark.bench.store.files import ResultsError
+    from trackmark.bench.store.keys import ResultsError
     from trackmark.bench.store.maintenance import find_damage, repair_indexes
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_store import RunStore
 
     messages = find_damage(experiment)
     if messages:
@@ -248,7 +247,7 @@ def _check_experiment(experiment: Path) -> tuple[str, dict[str, Any]]:
             repair_indexes(experiment)
             if not (messages := find_damage(experiment)):
                 print_message(f"{experiment}: a damaged index was rebuilt from its table.")
-    runs = 0 if messages else len(Results(experiment).list_keys())
+    runs = 0 if messages else len(RunStore(experiment).list_keys())
     state = "damaged" if messages else f"{runs} runs, undamaged"
     return state, {"runs": runs, "damages": messages}
 
@@ -347,7 +346,7 @@ def export(options: ExportOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.exchange.exporting import export_results
-    from trackmark.bench.store.layout import single_experiment
+    from trackmark.bench.store.keys import single_experiment
 
     files = export_results(
         single_experiment(options.experiment),

@@ -51,7 +51,7 @@ from trackmark.bench.experiments.experiment import (
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.store.keys import RunKey
     from trackmark.bench.store.runs import Runs
 
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
@@ -159,7 +159,7 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
     """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.layout import run_key
+    from trackmark.bench.store.keys import run_key
     from trackmark.bench.store.runs import Runs, RunSource
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
@@ -181,7 +181,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     execute_runs(execution, print_row, keep_errors=True)
     stored = open_runs(execution.folder)
     now, message = progress_since(execution, stored.stored_rows)
-    runs = stored.select(execution.plan.manifest().versions)
+    runs = stored.select(execution.plan.requested_runs().versions)
     failed = now.count(State.FAILED)
     try:
         execution.raise_errors()
@@ -202,7 +202,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             click.echo(f"\n{message}")
             _print_hints(execution)
         if options.verbose:
-            _print_details(runs, execution.plan.manifest().versions)
+            _print_details(runs, execution.plan.requested_runs().versions)
     if execution.errors or execution.tracker_errors:
         return EXIT_WRONG_INPUT
     return EXIT_NEGATIVE if failed else 0
@@ -210,9 +210,9 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
 
 def _print_row(runs: "Runs", row: Mapping[str, Any], metrics: Sequence[str]) -> None:
     """Print a run as JSON, with scores by other metrics if they are requested."""
-    from trackmark.bench.store.run_rows import to_json_row
+    from trackmark.bench.store.run_rows import json_row
 
-    data = to_json_row(row)
+    data = json_row(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("one-pass", "timing"):
         # Imports the table renderers.
         from trackmark.bench.analysis.by_metrics import metrics_for, scores_by_metrics
@@ -274,7 +274,7 @@ def _print_hints(execution: "Execution") -> None:
 
 def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
     """Print the end of what each tracker printed in the first run in which it printed anything."""
-    from trackmark.bench.store.layout import run_key
+    from trackmark.bench.store.keys import run_key
 
     stored = {run_key(row) for row in runs.stored_rows}
     keys = [key for key in requested if key in stored]

@@ -134,8 +134,7 @@ def _stored(
     import numpy as np
 
     from trackmark.bench.analysis.film_strips import boxes_on
-    from trackmark.bench.store.files import ResultsError
-    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.keys import ResultsError, experiment_folders
     from trackmark.reports.overlay import TRUTH
 
     experiments = [open_runs(folder) for folder in experiment_folders(results)]

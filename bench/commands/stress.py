@@ -160,7 +160,7 @@ class _Runner:
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
         texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-        runs = Runs.open(execution.folder).select(execution.plan.manifest().versions)
+        runs = Runs.open(execution.folder).select(execution.plan.requested_runs().versions)
         return runs.table, texts
 
 

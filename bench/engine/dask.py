@@ -27,7 +27,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import split_text
 from trackmark.bench.external.definition import is_external, with_absolute_path
 from trackmark.bench.machine_errors import MachineError
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.keys import ResultsError
 from trackmark.datasets import SequenceError
 from trackmark.datasets.spec_string import format_text
 from trackmark.trackers.base.catalogue import in_file

@@ -35,7 +35,7 @@ from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.process_tree import ProcessTree
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.temporary_paths import remove_abandoned
 from trackmark.datasets import SequenceError
 

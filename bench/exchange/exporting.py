@@ -15,9 +15,9 @@ from trackmark.bench.exchange.names import file_name
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows, SegmentRows
 from trackmark.bench.output_files import write_file
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
-from trackmark.bench.store.data_frames import ordered_rows
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.data_frames import rows_in_order
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import read_truth
 
 
@@ -45,10 +45,10 @@ def export_results(
     exists, the format cannot represent the runs or the protocol is unknown. Raises `ResultsError`
     or `OSError` if a file cannot be read or written.
     """
-    result_format, results = find_format(format_name), Results(experiment)
+    result_format, results = find_format(format_name), RunStore(experiment)
     rows = [
         row
-        for row in ordered_rows(results)
+        for row in rows_in_order(results)
         if row["protocol"] == parse_protocol(protocol).key
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)

@@ -35,8 +35,8 @@ from trackmark.bench.exchange.result_format import (
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
-from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.results import Manifest, Results, with_metadata
+from trackmark.bench.store.keys import RunKey, run_key
+from trackmark.bench.store.run_store import RequestedRuns, RunStore, with_metadata
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 
@@ -128,16 +128,16 @@ def import_results(
 
     Raises as `read_runs`, and `ExchangeError` for a tracker that has runs of its own there.
     """
-    results, runs = Results(folder), read_runs(trackers, sequences, on_message)
+    results, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
-    results.prepare(Manifest("", versions))
+    results.add_requests(RequestedRuns("", versions))
     stored_keys = set(results.list_keys())
     for run in runs:
         key = run_key(run.identity)
         stored = results.read(key).identity if key in stored_keys else None
         if stored is not None and not stored.imported:
             raise name_collision(folder, stored.tracker)
-        results.write(run, stored.version if stored else "")
+        results.add(run, stored.version if stored else "")
     return len(runs)
 
 

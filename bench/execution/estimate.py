@@ -9,8 +9,7 @@ import numpy as np
 
 from trackmark.bench.execution.scheduling import Units
 from trackmark.bench.store.database import open_database
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE
+from trackmark.bench.store.keys import FILE_NAME, ResultsError
 
 _MEASURED = """
     SELECT tracker, avg(seconds / max(frames, 1)), avg(frame_seconds) FROM run
@@ -48,7 +47,7 @@ def _read_measured_times(output: Path) -> tuple[dict[str, list[float]], list[flo
     """Return mean times of an update by tracker, and of reading a frame [s], in each experiment."""
     update_seconds: dict[str, list[float]] = {}
     frame_seconds: list[float] = []
-    for file in sorted(output.glob(f"*/{DATABASE}")):
+    for file in sorted(output.glob(f"*/{FILE_NAME}")):
         with suppress(ResultsError), open_database(file.parent) as database:  # skips damaged files
             for tracker, seconds, reading in database.select(_MEASURED):
                 update_seconds.setdefault(tracker, []).append(seconds)

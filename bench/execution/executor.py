@@ -17,9 +17,9 @@ from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
 from trackmark.bench.execution.scheduling import Units, missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results, with_metadata
-from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
+from trackmark.bench.store.run_store import RunStore, with_metadata
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
@@ -105,7 +105,7 @@ class Execution:
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
-        self._results = Results(self.folder)
+        self._results = RunStore(self.folder)
         jobs = self.jobs or os.cpu_count() or 1
         self.plan: Plan = make_plan(
             self.experiment, self._results, self.known_sequences, self.on_opened, jobs
@@ -134,7 +134,7 @@ class Execution:
         """
         report, done = progress or (lambda _: None), 0
         while True:
-            self._results.prepare(self.plan.manifest())
+            self._results.add_requests(self.plan.requested_runs())
             if not self.units.runs:
                 return
             drew = yield from self._execute(partial(_report_sum, report, done))
@@ -176,7 +176,7 @@ class Execution:
                 self._report_drawing(rows, drew)
                 yield from rows
         finally:
-            add_scores(self._results, scored)  # otherwise computed by the next reader
+            store_scores(self._results, scored)  # otherwise computed by the next reader
         return drew
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
@@ -221,16 +221,14 @@ class Execution:
         replaced = [entry.replaces for entry in runs]
         # The ground truth is written with every unit: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        is_stored = self._results.write_all(
-            zip(complete, replaced, strict=True), [self._truths[key]]
-        )
+        is_stored = self._results.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
         truth = unpack_truth(self._truths[key])
         rows = [
             run_row(run, truth) for run, stored in zip(complete, is_stored, strict=True) if stored
         ]
         others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if others:  # stored by another process
-            rows += [row for row in list_scored_runs(self._results) if run_key(row) in others]
+            rows += [row for row in scored_rows(self._results) if run_key(row) in others]
         return rows
 
 

@@ -18,10 +18,10 @@ from trackmark.bench.experiments.experiment import Experiment, ExperimentError, 
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.maintenance import RecordedData, find_different_data, group_recorded_data
-from trackmark.bench.store.results import MAX_RUNS, Manifest, Results
+from trackmark.bench.store.keys import RunKey, run_key
+from trackmark.bench.store.maintenance import SequenceOrigin, find_other_origin, origins_by_name
 from trackmark.bench.store.run_rows import list_runs
+from trackmark.bench.store.run_store import MAX_RUNS, RequestedRuns, RunStore
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.trackers import Randomness
@@ -140,9 +140,9 @@ class Plan:
         np.add.at(counts, (np.tile(self.run_trackers, len(self.sequences)), self.states.ravel()), 1)
         return counts
 
-    def manifest(self) -> Manifest:
+    def requested_runs(self) -> RequestedRuns:
         """Return the requested runs, to be stored with the results."""
-        return Manifest(self.experiment.title or self.experiment.name, self.requested)
+        return RequestedRuns(self.experiment.title or self.experiment.name, self.requested)
 
     def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
         """Return the plan with states determined from the stored runs (`rows` of `list_runs`).
@@ -177,7 +177,7 @@ def _stored_status(row: Mapping[str, Any]) -> str:
 
 def make_plan(
     experiment: Experiment,
-    results: Results,
+    results: RunStore,
     known_sequences: KnownSequences | None = None,
     on_opened: Callable[[int, int], None] = lambda *_: None,
     jobs: int = 1,
@@ -313,13 +313,13 @@ def _opened_by_workers(
 
 def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
     """Raise `ExperimentError` if stored runs used another sequence of the same name."""
-    stored = group_recorded_data(rows)
+    stored = origins_by_name(rows)
     for sequence in plan.sequences:
         if sequence.name not in stored:
             continue
         origin = sequence.source.absolute()
-        data = RecordedData(sequence.fingerprint, origin.text, str(origin.truth or ""))
-        if other := find_different_data(data, stored[sequence.name]):
+        data = SequenceOrigin(sequence.fingerprint, origin.text, str(origin.truth or ""))
+        if other := find_other_origin(data, stored[sequence.name]):
             raise ExperimentError(
                 f"{folder} contains runs on another sequence that is also called "
                 f"{sequence.name!r}: {other}. Store runs on {data} in another folder, with --name "

@@ -18,8 +18,8 @@ from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.paper import MainRow
 from trackmark.bench.papers.runs import Context, StoredKey
-from trackmark.bench.store.results import Results
 from trackmark.bench.store.run_rows import run_row
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import read_truth
 from trackmark.reports.charts import PlayerPosition
@@ -73,7 +73,7 @@ def player_content(
 def _read_runs(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
     read = cache(read_truth)
     for folder, key in keys:
-        run = Results(folder).read(key)
+        run = RunStore(folder).read(key)
         truth = read(folder, run.identity.sequence, run.identity.fingerprint)
         row = run_row(run, truth)
         # The specification of a synthetic scene is its source.

@@ -17,7 +17,7 @@ from trackmark.bench.papers.runs import Context, PaperRuns
 from trackmark.bench.papers.sections import Section, report_sections
 from trackmark.bench.papers.tables import main_table
 from trackmark.bench.papers.verdicts import VerdictRow
-from trackmark.bench.store.layout import RunKey
+from trackmark.bench.store.keys import RunKey
 from trackmark.reports.tables import Table
 
 

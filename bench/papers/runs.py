@@ -21,9 +21,8 @@ from trackmark.bench.papers.cases import Case
 from trackmark.bench.papers.measures import FrameRules, Measure, MeasuredRun
 from trackmark.bench.papers.paper import Paper
 from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import RUN_KEY_COLUMNS, RunKey
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import RUN_KEY_COLUMNS, ResultsError, RunKey
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import read_truth
 
 StoredKey: TypeAlias = tuple[Path, RunKey]
@@ -79,7 +78,7 @@ class PaperRuns:
         """
         measured_runs = []
         for folder, key in self.keys(tracker, sequence):
-            run = Results(folder).read(key)
+            run = RunStore(folder).read(key)
             truth = self._truth(folder, run.identity.sequence, run.identity.fingerprint)
             init = select_ground_truth(truth, run.identity.init, run.identity.sequence)
             measured_runs.append(MeasuredRun(run, replace(truth, boxes=init.boxes), self._rules))

@@ -22,10 +22,9 @@ from trackmark.bench.experiments.experiment import SequenceSource, check_folder_
 from trackmark.bench.output_files import write_file
 from trackmark.bench.statistics.accuracy_drop import MAX_REPETITIONS
 from trackmark.bench.statistics.rules import MIN_UNITS
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
+from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets.source_digest import library_version
 
 FORMAT = 1
@@ -156,9 +155,9 @@ def stored_entries(
 
     Raises `BaselineError` for a finished run without a score.
     """
-    results = Results(folder)
+    results = RunStore(folder)
     rows: dict[tuple[str, str], dict[int, Mapping[str, Any]]] = {pair: {} for pair in runs}
-    for row in list_scored_runs(results):  # the runs of the current versions were just stored
+    for row in scored_rows(results):  # the runs of the current versions were just stored
         pair = row["tracker"], row["sequence"]
         if row["protocol"] == "one-pass" and row["repetition"] < runs.get(pair, 0):
             rows[pair][row["repetition"]] = row
@@ -170,7 +169,7 @@ def stored_entries(
 
 
 def _entry(
-    results: Results, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
+    results: RunStore, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
 ) -> BaselineEntry:
     overlap, box_digests, failures = [0.0] * len(rows), [""] * len(rows), {}
     for repetition, row in enumerate(rows):

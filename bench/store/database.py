@@ -9,13 +9,12 @@ run. A deleted row is missing in the same way.
 import hashlib
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE
+from trackmark.bench.store.keys import FILE_NAME, ResultsError
 
 APPLICATION_ID = 0x74726D6B
 """SQLite application id of trackmark's files: "trmk" in ASCII."""
@@ -151,11 +150,6 @@ class Database:
             "damaged runs (`trackmark results remove`) and run the same command again."
         )
 
-    def copy(self, target: Path) -> None:
-        """Copy the file to a folder that contains no results."""
-        with closing(sqlite3.connect(target / DATABASE)) as copy:
-            self._connection.backup(copy)
-
     def create(self) -> None:
         """Create empty tables."""
         for statement in _STATEMENTS:
@@ -174,7 +168,7 @@ def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
     Raises `ResultsError`, which names the file, if it is damaged, has another version, or cannot be
     read or written.
     """
-    path = folder / DATABASE
+    path = folder / FILE_NAME
     connection = None
     try:
         connection = _open(path, write=write)

@@ -43,6 +43,6 @@ def unpack(data: bytes) -> dict[str, NDArray[Any]]:
         size = int(np.prod(shape)) * dtype.itemsize
         flat = np.frombuffer(raw, np.uint8, size, offset).reshape(dtype.itemsize, -1).T
         arrays[name] = np.ascontiguousarray(flat).reshape(-1).view(dtype).reshape(shape)
-        arrays[name].flags.writeable = False  # several readers can share a run; see `run_cache`
+        arrays[name].flags.writeable = False  # several readers can share a run
         offset += size
     return arrays

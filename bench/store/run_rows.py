@@ -13,11 +13,10 @@ from trackmark.bench.evaluation.scoring import can_score, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.times import TIME_FIELDS
 from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import (
+from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.run_store import (
     RemovedError,
-    Results,
+    RunStore,
     identity_of,
     sort_key,
     warn_of_damage,
@@ -40,7 +39,7 @@ NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", *TIME_FIELD
 _BATCH = 1000  # runs that are scored in one transaction
 
 
-def list_runs(results: Results) -> list[dict[str, Any]]:
+def list_runs(results: RunStore) -> list[dict[str, Any]]:
     """Return one row, without scores, per finished or failed run, in order.
 
     The keys are `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on
@@ -59,8 +58,8 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
         return [row for _, row in _read_rows(database)]
 
 
-def list_scored_runs(
-    results: Results, progress: Callable[[int, int], None] = lambda *_: None
+def scored_rows(
+    results: RunStore, progress: Callable[[int, int], None] = lambda *_: None
 ) -> list[dict[str, Any]]:
     """Return the rows of `list_runs`, each with a dict `scores`; see `bench.evaluation.score_both`.
 
@@ -91,7 +90,7 @@ def list_scored_runs(
             scored.append(row)
             progress(done, len(unscored))
         with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
-            add_scores(results, scored)
+            store_scores(results, scored)
     return list(rows.values())
 
 
@@ -102,7 +101,7 @@ def run_row(run: Run, truth: Any) -> dict[str, Any]:
     return {**_identity_fields(run.identity), **fields, "scores": _scores(run, truth)}
 
 
-def add_scores(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
+def store_scores(results: RunStore, rows: Iterable[Mapping[str, Any]]) -> None:
     """Store the scores of rows, unless their runs were replaced or removed in the meantime.
 
     Raises `ResultsError` if they cannot be written.
@@ -117,7 +116,7 @@ def add_scores(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
                 database.insert("score", [scores])
 
 
-def to_json_row(row: Mapping[str, Any]) -> dict[str, Any]:
+def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return a row in which None (null in JSON) replaces scores that are not finite."""
     scores = {key: value if isfinite(value) else None for key, value in row["scores"].items()}
     return {**row, "scores": scores}

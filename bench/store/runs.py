@@ -13,11 +13,10 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.store.data_frames import to_data_frame, with_manifest, with_one_version
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, RunKey, run_key
-from trackmark.bench.store.results import Manifest, Results
-from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, list_scored_runs, run_row
+from trackmark.bench.store.data_frames import to_data_frame, with_missing, with_one_version
+from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, run_key
+from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, run_row, scored_rows
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.datasets import SequenceError
 
@@ -59,7 +58,7 @@ class RunSource:
             return self.runs[key]
         if self.folder is None:
             raise KeyError(key)
-        run = Results(self.folder).read(key)
+        run = RunStore(self.folder).read(key)
         arrays = [array for named in run.arrays.values() for array in named.values()]
         arrays += [run.boxes] * 3 + list(run.details.values())  # 3: estimate for the other columns
         if (size := sum(array.nbytes for array in arrays)) <= self._free_bytes:
@@ -121,12 +120,12 @@ class Runs(Mapping[RunName, Run]):
         `progress` is called with the number of runs scored so far, and the number of runs to score.
         Raises `ResultsError` if there are no results, or if the file is damaged.
         """
-        if not (folder / DATABASE).is_file():
+        if not (folder / FILE_NAME).is_file():
             raise ResultsError(
                 f"{folder}: this folder contains no results. Create results by `trackmark run`."
             )
-        store = Results(folder)
-        rows, requests = list_scored_runs(store, progress), store.manifest()
+        store = RunStore(folder)
+        rows, requests = scored_rows(store, progress), store.requested_runs()
         return cls(
             rows, requests.versions, RunSource(folder), requests.title or folder.absolute().name
         )
@@ -177,7 +176,7 @@ class Runs(Mapping[RunName, Run]):
     @cached_property
     def rows(self) -> list[dict[str, Any]]:
         """Rows of `table`; the key `scores` contains the scores."""
-        rows = with_one_version(with_manifest(self.stored_rows, Manifest("", self.requested)))
+        rows = with_one_version(with_missing(self.stored_rows, RequestedRuns("", self.requested)))
         chosen = self._trackers
         return rows if chosen is None else [row for row in rows if row["tracker"] in chosen]
 

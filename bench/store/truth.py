@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE
+from trackmark.bench.store.keys import FILE_NAME, ResultsError
 from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.shapes import EncodedMask, Shapes
@@ -80,12 +79,12 @@ def pack_truth(fingerprint: str, truth: StoredTruth) -> TruthRow:
     return TruthRow(truth.name, fingerprint, pack(_arrays_of(truth)))
 
 
-def write_truth(folder: Path, sequence: Sequence) -> None:
-    """Store a sequence's ground truth in an experiment's folder; see `store_truth`."""
-    store_truth(folder, sequence.fingerprint, stored_truth(sequence))
+def add_truth_of(folder: Path, sequence: Sequence) -> None:
+    """Store a sequence's ground truth in an experiment's folder; see `add_truth`."""
+    add_truth(folder, sequence.fingerprint, stored_truth(sequence))
 
 
-def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
+def add_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
     """Store a ground truth, unless it is stored already and undamaged.
 
     Raises `ResultsError` if it cannot be written.
@@ -117,7 +116,7 @@ def read_truth_row(folder: Path, sequence: str, fingerprint: str) -> TruthRow:
     with open_database(folder) as database:
         for row in database.rows("truth", _KEY, sequence, fingerprint):
             return TruthRow(*tuple(row)[:-1])
-    raise MissingTruthError(folder / DATABASE, sequence, fingerprint)
+    raise MissingTruthError(folder / FILE_NAME, sequence, fingerprint)
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:

@@ -23,9 +23,9 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_files import answer_lines
 from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Manifest, Results
-from trackmark.bench.store.truth import StoredTruth, store_truth
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import StoredTruth, add_truth
 
 
 class Noise:
@@ -208,12 +208,12 @@ def store_many():
                     metadata={"seconds": 0.1, "update_seconds": 0.01, "source": f"/{name}"},
                 )
                 runs.append(run)
-        results = Results(folder)
+        results = RunStore(folder)
         requested = {run_key(run.identity): run.identity.version for run in runs}
-        results.prepare(Manifest("Many runs", requested))
+        results.add_requests(RequestedRuns("Many runs", requested))
         for s, truth in enumerate(truths):
-            store_truth(folder, f"fingerprint {s}", truth)
-        results.write_all((run, "") for run in runs)
+            add_truth(folder, f"fingerprint {s}", truth)
+        results.add_all((run, "") for run in runs)
         return results
 
     return store

@@ -20,8 +20,8 @@ import trackmark as tm
 from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import SequenceError
 from trackmark.trackers import TrackerError
 
@@ -538,10 +538,10 @@ def test_equal_fingerprints_of_different_boxes_are_refused(make_sequence):
 
 def test_other_ground_truth_of_equal_fingerprint_is_not_stored(make_sequence, tmp_path):
     sequence = make_sequence()
-    write_truth(tmp_path / "trial", sequence)
-    write_truth(tmp_path / "trial", sequence)
+    add_truth_of(tmp_path / "trial", sequence)
+    add_truth_of(tmp_path / "trial", sequence)
     with pytest.raises(ResultsError, match="another ground truth of line"):
-        write_truth(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
+        add_truth_of(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
 
 
 class Followed:

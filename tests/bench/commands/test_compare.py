@@ -6,7 +6,7 @@ import pytest
 
 from tests.bench.commands.conftest import SMALL, TINY, assert_tables_have_rows, unwrapped
 from trackmark.bench.experiments import tracker_spec
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -81,10 +81,10 @@ def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
 
 def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
-    results = Results(workspace / "results/gap")
-    requested = results.manifest()
+    results = RunStore(workspace / "results/gap")
+    requested = results.requested_runs()
     results.remove([next(key for key in results.list_keys() if key[0] == "camshift")])
-    results.prepare(requested)
+    results.add_requests(requested)
     results = ("compare", "--results", "results/gap")
     message = trackmark(*results, status=2).stderr
     assert "tracker camshift, sequence plain/target:height=64:length=12" in message
@@ -107,7 +107,7 @@ def test_other_boxes_in_timing_run_are_not_repeatable(trackmark, workspace):
 
 SHIFT_TRACKERS = """
 from trackmark.trackers.base.interface import Estimate, TrackerPlugin
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 class Left(TrackerPlugin):
     shift = -1

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.bench.commands.conftest import assert_tables_have_rows, json_lines
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
 
 SHARED = Path(__file__).parents[4] / "shared"
 PUBLISHED = SHARED / "published"
@@ -155,7 +155,7 @@ def test_commands_give_scores_by_presets(trackmark):
 def test_exported_times_are_those_of_updates(trackmark, workspace):
     run = (*STATIC, "data/Small", "--name", "ours")
     trackmark(*run)
-    stored = Results(workspace / "results/ours")
+    stored = RunStore(workspace / "results/ours")
     (row,) = json_lines(trackmark("results", "list", "results/ours", "--json"))
     update = stored.read(run_key(row)).metadata["ms_per_frame"] / 1e3
 

@@ -73,7 +73,7 @@ TEXTS = {
     "describe data/Small/img": ["truth none"],
     "describe vot": ["vot-supervised Accuracy, robustness", "vot-toolkit 0.7.1"],
     "describe clutter": ["Bhattacharyya", "0 to 1"],
-    "describe supervised": ["skip_frames=5", "preset vot-supervised"],
+    "describe supervised": ["skip_frames=5", "metrics vot-supervised"],
     "describe long-term": ["harmonic mean", "protocol long-term"],  # a preset and a protocol
     "describe data": ["(OTB)", "sequences 1", "data/Small"],
     "describe stress": ["built-in", "stress/pillar", "stress/twin"],

@@ -8,7 +8,7 @@ import pytest
 import trackmark as tm
 from tests.bench.commands.conftest import unwrapped
 from trackmark import bench
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 RUN = ("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", "--name", "trial")
 SUPERVISED = (*RUN, "--protocol", "supervised:skip_frames=2")
@@ -30,7 +30,7 @@ def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, 
     assert "metrics vot-supervised" in supervised
     assert "metrics native" not in supervised
     folder = workspace / "results" / "trial"
-    stored = {(cell[0], cell[3]) for cell in Results(folder).list_keys()}
+    stored = {(cell[0], cell[3]) for cell in RunStore(folder).list_keys()}
     assert stored == {
         (tracker, protocol)
         for tracker in ("static", "knob.py:Knob")

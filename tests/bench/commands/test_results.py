@@ -119,7 +119,7 @@ def test_report_on_several_experiments_names_each(trackmark, workspace):
 
 def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, workspace):
     trackmark(*STATIC, "data/Small")
-    for name in ("datasets.load", "bench.store.results.Results.read"):
+    for name in ("datasets.load", "bench.store.run_store.RunStore.read"):
         monkeypatch.setattr(f"trackmark.{name}", lambda *_, **__: pytest.fail("it was opened"))
     trackmark("report", "results/mine", "--folder", "report", "--no-pictures")
     suffixes = {file.suffix for file in (workspace / "report").iterdir()}

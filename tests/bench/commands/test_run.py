@@ -13,7 +13,7 @@ from trackmark import bench
 from trackmark.bench.commands._options import memory_size
 from trackmark.bench.engine.work_unit import LEAST_MEMORY, Limits
 from trackmark.bench.experiments.experiment import default_name
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 MINE = ("run", "--name", "mine", "--trackers")
 RUN = (*MINE, "static", "--sequences")
@@ -252,7 +252,7 @@ def test_image_with_a_huge_size_is_refused_by_its_header(trackmark, one_line, wo
     image.write_bytes(image.read_bytes()[:12] + head + check + image.read_bytes()[33:])
     message = one_line(trackmark(*RUN, "data/Small", status=2))
     assert f"{number:04}.png: frame {number - 1} cannot be read (its header states" in message
-    assert not [cell for file in workspace.glob("results/*") for cell in Results(file).list_keys()]
+    assert not [cell for file in workspace.glob("results/*") for cell in RunStore(file).list_keys()]
 
 
 def test_damaged_result_is_named(trackmark, one_line, workspace):

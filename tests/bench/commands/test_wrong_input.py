@@ -224,7 +224,7 @@ def test_oserror_without_a_file_name_is_one_message(trackmark, one_line, monkeyp
         raise OSError(24, "Too many open files")
 
     importlib.import_module("trackmark.bench.store.data_frames")  # keeps the true function
-    monkeypatch.setattr("trackmark.bench.store.layout.experiment_folders", fail)
+    monkeypatch.setattr("trackmark.bench.store.keys.experiment_folders", fail)
     line = one_line(trackmark("results", "list", "results", status=2))
     assert line == "trackmark: Too many open files."
 

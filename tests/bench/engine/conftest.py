@@ -10,7 +10,7 @@ from uuid import uuid4
 
 import pytest
 
-from trackmark.bench.store.results import Results, run_columns
+from trackmark.bench.store.run_store import RunStore, run_columns
 
 TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 
@@ -115,7 +115,7 @@ def contents():
     """Return a function that reads identity, failure and columns of all runs, by run key."""
 
     def read_contents(folder):
-        results = Results(folder)
+        results = RunStore(folder)
         contents_by_key = {}
         for cell in results.list_keys():
             run = results.read(cell)

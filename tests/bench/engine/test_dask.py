@@ -14,7 +14,7 @@ from trackmark.bench.engine import engine
 from trackmark.bench.engine.dask import ClusterError, _perform_unit, with_absolute_paths
 from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 ACTS = {
     "slow": "__import__('time').sleep(0.3)",
@@ -54,7 +54,7 @@ def start(data, begin):
 
 
 def stored_runs(data, name):
-    results = Results(data / "results" / name)
+    results = RunStore(data / "results" / name)
     return [results.read(file) for file in results.list_keys()]
 
 

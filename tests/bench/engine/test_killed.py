@@ -11,7 +11,7 @@ import pytest
 from tests.bench.engine.conftest import TRACKMARK, send
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 FRAMES = 60
 SEQUENCES = "AB"
@@ -86,7 +86,7 @@ def start(data_folder, begin):
 
 def stamps(folder):
     """Return the metadata of every finished run, with date and times."""
-    results = Results(folder)
+    results = RunStore(folder)
     return {cell: dict(results.read(cell).metadata) for cell in results.list_keys()}
 
 
@@ -126,7 +126,7 @@ def test_work_continues_after_ctrl_c_and_a_kill(
     """Check that workers end with the command, even within a frame."""
     folder = data_folder / "results" / "stopped"
     command = start("stopped", TRACKER_WAITS=str(data_folder / "first"))
-    wait_until(lambda: (data_folder / "first").exists() and Results(folder).list_keys())
+    wait_until(lambda: (data_folder / "first").exists() and RunStore(folder).list_keys())
     os.killpg(command.process.pid, signal.SIGINT)
     assert command.wait() == 130
     finished_stamps = stamps(folder)
@@ -192,7 +192,7 @@ def test_paused_command_overwrites_nothing(
     assert slow.workers()
     for number in reversed(stopped):
         send(number, signal.SIGSTOP)
-    assert Results(folder).list_keys() == []
+    assert RunStore(folder).list_keys() == []
     assert run_here("paused") == folder
     before = stamps(folder)
     assert len(before) == RUNS

@@ -21,10 +21,9 @@ from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.machine_errors import MachineError
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
+from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets import SequenceError, readers
 
 FRAMES = 12
@@ -73,14 +72,14 @@ def failures(folder):
     """Return the failures by tracker class, sequence and repetition; empty for finished runs."""
     return {
         (row["tracker"].rpartition(":")[2], row["sequence"], row["repetition"]): row["failure"]
-        for row in list_scored_runs(Results(folder))
+        for row in scored_rows(RunStore(folder))
     }
 
 
 def one_unit(data, *names, repetitions=1):
     """Return the planned units of the trackers on sequence A as a single unit."""
     requested = experiment(data, *names, sequences="A", repetitions=repetitions)
-    units = list(missing_units(make_plan(requested, Results(data / "none"))))
+    units = list(missing_units(make_plan(requested, RunStore(data / "none"))))
     return replace(units[0], entries=tuple(entry for unit in units for entry in unit.entries))
 
 
@@ -118,8 +117,8 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     assert contents(folder_without_workers) == contents(execution.folder)
     assert execution.units.work == seen[-1] == 2 * FRAMES * 4
     assert 0 <= min(seen) <= max(seen) <= execution.units.work
-    results = Results(folder_without_workers)
-    for row in list_scored_runs(results):
+    results = RunStore(folder_without_workers)
+    for row in scored_rows(results):
         stored = results.read(run_key(row))
         tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
         alone = bench.evaluate_run(tracker, str(data / "data" / row["sequence"]), row["repetition"])
@@ -142,8 +141,8 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
     worker_folder = run_experiment(requested, data / "results", jobs=1)
     with without_processes():
         local_folder = run_experiment(replace(requested, name="here"), data / "results", jobs=1)
-    (row,) = list_scored_runs(Results(worker_folder))
-    a, b = (Results(folder).read(run_key(row)) for folder in (worker_folder, local_folder))
+    (row,) = scored_rows(RunStore(worker_folder))
+    a, b = (RunStore(folder).read(run_key(row)) for folder in (worker_folder, local_folder))
     assert a.identity == b.identity
     assert a.arrays.keys() == b.arrays.keys()
     for frame, named in a.arrays.items():
@@ -227,7 +226,7 @@ def running(command):
 def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
     with pytest.raises(SequenceError, match="changed during its runs"):
         run_experiment(experiment(data, "ChangesItsFile", sequences="A"), data / "results", jobs=1)
-    assert Results(data / "results" / "trial").list_keys() == []
+    assert RunStore(data / "results" / "trial").list_keys() == []
 
 
 def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):
@@ -302,7 +301,7 @@ def test_full_disk_of_a_worker_is_no_failure_of_a_tracker(data, monkeypatch):
     monkeypatch.setattr(Worker, "read_state", read_state)
     with pytest.raises(MachineError, match="no space for temporary files"):
         run_experiment(experiment(data, "Averages"), data, jobs=1)
-    assert Results(data / "trial").list_keys() == []
+    assert RunStore(data / "trial").list_keys() == []
 
 
 def test_full_disk_during_a_call_is_no_failure_of_the_tracker(data):
@@ -312,4 +311,4 @@ def test_full_disk_during_a_call_is_no_failure_of_the_tracker(data):
     requested = Experiment("trial", (f"{data}/full.py",), sources)
     with pytest.raises(MachineError, match=r"Knob on A, .*: /dev/shm/frame: No space left .* Free"):
         run_experiment(requested, data, jobs=1)
-    assert Results(data / "trial").list_keys() == []
+    assert RunStore(data / "trial").list_keys() == []

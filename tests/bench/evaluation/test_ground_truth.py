@@ -9,9 +9,9 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import collect_runs
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import Sequence, SequenceError
 
 N = 6
@@ -73,14 +73,14 @@ def test_timing_run_starts_from_the_region(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from trackmark.bench.store.results import Manifest
+    from trackmark.bench.store.run_store import RequestedRuns
 
-    results = Results(tmp_path / "trial")
+    results = RunStore(tmp_path / "trial")
     runs = [bench.evaluate_run(text, sequence) for text in ("static", "static:init=full")]
-    results.prepare(Manifest("trial", {}))
-    write_truth(results.folder, sequence)
+    results.add_requests(RequestedRuns("trial", {}))
+    add_truth_of(results.folder, sequence)
     for run in runs:
-        results.write(run)
+        results.add(run)
     opened = Runs.open(results.folder)
     stored = opened.table.set_index("tracker")
     page = collect_runs(opened.read(opened.evaluated_rows()), [])

@@ -12,8 +12,8 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.trackers import Estimate
 
@@ -139,8 +139,8 @@ def test_masks_are_never_compared_in_timing_runs(make):
 def test_segmentation_is_stored_with_the_run(make, tmp_path):
     run = bench.evaluate_run(segmenting(lambda call: square(3 + call)), make()[0])
     for name, stored in (("with", run), ("without", replace(run, segmentation=None))):
-        results = Results(tmp_path / name)
-        assert results.write(stored)
+        results = RunStore(tmp_path / name)
+        assert results.add(stored)
         back = results.read(run_key(run.identity)).segmentation
         if stored.segmentation is None:
             assert back is None

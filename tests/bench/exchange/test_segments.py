@@ -18,8 +18,8 @@ from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
-from trackmark.bench.store.results import Manifest, Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of
 
 SEQUENCE = "plain/target:length=64"
 SHIFTS = ["left", "right", "up", "down", "topLeft", "topRight", "bottomLeft", "bottomRight"]
@@ -35,11 +35,11 @@ def sequence(request):
 def store_run(run, sequence, folder):
     """Store a run as an experiment does."""
     key = run.identity
-    results = Results(folder)
+    results = RunStore(folder)
     cell = key.tracker, key.sequence, key.repetition, key.protocol
-    results.prepare(Manifest("", {cell: key.version}))
-    write_truth(folder, sequence)
-    results.write(run)
+    results.add_requests(RequestedRuns("", {cell: key.version}))
+    add_truth_of(folder, sequence)
+    results.add(run)
 
 
 def import_run(kind, theirs, sequence, folder, messages=None, first_pixel=0):

@@ -10,7 +10,7 @@ from tests.bench.exchange import toolkit_files
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import score_run
 from trackmark.bench.metrics.interface import RunEstimates
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import read_truth
 
 
@@ -24,7 +24,7 @@ def approximately(scores):
 
 def judge_runs(folder, preset, origin=None):
     """Judge stored runs by sequence, with pixels counted from `origin` if it is given."""
-    runs, results = {}, Results(folder)
+    runs, results = {}, RunStore(folder)
     for path in sorted(results.list_keys()):
         run = results.read(path)
         key = run.identity

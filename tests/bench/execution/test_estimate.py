@@ -10,11 +10,11 @@ from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 
 def estimated(folder, experiment, workers=1):
-    plan = make_plan(experiment, Results(folder / "results" / experiment.name))
+    plan = make_plan(experiment, RunStore(folder / "results" / experiment.name))
     return estimate(missing_units(plan, workers=workers), folder / "results")
 
 

@@ -12,7 +12,7 @@ from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import State, make_plan
 from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets import SequenceError
 
 TINY = "plain/target:length=12:width=64:height=64"
@@ -36,8 +36,8 @@ def experiment(workspace, **changes):
 
 def states(workspace, **changes):
     chosen = experiment(workspace, **changes)
-    plan = make_plan(chosen, Results(workspace / "results" / chosen.name))
-    run_states = zip(plan.manifest().versions, plan.states.ravel(), strict=True)
+    plan = make_plan(chosen, RunStore(workspace / "results" / chosen.name))
+    run_states = zip(plan.requested_runs().versions, plan.states.ravel(), strict=True)
     return {
         (tracker, repetition): State(state).name.lower()
         for (tracker, _, repetition, _), state in run_states
@@ -61,7 +61,7 @@ def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", -1.0)
     timed = experiment(workspace, timing=True)
     assert set(states(workspace, timing=True).values()) == {"disturbed"}
-    plan = make_plan(timed, Results(workspace / "results" / timed.name))
+    plan = make_plan(timed, RunStore(workspace / "results" / timed.name))
     assert missing_units(plan).runs == len(plan)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
     assert set(states(workspace, timing=True).values()) == {"done"}
@@ -179,7 +179,7 @@ def test_failed_runs_are_repeated_only_on_request(workspace):
     run_states = states(workspace)
     assert run_states["static", 0] == "done"
     assert run_states["knob.py:Knob", 1] == "failed"
-    plan = make_plan(experiment(workspace), Results(workspace / "results" / "trial"))
+    plan = make_plan(experiment(workspace), RunStore(workspace / "results" / "trial"))
     assert list(missing_units(plan)) == []
     (unit,) = missing_units(plan, retry_failed=True)
     assert len(unit.entries) == 3
@@ -192,7 +192,7 @@ def small_plan(workspace, sequences=1, **changes):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / f"Other{i}")
     sources = tuple(SequenceSource(str(path)) for path in sorted((workspace / "data").iterdir()))
     return make_plan(
-        experiment(workspace, sequences=sources, **changes), Results(workspace / "none")
+        experiment(workspace, sequences=sources, **changes), RunStore(workspace / "none")
     )
 
 
@@ -221,15 +221,15 @@ def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, w
 def test_longest_sequences_are_planned_first(workspace, otb):
     sources = [SequenceSource(str(workspace / "data" / "Small"))]
     sources.append(SequenceSource(str(otb(workspace / "data" / "Longer", 9))))
-    plan = make_plan(experiment(workspace, sequences=tuple(sources)), Results(workspace / "none"))
+    plan = make_plan(experiment(workspace, sequences=tuple(sources)), RunStore(workspace / "none"))
     assert [unit.work for unit in missing_units(plan)] == [27, 15, 9, 5]
 
 
 def test_unit_has_the_replaced_version_of_each_run(finished):
-    before = make_plan(experiment(finished), Results(finished / "results" / "trial"))
+    before = make_plan(experiment(finished), RunStore(finished / "results" / "trial"))
     append(finished / "knob.py", "CHANGED = True\n")
     chosen = experiment(finished, repetitions=4)
-    plan = make_plan(chosen, Results(finished / "results" / "trial"))
+    plan = make_plan(chosen, RunStore(finished / "results" / "trial"))
     (unit,) = missing_units(plan)
     old = before.versions[0][1]
     assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
@@ -238,18 +238,18 @@ def test_unit_has_the_replaced_version_of_each_run(finished):
 
 def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
     opened_sequences = {}
-    first = make_plan(experiment(workspace), Results(workspace / "none"), opened_sequences)
+    first = make_plan(experiment(workspace), RunStore(workspace / "none"), opened_sequences)
     monkeypatch.setattr(
         "trackmark.datasets.load", lambda *_, **__: pytest.fail("a sequence was opened")
     )
-    second = make_plan(experiment(workspace), Results(workspace / "none"), opened_sequences)
+    second = make_plan(experiment(workspace), RunStore(workspace / "none"), opened_sequences)
     assert first.versions == second.versions
 
 
 def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
     sources = [SequenceSource(f"{TINY}:scene={scene}") for scene in range(12)]
     large = Experiment("large", ("static",), tuple(sources[:4]))
-    results, progress = Results(workspace / "results" / "large"), []
+    results, progress = RunStore(workspace / "results" / "large"), []
     alone = make_plan(large, results)
     monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
     shared = make_plan(large, results, on_opened=lambda *number: progress.append(number), jobs=2)

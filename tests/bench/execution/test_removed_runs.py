@@ -7,7 +7,7 @@ from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.database import open_database
 from trackmark.bench.store.maintenance import find_damage
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def execution(workspace, in_this_process):
 
 
 def test_removal_during_a_command_loses_only_removed_runs(execution):
-    results = Results(execution.folder)
+    results = RunStore(execution.folder)
     rows = execution.rows()
     first = next(rows)
     results.remove(results.list_keys())
@@ -40,7 +40,7 @@ def test_run_opens_the_database_once_per_unit(execution, monkeypatch):
 
     rows = execution.rows()
     next(rows)
-    for module in ("truth", "results", "run_rows"):
+    for module in ("truth", "run_store", "run_rows"):
         monkeypatch.setattr(f"trackmark.bench.store.{module}.open_database", spy)
     assert len(list(rows)) == 1
     assert len(opened) == 2  # one for the unit, and one for all scores

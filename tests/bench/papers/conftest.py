@@ -14,8 +14,8 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
 from trackmark.bench.papers.measures import find_measure
-from trackmark.bench.store.results import Manifest, Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
 
@@ -170,15 +170,15 @@ sentence = "a moving target"
 
 def stored_runs(folder, trackers, sequences):
     """Run trackers in this process, store their runs as an experiment and return the run keys."""
-    results, versions = Results(folder), {}
+    results, versions = RunStore(folder), {}
     entries = [(parse_tracker(text), 0) for text in trackers]
     for sequence in map(datasets.load, sequences):
-        write_truth(folder, sequence)
+        add_truth_of(folder, sequence)
         for run in run_protocol(entries, sequence).runs:
-            assert results.write(run)
+            assert results.add(run)
             key = run.identity
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
-    results.prepare(Manifest(folder.name, versions))
+    results.add_requests(RequestedRuns(folder.name, versions))
     return set(versions)
 
 

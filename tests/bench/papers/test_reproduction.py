@@ -23,7 +23,7 @@ from trackmark.bench.papers.index_page import write_front_page
 from trackmark.bench.papers.measures import FRAME_VALUES
 from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.papers.terminal_report import report_lines
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.keys import ResultsError
 
 
 def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):

@@ -20,11 +20,11 @@ from trackmark.bench.execution.scheduling import missing_units
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ProtocolError, parse_protocol
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Manifest, Results
-from trackmark.bench.store.run_rows import list_scored_runs
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.truth import add_truth_of
 from trackmark.trackers import Estimate
 
 every_protocol = pytest.mark.parametrize("name", protocols.names())
@@ -142,9 +142,9 @@ def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
 @every_protocol
 def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
     (run,) = runs_by(name, sequence, Confident)
-    results = Results(tmp_path / "trial")
-    results.prepare(Manifest("", {}))
-    assert results.write(run)
+    results = RunStore(tmp_path / "trial")
+    results.add_requests(RequestedRuns("", {}))
+    assert results.add(run)
     read = results.read(run_key(run.identity))
     for frames, expected in zip(read.segments, run.segments, strict=True):
         np.testing.assert_array_equal(frames, expected)
@@ -188,11 +188,11 @@ def test_tracker_that_raises_fails_only_its_run(name, sequence):
 def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
     unknown = replace(run, identity=replace(run.identity, protocol="of-tomorrow:knob=1"))
-    results = Results(tmp_path / "trial")
-    results.prepare(Manifest("", {}))
-    write_truth(results.folder, sequence)
-    results.write(unknown)
-    (row,) = list_scored_runs(results)
+    results = RunStore(tmp_path / "trial")
+    results.add_requests(RequestedRuns("", {}))
+    add_truth_of(results.folder, sequence)
+    results.add(unknown)
+    (row,) = scored_rows(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
     (table,) = metric_tables(Runs.open(results.folder), ["native"]).tables
     assert any(
@@ -213,12 +213,12 @@ def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
 def test_run_of_dead_process_has_rows_of_its_protocol(name, tmp_path):
     source = SequenceSource("plain/target:length=30")
     experiment = Experiment("trial", ("static",), (source,), protocol=text_of(name))
-    results = Results(tmp_path / "trial")
+    results = RunStore(tmp_path / "trial")
     plan = make_plan(experiment, results)
     (unit,) = missing_units(plan)
-    write_truth(results.folder, datasets.load(source.text))
+    add_truth_of(results.folder, datasets.load(source.text))
     run = record_failure(unit, Failure(3, "it died"))
-    assert results.write(run)
+    assert results.add(run)
     assert run.failure == "frame 3: it died"
     assert run.identity.version == unit.entries[0].version
     assert len(run.boxes) == unit.frames == (sum(map(len, run.segments)) or 30)

@@ -9,9 +9,9 @@ from trackmark import bench
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Manifest, Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of
 
 
 def of_version(run, source):
@@ -46,14 +46,16 @@ def full_run(sequence, repetition=2):
 
 def request(results, *runs, title="Trial"):
     """Store the request of these runs."""
-    results.prepare(Manifest(title, {run_key(r.identity): r.identity.version for r in runs}))
+    results.add_requests(
+        RequestedRuns(title, {run_key(r.identity): r.identity.version for r in runs})
+    )
 
 
 @pytest.fixture
 def results(tmp_path):
     """Return results without runs."""
-    results = Results(tmp_path / "trial")
-    results.prepare(Manifest("Trial", {}))
+    results = RunStore(tmp_path / "trial")
+    results.add_requests(RequestedRuns("Trial", {}))
     return results
 
 
@@ -69,8 +71,8 @@ def store():
 
     def stored(results, sequence, tracker="static", repetition=0):
         run = bench.evaluate_run(tracker, sequence, repetition)
-        write_truth(results.folder, sequence)
-        assert results.write(run)
+        add_truth_of(results.folder, sequence)
+        assert results.add(run)
         return run
 
     return stored
@@ -81,7 +83,7 @@ def several(results, sequence, store):
     """Return results with rows in every table."""
     runs = [store(results, sequence, "static", repetition) for repetition in range(3)]
     runs.append(full_run(sequence))
-    assert results.write(runs[-1])
+    assert results.add(runs[-1])
     request(results, *runs)
     bench.load_runs(results.folder)  # stores the scores
     return results

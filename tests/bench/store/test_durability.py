@@ -18,21 +18,21 @@ from trackmark import bench
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store import database as module
-from trackmark.bench.store import results as store_module
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store import run_store as store_module
+from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.store.maintenance import find_damage, repair_indexes
-from trackmark.bench.store.results import Manifest, Results
-from trackmark.bench.store.run_rows import list_scored_runs
-from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of, read_truth
 
 WRITER = """
 import sys
 from pathlib import Path
 from tests.bench.store.test_durability import make_run
-from trackmark.bench.store.results import Results
-results, first = Results(Path(sys.argv[1])), int(sys.argv[2])
+from trackmark.bench.store.run_store import RunStore
+results, first = RunStore(Path(sys.argv[1])), int(sys.argv[2])
 for number in range(first, first + 100_000):
-    assert results.write(make_run(number))
+    assert results.add(make_run(number))
     print(number, flush=True)
 """
 
@@ -76,7 +76,7 @@ def killed_round(folder, first, delay):
 
 @pytest.mark.parametrize("rounds", [3, pytest.param(100, marks=pytest.mark.slow)])
 def test_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
-    results = Results(tmp_path / "trial")
+    results = RunStore(tmp_path / "trial")
     delays = np.random.default_rng(0).random(rounds) * 0.3
     reported = []
     for number, delay in enumerate(delays):
@@ -102,7 +102,7 @@ def test_interrupted_transaction_is_undone_by_next_reader(several):
     writer.execute("ROLLBACK")
     writer.close()
     assert (left / "runs.db").read_bytes() != file.read_bytes()
-    assert contents(Results(left)) == before
+    assert contents(RunStore(left)) == before
     assert not (left / journal.name).exists()
 
 
@@ -115,12 +115,12 @@ def _repeated_warnings():
 def contents(results):
     """Return everything that is stored, as text."""
     folder = results.folder
-    manifest = results.manifest()
+    manifest = results.requested_runs()
     runs = {cell: results.read(cell) for cell in results.list_keys()}
     stored = [
         manifest.title,
         list(manifest.versions.items()),
-        list_scored_runs(results),
+        scored_rows(results),
     ]
     for cell, run in runs.items():
         arrays = [run.boxes, run.visible, run.confidence, *run.details.values()]
@@ -202,7 +202,7 @@ def test_changed_or_deleted_run_is_missing_and_named(several, change, table, cap
             several.read(several.list_keys()[-1])
     else:
         assert messages == []
-    assert several.write(last)
+    assert several.add(last)
     assert find_damage(several.folder) == []
     assert bench.load_runs(several.folder)["status"].tolist() == ["finished"] * 3 + ["failed"]
 
@@ -212,23 +212,23 @@ def test_damaged_ground_truth_costs_only_its_runs(several, store, make_sequence,
     run = store(several, other)
     edit(several, "UPDATE truth SET arrays = zeroblob(9) WHERE sequence = 'other'")
     for _ in range(2):
-        assert [row["sequence"] for row in list_scored_runs(several)] == ["line"] * 4
+        assert [row["sequence"] for row in scored_rows(several)] == ["line"] * 4
     assert "runs.db is damaged: a row of its table 'truth' was changed (other" in caplog.text
-    write_truth(several.folder, other)  # a repeated run restores the damaged row
-    assert not several.write(run)
+    add_truth_of(several.folder, other)  # a repeated run restores the damaged row
+    assert not several.add(run)
     assert find_damage(several.folder) == []
-    assert len(list_scored_runs(several)) == 5
+    assert len(scored_rows(several)) == 5
 
 
 def test_damaged_requests_are_named_and_restored_by_their_repetition(several, caplog):
-    requests = several.manifest()
+    requests = several.requested_runs()
     edit(several, "UPDATE metadata_of_file SET value = replace(value, 'Trial', 'Other')")
     assert len(bench.load_runs(several.folder)) == 4
     (message,) = find_damage(several.folder)
     assert message in caplog.text
-    several.prepare(requests)
+    several.add_requests(requests)
     assert find_damage(several.folder) == []
-    assert several.manifest() == requests
+    assert several.requested_runs() == requests
 
 
 @pytest.mark.parametrize("change", ["scores = '{}'", "sha256 = zeroblob(32)"])
@@ -265,14 +265,14 @@ def test_truncated_file_is_reported(several, caplog):
 
 def write_error(results, number):
     try:
-        results.write(make_run(number))
+        results.add(make_run(number))
     except ResultsError as error:
         return str(error)
     return ""
 
 
 def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
-    results = Results(tmp_path / "trial")
+    results = RunStore(tmp_path / "trial")
     limited = module._open
 
     def limit(path, *, write):
@@ -280,7 +280,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
         connection.execute("PRAGMA max_page_count = 60")
         return connection
 
-    results.prepare(Manifest("", {}))
+    results.add_requests(RequestedRuns("", {}))
     with monkeypatch.context() as patch:
         patch.setattr(module, "_open", limit)
         stored = 0
@@ -289,17 +289,17 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
     assert "runs.db cannot be read or written: database or disk is full. Free disk space" in refused
     assert stored > 5
     assert assert_whole(results, range(stored)) == stored
-    results.write(make_run(stored))
+    results.add(make_run(stored))
     assert assert_whole(results, range(stored + 1)) == stored + 1
 
 
 def write_some(folder, first):
-    results = Results(folder)
+    results = RunStore(folder)
     for number in range(first, first + 8):
-        results.prepare(
-            Manifest("", {("t", "s", number, "one-pass"): make_run(number).identity.version})
+        results.add_requests(
+            RequestedRuns("", {("t", "s", number, "one-pass"): make_run(number).identity.version})
         )
-        assert results.write(make_run(number))
+        assert results.add(make_run(number))
     return first
 
 
@@ -309,11 +309,11 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
         work = [executor.submit(write_some, folder, first) for first in (0, 100)]
         while not all(future.done() for future in work):
             if folder.exists():
-                Results(folder).list_keys()  # reads while the others write
+                RunStore(folder).list_keys()  # reads while the others write
         assert [future.result() for future in work] == [0, 100]
     numbers = [*range(8), *range(100, 108)]
-    assert assert_whole(Results(folder), numbers) == 16
-    assert {cell[2] for cell in Results(folder).manifest().versions} == set(numbers)
+    assert assert_whole(RunStore(folder), numbers) == 16
+    assert {cell[2] for cell in RunStore(folder).requested_runs().versions} == set(numbers)
 
 
 def test_permanent_lock_is_reported(several, monkeypatch):
@@ -322,7 +322,7 @@ def test_permanent_lock_is_reported(several, monkeypatch):
     other.execute("BEGIN IMMEDIATE")
     assert len(several.list_keys()) == 4, "readers go on"
     with pytest.raises(ResultsError, match=r"runs\.db: another process has locked this file"):
-        several.write(make_run(0))
+        several.add(make_run(0))
     other.close()
 
 
@@ -341,7 +341,7 @@ def test_read_only_folder_is_read(several, monkeypatch):
     monkeypatch.setattr(module, "_open", read_only)
     assert len(bench.load_runs(several.folder)) == 4
     with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
-        several.write(make_run(0))
+        several.add(make_run(0))
     assert database.read_bytes() == before
 
 

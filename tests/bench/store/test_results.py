@@ -13,13 +13,12 @@ import trackmark as tm
 from tests.bench.store.conftest import full_run, of_version, request
 from trackmark import bench
 from trackmark.bench.store import run_rows
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_key
+from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.maintenance import find_damage, merge_results
 from trackmark.bench.store.packing import pack, unpack
-from trackmark.bench.store.results import Manifest, Results, RunCache, run_cache
-from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
-from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of, read_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
 CELL = st.tuples(
@@ -54,7 +53,7 @@ def assert_same(a, b):
 @pytest.mark.parametrize("change", [{}, {"times": None, "revised": None, "arrays": {}}])
 def test_run_is_read_unchanged(results, sequence, change):
     run = replace(full_run(sequence), **change)
-    assert results.write(run)
+    assert results.add(run)
     back = results.read(run_key(run.identity))
     for field in fields(run):
         if field.name not in ("metadata", "tracker_output"):
@@ -87,7 +86,7 @@ def test_ground_truth_is_read_unchanged(results, make_sequence):
         fps=12.5,
         shapes=Shapes({0: polygon, 1: mask}, range(n), (32, 24)),
     )
-    write_truth(results.folder, sequence)
+    add_truth_of(results.folder, sequence)
     back = read_truth(results.folder, sequence.name, sequence.fingerprint)
     assert_same(dict(back.regions), dict(sequence.regions))
     assert_same(dict(back.attributes), dict(sequence.attributes))
@@ -101,70 +100,74 @@ def test_ground_truth_is_read_unchanged(results, make_sequence):
 
 @given(CELLS, CELLS, CELLS)
 def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, second, gone):
-    results = Results(tmp_path_factory.mktemp("asked"))
-    results.prepare(Manifest("First", dict.fromkeys(first, "1")))
-    results.prepare(Manifest("", dict.fromkeys(second, "2")))
+    results = RunStore(tmp_path_factory.mktemp("asked"))
+    results.add_requests(RequestedRuns("First", dict.fromkeys(first, "1")))
+    results.add_requests(RequestedRuns("", dict.fromkeys(second, "2")))
     series = {(t, s, p) for t, s, _, p in second}
     expected = {
         (t, s, r, p): "2" if (t, s, p) in series else "1"
         for t, s, r, p in dict.fromkeys([*first, *second])
     }
-    manifest = results.manifest()
+    manifest = results.requested_runs()
     assert (manifest.title, list(manifest.versions.items())) == ("First", list(expected.items()))
     results.remove(gone)
-    assert list(results.manifest().versions) == [cell for cell in expected if cell not in gone]
+    assert list(results.requested_runs().versions) == [
+        cell for cell in expected if cell not in gone
+    ]
     assert find_damage(results.folder) == []
 
 
 def test_repeated_request_does_not_write(several):
     before = (several.folder / "runs.db").read_bytes()
-    several.prepare(several.manifest())
+    several.add_requests(several.requested_runs())
     assert (several.folder / "runs.db").read_bytes() == before
 
 
 def test_too_many_requests_are_refused(results, monkeypatch):
-    monkeypatch.setattr("trackmark.bench.store.results.MAX_RUNS", 3)
+    monkeypatch.setattr("trackmark.bench.store.run_store.MAX_RUNS", 3)
     cells = {("a", "s", i, "one-pass"): "1" for i in range(4)}
     with pytest.raises(ResultsError, match=r"4 runs are requested .* at most 3\. .* --name"):
-        results.prepare(Manifest("", cells))
+        results.add_requests(RequestedRuns("", cells))
 
 
 def test_late_run_never_replaces_a_finished_run(results, sequence):
     run = replace(full_run(sequence), failure="")
     a, b, c = (of_version(run, source) for source in "ABC")
     cell = run_key(run.identity)
-    assert results.write(a)
-    assert not results.write(a), "planned when nothing was stored, and late"
-    assert not results.write(b)
-    assert not results.write(a, replaces=a.identity.version), "finished runs are never repeated"
+    assert results.add(a)
+    assert not results.add(a), "planned when nothing was stored, and late"
+    assert not results.add(b)
+    assert not results.add(a, replaced_version=a.identity.version), (
+        "finished runs are never repeated"
+    )
     assert results.read(cell).identity == a.identity
-    assert results.write(b, replaces=a.identity.version)
-    assert not results.write(c, replaces=a.identity.version), "the run to replace is gone"
+    assert results.add(b, replaced_version=a.identity.version)
+    assert not results.add(c, replaced_version=a.identity.version), "the run to replace is gone"
     assert results.read(cell).identity == b.identity
 
 
 def test_failed_run_is_replaced_by_planned_or_finished_run(results, sequence):
     failed = full_run(sequence)
-    assert results.write(failed)
-    assert not results.write(failed)
-    assert results.write(failed, replaces=failed.identity.version)
-    assert results.write(replace(failed, failure=""))
+    assert results.add(failed)
+    assert not results.add(failed)
+    assert results.add(failed, replaced_version=failed.identity.version)
+    assert results.add(replace(failed, failure=""))
     assert results.read(run_key(failed.identity)).status == "finished"
-    assert not results.write(failed, replaces=failed.identity.version)
+    assert not results.add(failed, replaced_version=failed.identity.version)
 
 
 def test_write_all_is_atomic(results, sequence):
     run = bench.evaluate_run("static", sequence)
     broken = replace(bench.evaluate_run("static", sequence, 1), metadata={"host": object()})
     with pytest.raises(TypeError):
-        results.write_all([(run, ""), (broken, "")])
+        results.add_all([(run, ""), (broken, "")])
     assert results.list_keys() == []
 
 
 def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, store):
     keys = [("static", 10), ("static", 2), ("camshift", 0), ("static", 0)]
     runs = {key: store(results, sequence, *key) for key in keys}
-    rows = list_scored_runs(results)
+    rows = scored_rows(results)
     assert [(row["tracker"], row["repetition"]) for row in rows] == sorted(keys)
     for row in rows:
         run = runs[row["tracker"], row["repetition"]]
@@ -178,17 +181,17 @@ def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, s
 
 def test_run_is_scored_once_per_version_of_the_scores(results, sequence, store, monkeypatch):
     run = store(results, sequence)
-    rows = list_scored_runs(results)
+    rows = scored_rows(results)
     with monkeypatch.context() as patch:
-        patch.setattr(Results, "read", lambda *a: pytest.fail("a run was opened"))
-        assert repr(list_scored_runs(results)) == repr(rows)
+        patch.setattr(RunStore, "read", lambda *a: pytest.fail("a run was opened"))
+        assert repr(scored_rows(results)) == repr(rows)
     monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
     monkeypatch.setattr(run_rows, "score_both", lambda run, truth: {"new": 1.0})
-    assert [row["scores"] for row in list_scored_runs(results)] == [{"new": 1.0}]
+    assert [row["scores"] for row in scored_rows(results)] == [{"new": 1.0}]
     newer = of_version(run, "newer")
-    assert results.write(newer, run.identity.version)
-    add_scores(results, [{**rows[0], "scores": {"late": 1.0}}])  # of the run that was replaced
-    assert [row["scores"] for row in list_scored_runs(results)] == [{"new": 1.0}]
+    assert results.add(newer, run.identity.version)
+    store_scores(results, [{**rows[0], "scores": {"late": 1.0}}])  # of the run that was replaced
+    assert [row["scores"] for row in scored_rows(results)] == [{"new": 1.0}]
 
 
 def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
@@ -218,30 +221,19 @@ def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
     assert len(bench.load_runs(several.folder)) == 0
 
 
-def test_run_cache_reads_each_run_once(several, monkeypatch):
-    token = run_cache.set(RunCache())
-    try:
-        cell = several.list_keys()[0]
-        assert several.read(cell) is several.read(cell)
-        monkeypatch.setattr(run_cache.get(), "free", 0)
-        assert several.read(several.list_keys()[1]) is not several.read(several.list_keys()[1])
-    finally:
-        run_cache.reset(token)
-
-
 def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_path):
-    other = Results(tmp_path / "other")
+    other = RunStore(tmp_path / "other")
     run = store(other, sequence, "camshift")
     request(other, run, title="")
     target = tmp_path / "deep" / "target"
     assert merge_results([several.folder, other.folder], target) == (5, [])
     assert merge_results([other.folder], target) == (0, [])
-    assert Results(target).list_keys() == sorted([*other.list_keys(), *several.list_keys()])
-    assert Results(target).manifest().title == "Trial"
+    assert RunStore(target).list_keys() == sorted([*other.list_keys(), *several.list_keys()])
+    assert RunStore(target).requested_runs().title == "Trial"
     assert find_damage(target) == []
-    newer = Results(tmp_path / "newer")
-    write_truth(newer.folder, sequence)
-    newer.write(of_version(run, "newer"))
+    newer = RunStore(tmp_path / "newer")
+    add_truth_of(newer.folder, sequence)
+    newer.add(of_version(run, "newer"))
     copied, (conflict,) = merge_results([newer.folder], target)
     assert copied == 0
     assert "camshift on line, repetition 0, differs between" in conflict
@@ -270,8 +262,8 @@ def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
         several.read(("static", "line", 9, "one-pass"))
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultsError, match=r"file/trial/runs\.db cannot be written"):
-        Results(tmp_path / "file" / "trial").prepare(Manifest("", {}))
-    assert list_runs(Results(tmp_path / "new")) == []
+        RunStore(tmp_path / "file" / "trial").add_requests(RequestedRuns("", {}))
+    assert list_runs(RunStore(tmp_path / "new")) == []
     assert not (tmp_path / "new").exists()
 
 
@@ -299,10 +291,10 @@ def test_timing_run_is_replaced_by_a_less_disturbed_one(results, sequence):
         identity = replace(run.identity, protocol=protocol)
         return replace(run, identity=identity, metadata={"run_delay_share": share})
 
-    assert results.write(timed(0.4))
-    assert not results.write(timed(0.5))
-    assert results.write(timed(0.2))
+    assert results.add(timed(0.4))
+    assert not results.add(timed(0.5))
+    assert results.add(timed(0.2))
     (key,) = results.list_keys()
     assert results.read(key).metadata["run_delay_share"] == 0.2
-    assert results.write(timed(0.4, "one-pass"))
-    assert not results.write(timed(0.2, "one-pass"))
+    assert results.add(timed(0.4, "one-pass"))
+    assert not results.add(timed(0.2, "one-pass"))

@@ -28,9 +28,9 @@ from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.store.database import Database
-from trackmark.bench.store.layout import run_key
+from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.maintenance import find_damage
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets import load
 from trackmark.reports.tables import MISSING
@@ -123,7 +123,7 @@ class Experimenter(RuleBasedStateMachine):
         self.data_folder, self.steps = data_folder, steps
         self.output = data_folder / "results"
         shutil.rmtree(self.output, ignore_errors=True)
-        self.results = Results(self.output / "trial")
+        self.results = RunStore(self.output / "trial")
         self.runs, self.requested = {}, {}
 
     @initialize(editions=st.tuples(st.integers(0, 1), st.integers(0, 1)), whole=st.booleans())
@@ -172,7 +172,7 @@ class Experimenter(RuleBasedStateMachine):
     @invariant()
     def stored_runs_are_the_expected_ones(self):
         assert self._stored_runs() == self.runs
-        assert dict(self.results.manifest().versions) == self.requested
+        assert dict(self.results.requested_runs().versions) == self.requested
 
     @invariant()
     def nothing_is_damaged(self):
@@ -255,7 +255,7 @@ class Experimenter(RuleBasedStateMachine):
                 stored_runs = self._stored_runs()
                 for cell in stored_runs.keys() | goal.keys() | self.runs.keys():
                     assert stored_runs.get(cell) in (self.runs.get(cell), goal.get(cell))
-                noted = dict(self.results.manifest().versions)
+                noted = dict(self.results.requested_runs().versions)
                 assert noted in (self.requested, requested)
                 self.runs, self.requested = stored_runs, noted
                 return

@@ -4,8 +4,7 @@ import json
 import logging
 import platform
 import socket
-from collections.abc import Collection, Hashable, Iterable, Mapping
-from contextvars import ContextVar
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
@@ -23,8 +22,7 @@ from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE, RunKey, run_key
+from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, run_key
 from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.bench.store.truth import TruthRow, put_truth
 from trackmark.datasets.source_digest import library_versions
@@ -40,7 +38,7 @@ class RemovedError(ResultsError):
 
 
 @dataclass(frozen=True)
-class Manifest:
+class RequestedRuns:
     """Requested runs of an experiment.
 
     `title` is the title of the report. `versions` holds the requested `Identity.version` by run, in
@@ -50,32 +48,32 @@ class Manifest:
     title: str
     versions: Mapping[RunKey, str]
 
-    def merged_with(self, later: "Manifest") -> "Manifest":
+    def merged_with(self, later: "RequestedRuns") -> "RequestedRuns":
         """Return these and later requests; a later version applies to all repetitions."""
         newest = {(t, s, p): version for (t, s, _, p), version in later.versions.items()}
         versions = {
             (t, s, repetition, p): newest.get((t, s, p), version)
             for (t, s, repetition, p), version in {**self.versions, **later.versions}.items()
         }
-        return Manifest(later.title or self.title, versions)
+        return RequestedRuns(later.title or self.title, versions)
 
 
-def _read_requests(database: Database) -> Manifest:
+def _read_requests(database: Database) -> RequestedRuns:
     errors: list[DamagedError] = []
     rows = database.rows("metadata_of_file", "name = 'requests'", on_damage=errors.append)
     for row in rows:
         title, requests = json.loads(row["value"])
-        return Manifest(title, {(t, s, r, p): version for t, s, r, p, version in requests})
+        return RequestedRuns(title, {(t, s, r, p): version for t, s, r, p, version in requests})
     if not errors and database.select("SELECT id FROM run LIMIT 1"):
         errors.append(database.damaged("its list of requested runs is missing"))
     for error in errors:
         warn_of_damage(error)
-    return Manifest("", {})
+    return RequestedRuns("", {})
 
 
-def _write_requests(database: Database, manifest: Manifest) -> None:
-    requests = [(*key, version) for key, version in manifest.versions.items()]
-    database.insert("metadata_of_file", [("requests", json.dumps([manifest.title, requests]))])
+def _write_requests(database: Database, requests: RequestedRuns) -> None:
+    rows = [(*key, version) for key, version in requests.versions.items()]
+    database.insert("metadata_of_file", [("requests", json.dumps([requests.title, rows]))])
 
 
 @cache
@@ -88,36 +86,36 @@ def warn_of_damage(error: ResultsError) -> None:
     _warn(str(error))
 
 
-class Results:
-    """The results of one experiment.
+class RunStore:
+    """Store of the runs of one experiment.
 
-    `folder` is `results/<experiment>`; it need not exist yet.
+    The first write creates the folder `results/<experiment>`, so it need not exist before.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def prepare(self, manifest: Manifest) -> None:
+    def add_requests(self, requests: RequestedRuns) -> None:
         """Create the file if it is missing, and add requested runs.
 
         Raises `ResultsError` if the file cannot be written, or if there are too many runs. Raises
         `UnicodeEncodeError` for a name that is not UTF-8, before a file is created.
         """
-        for key in manifest.versions:
+        for key in requests.versions:
             "".join(map(str, key)).encode()
         with open_database(self.folder, write=True) as database:
             present = _read_requests(database)
-            both = present.merged_with(manifest)
-            if len(both.versions) > MAX_RUNS:
+            merged = present.merged_with(requests)
+            if len(merged.versions) > MAX_RUNS:
                 raise ResultsError(
-                    f"{len(both.versions)} runs are requested in {self.folder}; an experiment has "
-                    f"at most {MAX_RUNS}. Use another experiment with --name."
+                    f"{len(merged.versions)} runs are requested in {self.folder}; an experiment "
+                    f"has at most {MAX_RUNS}. Use another experiment with --name."
                 )
             # Compares the order, too: dictionaries are also equal if their orders differ.
-            if both != present or [*both.versions] != [*present.versions]:
-                _write_requests(database, both)
+            if merged != present or [*merged.versions] != [*present.versions]:
+                _write_requests(database, merged)
 
-    def manifest(self) -> Manifest:
+    def requested_runs(self) -> RequestedRuns:
         """Return the requested runs; empty for a new folder.
 
         If the list is damaged or lost, a warning is logged, and it is empty. Raises `ResultsError`
@@ -135,40 +133,41 @@ class Results:
         except (TypeError, ValueError) as error:
             raise database.damaged(f"a run has a key of another type ({error})") from error
 
-    def write(self, run: Run, replaces: str = "") -> bool:
+    def add(self, run: Run, replaced_version: str = "") -> bool:
         """Store a run, unless another process has stored a run with the same key in the meantime.
 
-        `replaces` is the version of the stored run that may be replaced; it is empty if no run was
-        stored when this run was planned. A finished run of the same version is never replaced.
+        `replaced_version` is the version of the stored run that may be replaced. It is empty if no
+        run was stored when this run was planned. A finished run of the same version is never
+        replaced.
 
         Returns whether the run was stored. Raises `ResultsError` if the file cannot be written.
         """
-        return self.write_all([(run, replaces)])[0]
+        return self.add_all([(run, replaced_version)])[0]
 
-    def write_all(
+    def add_all(
         self, runs: Iterable[tuple[Run, str]], truths: Iterable[TruthRow] = ()
     ) -> list[bool]:
-        """Store runs and the ground truth of their sequences in one transaction; see `write`.
+        """Store runs and the ground truth of their sequences in one transaction; see `add`.
 
         In a transaction of its own, the ground truth could be removed before the runs are stored.
         """
-        prepared = [(_encoded_run(run), replaces) for run, replaces in runs]
+        encoded = [(_encoded_run(run), replaced_version) for run, replaced_version in runs]
         with open_database(self.folder, write=True) as database:
             for truth in truths:
                 put_truth(database, truth)
-            return [_add(database, encoded, replaces) for encoded, replaces in prepared]
+            return [_add(database, run, replaced_version) for run, replaced_version in encoded]
 
-    def remove(self, cells: Collection[RunKey]) -> None:
+    def remove(self, keys: Collection[RunKey]) -> None:
         """Remove runs together with their scores and requests.
 
         Ground truths that no other run uses are removed as well. Raises `ResultsError` if the file
         cannot be written.
         """
         with open_database(self.folder, write=True) as database:
-            for key in cells:
+            for key in keys:
                 database.delete("run", _KEY, *key)
-            requests, removed = _read_requests(database), set(cells)
-            kept = {key: v for key, v in requests.versions.items() if key not in removed}
+            requests, removed = _read_requests(database), set(keys)
+            kept = {k: version for k, version in requests.versions.items() if k not in removed}
             _write_requests(database, replace(requests, versions=kept))
             database.delete(
                 "truth", "(sequence, fingerprint) NOT IN (SELECT sequence, fingerprint FROM run)"
@@ -181,35 +180,11 @@ class Results:
         """
         with open_database(self.folder) as database:
             for row in database.rows("run", _KEY, *key):
-                cache = run_cache.get()
-                if cache is None:
-                    return _decoded_run(row)
-                return cache.get(row["sha256"]) or cache.add(row["sha256"], _decoded_run(row))
+                return _decoded_run(row)
         raise RemovedError(
-            f"{self.folder / DATABASE} has no run of {key[0]} on {key[1]}, repetition "
+            f"{self.folder / FILE_NAME} has no run of {key[0]} on {key[1]}, repetition "
             f"{key[2]}, protocol {key[3]!r}. Run the same command again."
         )
-
-
-class RunCache(dict[Hashable, Run]):
-    """Cache of runs, whose keys are the digests of their rows."""
-
-    free = 1 << 30
-    """Free space of the cache [bytes]; runs that do not fit are not cached."""
-
-    def add(self, key: Hashable, run: Run) -> Run:
-        """Add a run if it fits; return the run."""
-        arrays = [array for named in run.arrays.values() for array in named.values()]
-        arrays += [run.boxes] * 3 + list(run.details.values())  # 3: estimate for the other columns
-        size = sum(array.nbytes for array in arrays)
-        if size <= self.free:
-            self.free -= size
-            self[key] = run
-        return run
-
-
-run_cache: ContextVar[RunCache | None] = ContextVar("run_cache", default=None)
-"""Cache for a command that reads runs several times; None by default."""
 
 
 def sort_key(key: RunKey) -> tuple[str, str, str, int]:

@@ -10,9 +10,12 @@ Reports and other files of commands lie in the same folder. The store reads none
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from trackmark.bench.store.files import ResultsError
 
-DATABASE = "runs.db"
+class ResultsError(ValueError):
+    """Error in reading or writing results; the message names the folder or file."""
+
+
+FILE_NAME = "runs.db"
 """Name of the file that holds the results of an experiment."""
 
 RunKey: TypeAlias = tuple[str, str, int, str]
@@ -30,7 +33,7 @@ def run_key(row: Any) -> RunKey:
 
 def refuse_empty_file(folder: Path) -> None:
     """Raise `ResultsError` for a results file of zero bytes, which trackmark never leaves."""
-    file = folder / DATABASE
+    file = folder / FILE_NAME
     if file.is_file() and not file.stat().st_size:
         raise ResultsError(
             f"{file} is damaged: it has 0 bytes. Restore the file from a backup, or remove it and "
@@ -46,7 +49,7 @@ def experiment_folders(folder: Path, *, damaged: bool = False) -> list[Path]:
     Raises `ResultsError` if there are none, or if one has an empty file.
     """
     candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
-    folders = [path for path in candidates if (path / DATABASE).is_file()]
+    folders = [path for path in candidates if (path / FILE_NAME).is_file()]
     for path in folders if not damaged else ():
         refuse_empty_file(path)
     if not folders:
