@@ -47,7 +47,7 @@ def test_commands_with_scores_print_the_corner_hint(trackmark, corners, commands
 
 def test_page_of_results_has_the_corner_hint(trackmark, corners):
     trackmark("run", *RUN, "--name", "mine")
-    trackmark("report", "results/mine", "--folder", "out")
+    trackmark("report", "results/mine", "--output", "out")
     assert HINT in (corners / "out" / "report.html").read_text("utf-8")
 
 
