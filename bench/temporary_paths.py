@@ -4,7 +4,6 @@ The owner of each path holds a lock, which the system releases when the owner en
 A path without a lock is therefore abandoned, also if its owner ran in another container.
 """
 
-import fcntl
 import os
 import shutil
 import tempfile
@@ -12,6 +11,8 @@ import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from trackmark.bench.operating_system import HAS_LOCKS, lock_file
 
 PREFIX = "trackmark-temporary-"
 """Start of the names of temporary paths."""
@@ -34,14 +35,15 @@ class TemporaryPath:
     ) -> None:
         folder = Path(folder or tempfile.gettempdir())
         remove_abandoned(folder, prefix)
-        lock = None
-        while lock is None:  # another process can remove the path before it is locked
+        is_locked, lock = False, None
+        while not is_locked:  # another process can remove the path before it is locked
             if is_file:
                 descriptor, name = tempfile.mkstemp(suffix, prefix, folder)
                 os.close(descriptor)
             else:
                 name = tempfile.mkdtemp(suffix, prefix, folder)
             lock = _lock(Path(name), wait=True)
+            is_locked = lock is not None or not HAS_LOCKS
         self.path = Path(name)
         self.close = weakref.finalize(self, _remove, self.path, lock)
 
@@ -66,13 +68,18 @@ def remove_abandoned(folder: Path, prefix: str = PREFIX) -> None:
 
 
 def _lock(path: Path, *, wait: bool = False) -> int | None:
-    """Return a descriptor that locks a path; None if another process has locked or removed it."""
+    """Return a descriptor that locks a path; None if another process has locked or removed it.
+
+    On systems without locks, the result is None, so that no path counts as abandoned.
+    """
+    if not HAS_LOCKS:
+        return None
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError:  # removed, or of another user
         return None
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        lock_file(descriptor, wait=wait)
         if os.path.samestat(os.fstat(descriptor), path.lstat()):
             return descriptor
     except FileNotFoundError:
@@ -84,10 +91,11 @@ def _lock(path: Path, *, wait: bool = False) -> int | None:
     return None
 
 
-def _remove(path: Path, lock: int) -> None:
+def _remove(path: Path, lock: int | None) -> None:
     if path.is_dir():
         shutil.rmtree(path, ignore_errors=True)
     else:
         with suppress(OSError):  # deleted by another program, or of another user
             path.unlink()
-    os.close(lock)
+    if lock is not None:
+        os.close(lock)

@@ -11,13 +11,13 @@ from typing import Any
 
 from trackmark import datasets
 from trackmark.bench.analysis.run_summary import tracker_line
+from trackmark.bench.api.process_state import ProcessState
 from trackmark.bench.api.runs import PrintedRuns, load_experiment, metrics_by_name
 from trackmark.bench.api.tracker_arguments import (
     resolve_trackers,
     tracker_texts,
     unsaved_reason,
 )
-from trackmark.bench.engine.process_state import ProcessState
 from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_protocol
 from trackmark.bench.evaluation.recorder import NotAttributableError
 from trackmark.bench.evaluation.run_record import Run, drawing_note
@@ -334,13 +334,14 @@ def _passes(
 ) -> Iterator[list[tuple[TrackerSpec, int]]]:
     """Yield the runs of each pass over a sequence.
 
-    The package's trackers share the images of a pass, unless they use the random numbers of the
-    process, or time counts. Other trackers can change the state of the process.
+    Trackers share the images of a pass, unless time counts. A class of the caller can change the
+    state of the process, and therefore has a pass of its own.
     """
     time_dependent = protocol_of_key(protocol_key).time_dependent
     shared = []
     for spec, repetition in entries:
-        if not spec.is_built_in or spec.randomness is Randomness.PROCESS or time_dependent:
+        uses_process = not spec.is_built_in or spec.randomness is Randomness.PROCESS
+        if time_dependent or (uses_process and not spec.is_isolated):
             yield [(spec, repetition)]
         else:
             shared.append((spec, repetition))

@@ -52,7 +52,7 @@ class BaselineRunner:
         if not sequences:
             return {}
         with temporary_folder() as folder, _other_hash_seed():
-            local = replace(self.options, results_root=folder, engine="local", address=None)
+            local = replace(self.options, results_root=folder, backend="local", address=None)
             return replace(self, options=local).run(sequences, 1, temporary=True)
 
     def run(

@@ -67,10 +67,10 @@ def execute_runs(
                 progress.expect(execution)
             progress.begin()
             execution.on_error = progress.warn
-            units = execution.units
+            tasks = execution.tasks
             for row in execution.rows(progress.update):
-                if execution.units is not units:  # a tracker has turned out to be stochastic
-                    units = execution.units
+                if execution.tasks is not tasks:  # a tracker has turned out to be stochastic
+                    tasks = execution.tasks
                     progress.expect(execution)
                 progress.add(row)
                 on_row(row)
@@ -90,7 +90,7 @@ def run_title(execution: "Execution") -> str:
     """Return the numbers of trackers, sequences and runs of an execution."""
     from trackmark.bench.execution.plan import State
 
-    plan, missing = execution.plan, execution.units.runs
+    plan, missing = execution.plan, execution.tasks.n_runs
     stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
     stale = plan.count(State.STALE)
     replaced = f" (replacing stale runs: {stale})" if stale else ""

@@ -276,7 +276,7 @@ class EngineOptions:
     jobs: int | None = execution_option(
         "Number of worker processes.  [default: number of cores]", minimum=1
     )
-    engine: str = execution_option(
+    backend: str = execution_option(
         "Execute runs on this machine or on a Dask cluster.", default="local", metavar="local|dask"
     )
     address: str | None = execution_option("Address of the scheduler of a running Dask cluster.")
@@ -291,11 +291,11 @@ class EngineOptions:
     @property
     def engine_settings(self) -> dict[str, Any]:
         """Arguments of `Execution` that select and limit the engine."""
-        from trackmark.bench.engine.work_unit import Limits
+        from trackmark.bench.execution.task import Limits
 
         return {
             "jobs": self.jobs,
-            "engine": self.engine,
+            "backend": self.backend,
             "address": self.address,
             "limits": Limits(self.frame_limit, self.run_limit, self.memory_limit),
         }

@@ -216,8 +216,8 @@ class RunProgress:
 
     def expect(self, *executions: "Execution") -> None:
         """Add the missing runs of executions to the expected runs."""
-        self._runs += sum(execution.units.runs for execution in executions)
-        self._work += sum(execution.units.work for execution in executions)
+        self._runs += sum(execution.tasks.n_runs for execution in executions)
+        self._work += sum(execution.tasks.work for execution in executions)
 
     def begin(self) -> None:
         """Start an execution; the first one prints the title."""

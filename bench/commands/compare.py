@@ -215,11 +215,11 @@ def _trackers(
 
 def _label(text: str) -> str:
     """Return the label of a specification; the text itself if there is no such tracker."""
-    from trackmark.bench.experiments.tracker_files import resolve_trackers
+    from trackmark.bench.experiments.tracker_spec import resolve_specs
     from trackmark.trackers import TrackerError
 
     try:
-        return resolve_trackers([text])[text].label
+        return resolve_specs([text])[text].label
     except TrackerError:
         return text  # stored runs can be compared without the tracker
 

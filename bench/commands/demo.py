@@ -62,7 +62,7 @@ def command(options: DemoOptions) -> int:
     executions = [plan_experiment(runs, engine_options) for runs in (timed, experiment)]
     title = (
         f"Demo: {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
-        f"{sum(execution.units.runs for execution in executions)} runs (about 1 minute)"
+        f"{sum(execution.tasks.n_runs for execution in executions)} runs (about 1 minute)"
     )
     with RunProgress(title, results) as runs_progress:
         runs_progress.expect(*executions)

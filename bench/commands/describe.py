@@ -69,8 +69,7 @@ Description = tuple[dict[str, Any], list[str]]
 
 def _tracker(name: str) -> Description | None:
     from trackmark import trackers
-    from trackmark.bench.experiments.tracker_files import describe_tracker
-    from trackmark.bench.experiments.tracker_spec import split_text
+    from trackmark.bench.experiments.tracker_spec import describe_tracker, split_text
     from trackmark.bench.external.definition import is_external, split_table
     from trackmark.trackers.base.catalogue import in_file, is_outside, summary
 

@@ -108,7 +108,7 @@ def _kernel_folders() -> set[Path]:
 def _trackers() -> dict[str, str]:
     """Return for each tracker `ready`, or the reason why it cannot be used."""
     from trackmark import trackers
-    from trackmark.bench.experiments.tracker_files import describe_tracker
+    from trackmark.bench.experiments.tracker_spec import describe_tracker
 
     states = {}
     for name in trackers.names():

@@ -114,7 +114,7 @@ def _reproduce(
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
         for experiment in reproduction.experiments(reproduced)
     ]
-    runs = sum(execution.units.runs for execution in executions)
+    runs = sum(execution.tasks.n_runs for execution in executions)
     quick = ", quick look without verdicts" if reproduced.quick else ""
     with RunProgress(f"{paper.name}{quick}: {runs} runs", folder) as progress:
         progress.expect(*executions)

@@ -292,12 +292,12 @@ def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
 
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     """Print the numbers of stored and missing runs, and the estimated time of the missing runs."""
-    from trackmark.bench.execution.estimate import estimate
+    from trackmark.bench.execution.estimate import estimate_time
     from trackmark.bench.execution.plan import State
     from trackmark.trackers.base.interface import Randomness
 
-    plan, units = execution.plan, execution.units
-    result = estimate(units, execution.output)
+    plan, tasks = execution.plan, execution.tasks
+    estimate = estimate_time(tasks, execution.output)
     kinds = [State.DONE, State.FAILED, State.STALE, State.LEFT]
     if execution.experiment.timing:
         kinds.insert(2, State.DISTURBED)
@@ -312,11 +312,11 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
             "trackers": by_tracker,
             "sequences": len(plan.sequences),
             "runs": len(plan),
-            "to_run": units.runs,
-            "units": len(units),
-            "workers": units.workers,
-            "seconds": result.seconds,
-            "unmeasured": result.unmeasured,
+            "to_run": tasks.n_runs,
+            "tasks": len(tasks),
+            "workers": tasks.n_workers,
+            "seconds": estimate.seconds,
+            "without_times": estimate.without_times,
         }
         click.echo(json.dumps(data))
         return
@@ -328,13 +328,14 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     randomness = {spec.randomness for spec in plan.trackers.values()}
     if execution.experiment.repetitions > 1 and Randomness.NONE in randomness:
         click.echo("\nDeterministic trackers run once on each sequence.")
-    numbers = (units.runs, "missing run"), (len(plan.sequences), "sequence")
+    numbers = (tasks.n_runs, "missing run"), (len(plan.sequences), "sequence")
     runs, sequences = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
-    workers = "1 worker" if units.workers == 1 else f"{units.workers} workers"
-    time = f", about {rough_duration(result.seconds)} on {workers}" if result.seconds else ""
+    workers = f"{tasks.n_workers} worker{'s' * (tasks.n_workers != 1)}"
+    time = f", about {rough_duration(estimate.seconds)} on {workers}" if estimate.seconds else ""
     click.echo(f"\n{runs} on {sequences}{time}.\nRuns go to {execution.folder}.")
-    if result.unmeasured:
+    if estimate.without_times:
+        labels = ", ".join(estimate.without_times)
         click.echo(
-            f"Not estimated, because they have no finished runs: {', '.join(result.unmeasured)}. "
+            f"Not estimated, because they have no finished runs: {labels}. "
             "`run` prints the time left while it works; Ctrl-C keeps finished runs."
         )

@@ -78,7 +78,7 @@ def command(options: StressOptions) -> int:
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark.bench.commands._table_files import list_written_files, write_tables
-    from trackmark.bench.experiments.tracker_files import resolve_trackers
+    from trackmark.bench.experiments.tracker_spec import resolve_specs
     from trackmark.bench.stress.breaking_points import (
         BreakingPoints,
         RunSequences,
@@ -93,7 +93,7 @@ def command(options: StressOptions) -> int:
 
     if not (difficulty_texts := split_list(options.difficulties)):
         raise click.UsageError("--difficulty: the list is empty. Name at least one.")
-    specs = resolve_trackers(
+    specs = resolve_specs(
         text for texts in (*options.trackers, options.against) for text in split_list(texts)
     )
     texts = {spec.label: text for text, spec in specs.items()}

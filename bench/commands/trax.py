@@ -55,14 +55,13 @@ def command(options: TraxOptions) -> int:
     os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
     import numpy as np
 
-    from trackmark.bench.experiments.tracker_files import resolve_trackers
-    from trackmark.bench.experiments.tracker_spec import BOXES
+    from trackmark.bench.experiments.tracker_spec import BOXES, resolve_specs
     from trackmark.bench.external.trax_server import ClientError, serve
     from trackmark.trackers import TrackerError
     from trackmark.trackers.base.global_generators import GlobalGenerators
     from trackmark.trackers.base.plain import seed_number
 
-    spec = resolve_trackers([options.name])[options.name]
+    spec = resolve_specs([options.name])[options.name]
     if spec.init != BOXES:
         raise click.UsageError(f"{options.name}: the client chooses the region. Omit init.")
     # Repetitions of vot-toolkit start this command again and must differ.

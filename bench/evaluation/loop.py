@@ -49,7 +49,7 @@ MAX_TIMED_PASSES = 3
 
 
 class Observer:
-    """Callbacks of the loop, empty by default; `bench.engine.heartbeat.Heartbeat` has others."""
+    """Callbacks of the loop, empty by default."""
 
     def rows(self, shape: tuple[int, int]) -> NDArray[np.float64]:
         """Return the buffer for the rows of a run that is alone in its process."""
@@ -159,7 +159,7 @@ def run_protocol(
     make_stored = partial(make, observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
     uses_state = any(uses_shared_state(spec) for spec, _ in specs)
     seeds_state = any(
-        spec.is_built_in and spec.randomness is Randomness.PROCESS for spec, _ in specs
+        spec.randomness is Randomness.PROCESS and not spec.is_isolated for spec, _ in specs
     )
     with preserved_generators() if uses_state or seeds_state else nullcontext():
         run = partial(_run, make, make_stored, sequence, protocol, observer)

@@ -93,7 +93,7 @@ def uses_shared_state(spec: TrackerSpec) -> bool:
 
     The package's trackers have no global generator, or seed it before each use.
     """
-    return not spec.is_built_in and not spec.call_seconds
+    return not spec.is_built_in and not spec.is_isolated
 
 
 def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:

@@ -1,7 +1,6 @@
-"""Plan of an experiment: its runs and their states. `scheduling.py` groups them into work units."""
+"""Plan of an experiment: its runs and their states. `scheduling.py` groups them into tasks."""
 
-from collections.abc import Callable, Generator, Iterable, Mapping
-from contextlib import closing
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
@@ -15,8 +14,7 @@ from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
-from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
+from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, resolve_specs, run_identity
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.keys import RunKey, run_key
 from trackmark.bench.store.maintenance import SequenceOrigin, find_other_origin, origins_by_name
@@ -57,7 +55,7 @@ class PlannedSequence:
     source: SequenceSource
     name: str  # this and the next as in `datasets.Sequence`
     fingerprint: str
-    frames: int  # number of frames of a run, in all segments
+    n_frames: int  # number of frames of a run, in all segments
     remarks: tuple[str, ...]  # see `datasets.Sequence`
     starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
 
@@ -126,9 +124,9 @@ class Plan:
         return _STATES.get(status, State.DONE)
 
     @property
-    def frames(self) -> NDArray[np.int64]:
+    def n_frames(self) -> NDArray[np.int64]:
         """Number of frames of a run, by sequence."""
-        return np.array([sequence.frames for sequence in self.sequences], np.int64)
+        return np.array([sequence.n_frames for sequence in self.sequences], np.int64)
 
     def count(self, state: State) -> int:
         """Return the number of runs in a state."""
@@ -241,7 +239,7 @@ def _repetitions(
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
     """Return trackers by specification; of several specifications of a tracker, keep the first."""
     by_label: dict[str, tuple[str, TrackerSpec]] = {}
-    for text, spec in resolve_trackers(experiment.trackers).items():
+    for text, spec in resolve_specs(experiment.trackers).items():
         other_text, other = by_label.setdefault(spec.label, (text, spec))
         if (other.file, other.version) != (spec.file, spec.version):
             raise ExperimentError(
@@ -261,26 +259,28 @@ def _open_all(
 
     Raises one `SequenceError` that names all sequences that cannot be used.
     """
-    by_workers = jobs > 1 and len(keys) >= MIN_SEQUENCES_FOR_WORKERS
-    results = _opened_by_workers(keys, jobs) if by_workers else (_try_open(key) for key in keys)
+    results: Iterable[PlannedSequence | str] = map(_try_open, keys)
+    if jobs > 1 and len(keys) >= MIN_SEQUENCES_FOR_WORKERS:
+        from trackmark.bench.execution.pool import map_in_workers
+
+        results = map_in_workers(_try_open, keys, jobs)
     errors: dict[str, str] = {}
-    with closing(results) as opened:
-        for number, (key, result) in enumerate(zip(keys, opened, strict=True)):
-            on_opened(number, len(keys))
-            if isinstance(result, SequenceError):
-                errors[key[0].text] = str(result)
-            else:
-                known_sequences[key] = result
+    for number, (key, result) in enumerate(zip(keys, results, strict=True)):
+        on_opened(number, len(keys))
+        if isinstance(result, str):
+            errors[key[0].text] = result
+        else:
+            known_sequences[key] = result
     if errors:
         raise UnusableSequencesError(errors, len(keys))
 
 
-def _try_open(key: tuple[SequenceSource, str]) -> PlannedSequence | SequenceError:
-    """Return the sequence, or the error if it cannot be used."""
+def _try_open(key: tuple[SequenceSource, str]) -> PlannedSequence | str:
+    """Return the sequence, or the message of the error if it cannot be used."""
     try:
         return _open_planned(*key)
     except SequenceError as error:
-        return error
+        return str(error)
 
 
 def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSequence]:
@@ -294,21 +294,6 @@ def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSeq
                 f"{sequence.source.text}. Rename a folder or a file."
             )
     return list(by_name.values())
-
-
-def _opened_by_workers(
-    keys: list[tuple[SequenceSource, str]], jobs: int
-) -> Generator[PlannedSequence | SequenceError]:
-    """Yield the results of `_try_open`, which worker processes compute."""
-    from loky import ProcessPoolExecutor
-
-    executor = ProcessPoolExecutor(max_workers=jobs)
-    try:
-        # If one call raises, `map` cancels the others; loky's thread then prints a traceback.
-        for future in [executor.submit(_try_open, key) for key in keys]:
-            yield future.result()
-    finally:
-        executor.shutdown(wait=True, kill_workers=True)
 
 
 def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
@@ -333,7 +318,7 @@ def _open_planned(source: SequenceSource, protocol: str) -> PlannedSequence:
         source=source,
         name=sequence.name,
         fingerprint=sequence.fingerprint,
-        frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
+        n_frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
         remarks=tuple(sequence.remarks),
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
     )

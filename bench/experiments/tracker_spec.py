@@ -14,7 +14,13 @@ import numpy as np
 
 from trackmark import trackers
 from trackmark.bench.external.definition import is_external, open_external, split_table
-from trackmark.bench.external.plugin import ExternalPlugin
+from trackmark.bench.external.isolated import (
+    FRAME_SECONDS,
+    IsolatedFactory,
+    describe_isolated,
+    open_isolated,
+)
+from trackmark.bench.external.plugin import ExternalPlugin, close_idle_processes
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
@@ -23,7 +29,9 @@ from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
     DEFAULT_PRESET,
     Specification,
+    describe_plugin,
     in_file,
+    is_outside,
 )
 
 TrackerFactory: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
@@ -114,10 +122,30 @@ class TrackerSpec:
         """True for a tracker of the package: it keeps the state of the process."""
         return self.file is not None and self.file.parent == PACKAGE
 
+    @property
+    def is_isolated(self) -> bool:
+        """True if the tracker runs in a process of its own."""
+        return self.call_seconds > 0
+
+    def isolated(self, frame_seconds: float) -> "TrackerSpec":
+        """Return the tracker in a process of its own, with a time limit of each call [s].
+
+        Trackers in other environments have such a process already, with limits of their own.
+        """
+        make = self.make
+        if self.is_isolated and not isinstance(make, IsolatedFactory):
+            return self
+        if not isinstance(make, IsolatedFactory):
+            name, options = split_text(self.label)
+            options.pop("init", None)
+            make = IsolatedFactory(name, options)
+        return self.changed(make=make.limited(frame_seconds), call_seconds=frame_seconds)
+
     def changed(self, **fields: Any) -> "TrackerSpec":
         """Return the tracker with other fields and the same version."""
         other = replace(self, **fields)
-        vars(other)["version"] = self.version  # value of the `cached_property`
+        if "version" in vars(self):  # value of the `cached_property`
+            vars(other)["version"] = self.version
         return other
 
     @cached_property
@@ -264,25 +292,81 @@ def _from_text(text: str) -> TrackerSpec:
         spec = _from_specification(specification, init, call_seconds=max(limits))
         vars(spec)["version"] = plugin.version  # value of the `cached_property`
         return spec
+    if is_outside(name):
+        factory, found = open_isolated(name, options)
+        # A file that defines one tracker can omit the class from the name.
+        class_name = found.pop("class_name")
+        named = in_file(name) is None or found["name"].endswith(f".py:{class_name}")
+        return _make_spec(
+            **found, init=init, make=factory, class_name="" if named else class_name
+        ).isolated(FRAME_SECONDS)
     specification = trackers.resolve(name, **options)
-    class_name = specification.plugin.__name__
-    named = in_file(name) is None or specification.name.endswith(f".py:{class_name}")
-    return _from_specification(specification, init, class_name="" if named else class_name)
+    spec = _from_specification(specification, init)
+    uses_process = specification.randomness is Randomness.PROCESS
+    return spec.isolated(FRAME_SECONDS) if uses_process else spec
 
 
 def _from_specification(specification: Specification, init: str, **fields: Any) -> TrackerSpec:
+    return _make_spec(
+        specification.name,
+        specification.options,
+        specification.parameters.model_dump(),
+        specification.randomness,
+        specification.file,
+        init,
+        make=specification.create,
+        **fields,
+    )
+
+
+def _make_spec(
+    name: str,
+    options: Mapping[str, Any],
+    parameters: Mapping[str, Any],
+    randomness: str,
+    file: str | Path,
+    init: str,
+    **fields: Any,
+) -> TrackerSpec:
+    """Return a tracker; `options` are the part of its label that differs from the defaults."""
     init_option = {} if init == BOXES else {"init": init}
     return TrackerSpec(
-        label=format_text(specification.name, {**specification.options, **init_option}),
-        name=specification.name,
-        preset=specification.options.get("preset", DEFAULT_PRESET),
-        parameters=specification.parameters.model_dump(),
-        randomness=specification.randomness,
-        make=specification.create,
-        file=specification.file,
+        label=format_text(name, {**options, **init_option}),
+        name=name,
+        preset=options.get("preset", DEFAULT_PRESET),
+        parameters=parameters,
+        randomness=Randomness(randomness),
+        file=Path(file),
         init=init,
         **fields,
     )
+
+
+def resolve_specs(texts: Iterable[str]) -> dict[str, TrackerSpec]:
+    """Return trackers as `parse_trackers`, for use in other processes than this one.
+
+    Files of trackers are imported in processes of their own, which end before this returns.
+    """
+    try:
+        return parse_trackers(texts)
+    finally:
+        close_idle_processes()
+
+
+def describe_tracker(text: str) -> dict[str, Any]:
+    """Describe a tracker as `trackers.describe` does, also one from outside the package.
+
+    `text` is a name; only a tracker in another environment needs its options.
+    """
+    name, options = split_text(text)
+    try:
+        if is_external(name, options):
+            external = open_external(name, options)
+            values = external.parameters.model_dump()
+            return describe_plugin(external.plugin, external.file, external.name, values)
+        return describe_isolated(name) if is_outside(name) else trackers.describe(name)
+    finally:
+        close_idle_processes()
 
 
 def split_text(text: str) -> tuple[str, dict[str, str]]:

@@ -56,10 +56,8 @@ class IsolatedFactory:
 
     @property
     def process_key(self) -> tuple[str, str]:
-        """Key of the processes that can run the tracker; those of the package share processes."""
-        place = in_file(self.name)
-        file = str(place[0].absolute()) if place else self.name
-        return file, self.digest
+        """Key of the processes that can run the tracker: they have run no other tracker."""
+        return self.name, self.digest
 
     def start_process(self) -> WorkerProcess:
         """Start a process; it imports the tracker on its first use."""
@@ -117,6 +115,7 @@ class IsolatedTracker(RemoteTracker):
         self._is_closed = False
         methods = self._ask(
             "create",
+            START_SECONDS,  # a new process imports the file
             name=factory.name,
             options=dict(factory.options),
             entropy=seed.entropy,
@@ -171,8 +170,10 @@ class IsolatedTracker(RemoteTracker):
         """Return the answer to a call with an image and a mask."""
         return self._ask(operation, pixels=self._process.write_arrays(arrays), **arguments)
 
-    def _ask(self, operation: str, **arguments: Any) -> dict[str, Any]:
-        answer = self._process.ask(self._factory.frame_seconds, operation, **arguments)
+    def _ask(self, operation: str, seconds: float = 0.0, **arguments: Any) -> dict[str, Any]:
+        seconds = seconds or self._factory.frame_seconds
+        answer = self._process.ask(seconds, operation, **arguments)
+        self.drawn = answer.get("drawn", self.drawn)
         if "invalid" in answer:
             raise MalformedEstimateError(answer["invalid"])
         if "raised" in answer:
@@ -182,7 +183,6 @@ class IsolatedTracker(RemoteTracker):
             if answer["fault"]:
                 raise MachineError(answer["fault"])
             raise ExternalTrackerError(text)
-        self.drawn = answer.get("drawn", self.drawn)
         if "time" in answer:
             self.call_time, self._device = CallTime(*answer["time"]), answer["device"]
         return answer

@@ -50,7 +50,7 @@ class IsolatedTrackers:
         self._frames = frames
         self._clock = CallClock()
         self._tracker: Any = None
-        self._generators: GlobalGenerators
+        self._generators = GlobalGenerators(0)
 
     def perform(self, operation: str, **arguments: Any) -> Any:
         """Return the answer of an operation.
@@ -61,19 +61,19 @@ class IsolatedTrackers:
         try:
             return getattr(self, operation)(**arguments)
         except MalformedEstimateError as error:
-            return {"invalid": str(error)}
+            return {"invalid": str(error), "drawn": self._generators.drawn}
         except BaseException as error:  # noqa: BLE001  # code of a tracker can raise anything
             text = exception_text(error)
-            if not is_call:
-                raises = (
-                    ""
-                    if isinstance(error, TrackerError)
-                    else f"{arguments['name']}: its description raises "
-                )
-                return {"unusable": f"{raises}{text}"}
-            fault = machine_fault(error)
-            trace = "".join(traceback.format_exception(error))
-            return {"raised": text, "trace": trace, "fault": str(fault or "")}
+            if is_call:
+                return {
+                    "raised": text,
+                    "trace": "".join(traceback.format_exception(error)),
+                    "fault": str(machine_fault(error) or ""),
+                    "drawn": self._generators.drawn,
+                }
+            if not isinstance(error, TrackerError):
+                text = f"{arguments['name']}: its description raises {text}"
+            return {"unusable": text}
 
     def catalogue(self, name: str) -> dict[str, Any]:
         """Return the description of a tracker."""
@@ -84,7 +84,6 @@ class IsolatedTrackers:
         found = trackers.resolve(name, **options)
         return {
             "name": found.name,
-            "preset": found.preset,
             "parameters": found.parameters.model_dump(),
             "options": dict(found.options),
             "randomness": str(found.randomness),

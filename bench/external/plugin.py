@@ -2,7 +2,6 @@
 
 import os
 from abc import abstractmethod
-from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -86,30 +85,41 @@ class ExternalPlugin(AdaptedTracker, RemoteTracker):
 
 _Process = TypeVar("_Process", bound=LineProcess)
 
-_idle: defaultdict[tuple[object, ...], list[Any]] = defaultdict(list)
-"""Processes without a tracker."""
+MAX_IDLE_PROCESSES = 8
+"""Maximum number of processes that wait for a tracker, because each can hold a model in memory."""
+
+_idle: list[tuple[tuple[object, ...], Any]] = []
+"""Keys and processes without a tracker; the last one was used last."""
 
 
 def take_process(start: Callable[[], _Process], *key: object) -> _Process:
     """Return an idle process of a tracker, or start one; `key` are its options and digest."""
-    processes = _idle[os.getpid(), *map(repr, key)]
-    return processes.pop() if processes else start()
+    for place, (other, process) in enumerate(_idle):
+        if other == (os.getpid(), *map(repr, key)):
+            del _idle[place]
+            return process  # type: ignore[no-any-return]  # kept under its key
+    return start()
 
 
 def keep_process(process: LineProcess, *key: object) -> None:
     """Keep a process for the next tracker of its key, because a start can take seconds."""
     if process.is_usable:
-        _idle[os.getpid(), *map(repr, key)].append(process)
+        _idle.append(((os.getpid(), *map(repr, key)), process))
     else:
         process.close()
+    if len(_idle) > MAX_IDLE_PROCESSES:
+        _close_oldest()
 
 
 def close_idle_processes() -> None:
     """End the processes that wait for a tracker."""
-    for processes in _idle.values():
-        while processes:
-            with suppress(ExternalTrackerError):  # no run needs its answers any more
-                processes.pop().close()
+    while _idle:
+        _close_oldest()
+
+
+def _close_oldest() -> None:
+    with suppress(ExternalTrackerError):  # no run needs its answers any more
+        _idle.pop(0)[1].close()
 
 
 def digest_file(file: Path) -> str:

@@ -194,7 +194,8 @@ class LineProcess:
         text = f"{self.command}: the process {problem.removesuffix('.')}."
         last = _last_line(output, is_exception=self.process.returncode == 1)
         # Lists of failures show the first line. A stack starts with the innermost call.
-        if stack := re.search(rf'File "{re.escape(self.source)}", line \d+ in .*', output):
+        source = self.source.encode("ascii", "backslashreplace").decode()  # as in `faulthandler`
+        if stack := re.search(rf'File "{re.escape(source)}", line \d+ in .*', output):
             text += f" Its last call: {stack[0]}."
         elif last not in problem:
             text += f" Its last line: {last[:200]}"

@@ -18,6 +18,7 @@ from trackmark.bench.external.process import (
     ExternalTrackerError,
     LineProcess,
 )
+from trackmark.bench.machine_errors import machine_fault, no_room
 from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
 
@@ -48,8 +49,11 @@ class WorkerProcess(LineProcess):
         name: str = "",
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        file = TemporaryPath(FRAME_FOLDER, FRAME_PREFIX, is_file=True)
-        self._frames = file.path.open("r+b", buffering=0)
+        try:
+            file = TemporaryPath(FRAME_FOLDER, FRAME_PREFIX, is_file=True)
+            self._frames = file.path.open("r+b", buffering=0)
+        except OSError as error:
+            raise machine_fault(error) or no_room(str(error)) from error
         self.source = source
         self._n_requests = 0
         super().__init__(

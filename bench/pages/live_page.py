@@ -43,7 +43,7 @@ def write_live_page(
         last = plan.repetitions[plan.run_trackers] - 1
         plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition
         specs = [*plan.trackers.values()]
-        for _ in execution.rows(lambda done: progress(done, execution.units.work)):
+        for _ in execution.rows(lambda done: progress(done, execution.tasks.work)):
             pass
         execution.raise_errors()
         counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all

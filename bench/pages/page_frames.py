@@ -1,13 +1,13 @@
 """Frames of a page, read from sequences that have not changed since their runs."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import accumulate, count
 from typing import Any, NamedTuple
 
 from trackmark import datasets
+from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.pages.content import FrameChunks
 from trackmark.bench.pages.player_frames import encode_images
 from trackmark.bench.pages.player_layers import mask_shapes
@@ -54,29 +54,24 @@ def encode_frames(
     frames_of = [frames for _, frames in rows]
     ends = [*accumulate(map(len, frames_of))]
     encode_one = partial(_encode_sequence, write_chunk=write_chunk, height=height)
-    if len(rows) < 2 or ends[-1] + _OPENING_COST * len(rows) < _MIN_FRAMES_FOR_WORKERS:
-        frames_by_sequence = map(encode_one, count(), sources, frames_of)
-        workers: AbstractContextManager[object] = nullcontext()
-    else:
-        from loky import ProcessPoolExecutor
-
-        workers = pool = ProcessPoolExecutor(min(os.cpu_count() or 1, len(rows)))
-        frames_by_sequence = pool.map(encode_one, range(len(rows)), sources, frames_of)
-    with workers:
-        for end, sequence_frames in zip(ends, frames_by_sequence, strict=False):
-            progress(end, ends[-1])
-            yield sequence_frames
+    requests = [*zip(count(), sources, frames_of, strict=False)]
+    frames_by_sequence: Iterable[SequenceFrames] = map(encode_one, requests)
+    if len(rows) > 1 and ends[-1] + _OPENING_COST * len(rows) >= _MIN_FRAMES_FOR_WORKERS:
+        n_workers = min(os.cpu_count() or 1, len(rows))
+        frames_by_sequence = map_in_workers(encode_one, requests, n_workers)
+    for end, sequence_frames in zip(ends, frames_by_sequence, strict=True):
+        progress(end, ends[-1])
+        yield sequence_frames
 
 
 def _encode_sequence(
-    index: int,
-    row: Mapping[str, Any],
-    frames: Sequence[int],
+    request: tuple[int, Mapping[str, Any], Sequence[int]],
     *,
     write_chunk: ChunkWriter | None,
     height: int,
 ) -> SequenceFrames:
-    """Read and encode the frames of a sequence."""
+    """Read and encode the frames of a sequence: its index, its row and the frames."""
+    index, row, frames = request
     if not frames:
         return SequenceFrames()
     sizes = []

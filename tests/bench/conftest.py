@@ -1,6 +1,5 @@
 """Small sequences and trackers that misbehave, for the harness's tests."""
 
-import json
 import os
 import re
 import subprocess
@@ -18,10 +17,9 @@ from matplotlib.figure import Figure
 from tests import browser
 from trackmark import bench, datasets
 from trackmark.bench.cli import main
-from trackmark.bench.engine import worker
 from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.execution import worker
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.tracker_files import answer_lines
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
@@ -124,33 +122,31 @@ def axe():
 
 
 class InProcessPool:
-    """Pool that performs work units in this process."""
+    """Pool that executes tasks in this process."""
 
     lock = threading.Lock()
 
-    def __init__(self, limits, jobs=1):
+    def __init__(self, n_workers, limits=None):
         self.limits = limits
 
-    def perform(self, units, progress=lambda work: None):
-        done = 0
-        for unit in units:
+    def run(self, next_call):
+        while (call := next_call()) is not None:
+            yield call, call()
+
+    def run_tasks(self, tasks, progress=lambda work: None):
+        work = 0
+        for task in tasks:
             try:
                 with self.lock:
-                    runs = worker.perform(unit, self.limits.run_seconds)
-                result = dict(zip(unit.entries, runs, strict=True))
+                    result = worker.run_task(task, self.limits)
             except datasets.SequenceError as error:
                 result = error
-            done += unit.work
-            progress(done)
-            yield unit, result
+            work += task.work
+            progress(work)
+            yield task, result
 
     def close(self):
         """Do nothing: there is no process to end."""
-
-
-def answer_here(request):
-    """Replace the child process that imports tracker files."""
-    return "", [line.encode() for line in answer_lines(*json.loads(request))]
 
 
 @pytest.fixture(scope="session")
@@ -160,8 +156,7 @@ def without_processes():
     @contextmanager
     def within():
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("trackmark.bench.engine.pool.Pool", InProcessPool)
-            patch.setattr("trackmark.bench.experiments.tracker_files._child", answer_here)
+            patch.setattr("trackmark.bench.execution.pool.Pool", InProcessPool)
             yield
 
     return within

@@ -11,7 +11,7 @@ import pytest
 from tests.bench.commands.conftest import SMALL, json_lines, masked, unwrapped
 from trackmark import bench
 from trackmark.bench.commands._options import memory_size
-from trackmark.bench.engine.work_unit import LEAST_MEMORY, Limits
+from trackmark.bench.execution.task import LEAST_MEMORY, Limits
 from trackmark.bench.experiments.experiment import default_name
 from trackmark.bench.store.run_store import RunStore
 
@@ -318,9 +318,9 @@ def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, workspace):
     trackmark(*knob, 2)
     (plan,) = json_lines(trackmark(*knob, 3, "--dry-run", "--json"))
     assert plan["trackers"]["_knob.py:Knob"] == {"done": 2, "failed": 0, "stale": 0, "left": 1}
-    assert (plan["runs"], plan["to_run"], plan["units"]) == (4, 1, 1)
+    assert (plan["runs"], plan["to_run"], plan["tasks"]) == (4, 1, 1)
     assert plan["seconds"] > 0
-    assert plan["unmeasured"] == []
+    assert plan["without_times"] == []
     text = trackmark(*knob, 3, "--dry-run").stdout
     assert re.search(r"1 missing run on 1 sequence, about .* on \d workers?\.", text)
 

@@ -24,7 +24,7 @@ def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace, 
     assert_tables_have_rows(workspace / "out")
     for name in ("breaking-points.tex", "runs.csv", "curve-noise.png"):
         assert (workspace / "out" / name).is_file()
-    pool = "trackmark.bench.engine.pool.Pool.perform"
+    pool = "trackmark.bench.execution.pool.Pool.run_tasks"
     monkeypatch.setattr(pool, lambda *_: pytest.fail("a run is repeated"))
     data = json.loads(trackmark(*command, "--json").stdout)
     assert [series["tracker"] for series in data["stress_tests"]] == ["static", "camshift"]

@@ -129,7 +129,7 @@ ROWS = [
 @pytest.mark.parametrize("terminal", [True, False])
 def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
     screen = screen(terminal=terminal, text="left")
-    execution = SimpleNamespace(units=SimpleNamespace(runs=3, work=30))
+    execution = SimpleNamespace(tasks=SimpleNamespace(n_runs=3, work=30))
     with RunProgress("two: 1 tracker, 1 sequence, 3 runs", Path("results/two")) as progress:
         progress.expect(execution)
         progress.begin()
@@ -159,7 +159,7 @@ def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
 def test_command_without_missing_runs_shows_no_progress(screen):
     screen = screen(terminal=False)
     with RunProgress("none") as progress:
-        progress.expect(SimpleNamespace(units=SimpleNamespace(runs=0, work=0)))
+        progress.expect(SimpleNamespace(tasks=SimpleNamespace(n_runs=0, work=0)))
         progress.begin()
     assert screen.getvalue() == ""
 
@@ -225,7 +225,7 @@ def screen_lines(text, columns):
 @pytest.mark.parametrize("columns", [40, 60, 80, 200])
 def test_messages_are_written_above_the_bar(terminal, columns):
     read = terminal(columns)
-    execution = SimpleNamespace(units=SimpleNamespace(runs=2, work=30))
+    execution = SimpleNamespace(tasks=SimpleNamespace(n_runs=2, work=30))
     with outlets(), command_messages(), RunProgress("title") as progress:
         progress.expect(execution)
         progress.begin()
@@ -282,7 +282,7 @@ def test_dumb_terminal_shows_lines_instead_of_a_bar(terminal, monkeypatch):
     read = terminal(80)
     monkeypatch.setenv("TERM", "dumb")
     with outlets(), RunProgress("title") as progress:
-        progress.expect(SimpleNamespace(units=SimpleNamespace(runs=1, work=30)))
+        progress.expect(SimpleNamespace(tasks=SimpleNamespace(n_runs=1, work=30)))
         progress.begin()
         progress.add({"status": "finished"})
     assert [line[9:] for line in read()] == [

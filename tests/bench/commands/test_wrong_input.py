@@ -34,7 +34,7 @@ run demo demo | Give one experiment
 run --trackers static --sequences plain/target:sped=3 | 'speed'
 run --trackers static --sequences nowhere | nowhere
 {STATIC} --frame-limit 0 | a value above 0
-{STATIC} --engine dusk | Did you mean 'dask'
+{STATIC} --backend dusk | Did you mean 'dask'
 {STATIC} --address tcp://nowhere:1 | --address is only valid with
 {STATIC} --repetitions 0 | x>=1
 {STATIC} --quiet --verbose | exclude each other

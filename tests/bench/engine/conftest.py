@@ -56,7 +56,7 @@ class Command:
         return [
             number
             for number in self.living()
-            if "trackmark.bench.engine.worker" in command_line(number)
+            if "trackmark.bench.execution.worker" in command_line(number)
         ]
 
     def kill(self):

@@ -1,4 +1,4 @@
-"""Dask engine: results equal to the bit, lost workers, wrong source."""
+"""Backend `dask`: results equal to the bit, lost workers, wrong source."""
 
 import json
 import os
@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from tests.bench.engine.conftest import TRACKMARK
-from trackmark.bench.engine import engine
-from trackmark.bench.engine.dask import ClusterError, _perform_unit, with_absolute_paths
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit
+from trackmark.bench.execution.backend import create_executor
+from trackmark.bench.execution.cluster import ClusterError, _run_task, with_absolute_paths
+from trackmark.bench.execution.task import Limits, PlannedRun, Task
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.store.run_store import RunStore
 
@@ -23,7 +23,7 @@ ACTS = {
         mark = pathlib.Path(__file__).with_name('killed')
         if not mark.exists():
             mark.touch()
-            os.kill(os.getppid(), signal.SIGKILL)""",
+            os.kill(grandparent(os.getppid()), signal.SIGKILL)""",
 }
 
 
@@ -44,7 +44,7 @@ def start(data, begin):
     """Start a command in the folder of the data; all its paths are relative."""
 
     def start_one(name, trackers="static,knob.py:Knob,camshift", **options):
-        options = {"engine": "dask", "jobs": 2} | options
+        options = {"backend": "dask", "jobs": 2} | options
         command = [*TRACKMARK, "run", "--json", "--repetitions", "2", "--name", name]
         command += ["--trackers", trackers, "--sequences", "data/A,data/B,data/C,data/D"]
         command += [f"--{option}={value}" for option, value in options.items()]
@@ -59,9 +59,9 @@ def stored_runs(data, name):
 
 
 @pytest.mark.weekly
-def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
+def test_results_of_two_workers_equal_the_local_backend(data, start, contents):
     for name in ("local", "dask"):
-        command = start(name, engine=name)
+        command = start(name, backend=name)
         assert command.wait() == 0, command.stderr
     expected = contents(data / "results/local")
     assert len(expected) == 4 * 4
@@ -69,7 +69,7 @@ def test_results_of_two_workers_equal_the_local_engine(data, start, contents):
 
 
 @pytest.mark.weekly
-def test_unit_of_a_lost_worker_runs_on_another(data, start):
+def test_task_of_a_lost_worker_runs_on_another(data, start):
     command = start("x", "static,killer.py:Knob")
     assert command.wait() == 0, command.stderr
     assert (data / "killed").exists()
@@ -145,15 +145,15 @@ def test_lost_scheduler_is_reported_in_one_line(data, start, scheduler):
     ],
 )
 def test_path_of_a_tracker_file_is_sent_as_absolute(typed, sent):
-    unit = Unit(SequenceSource("samples/face"), (Entry(typed, 0, ""),), "one-pass", 120)
-    (entry,) = with_absolute_paths(unit).entries
-    assert entry.tracker == sent.format(Path.cwd())
+    task = Task(SequenceSource("samples/face"), (PlannedRun(typed, None),), 120)
+    (run,) = with_absolute_paths(task).runs
+    assert run.tracker == sent.format(Path.cwd())
 
 
 def test_worker_with_another_source_is_refused(monkeypatch):
     monkeypatch.setattr("socket.gethostname", lambda: "node-7")
-    unit = Unit(SequenceSource("samples/face"), (), "one-pass", 120)
-    error = _perform_unit("command", Limits(), "another", unit)
+    task = Task(SequenceSource("samples/face"), (), 120)
+    error = _run_task("command", Limits(), "another", task)
     assert isinstance(error, ClusterError)
     assert str(error).startswith("the worker on node-7 has another version of trackmark's source")
 
@@ -161,6 +161,6 @@ def test_worker_with_another_source_is_refused(monkeypatch):
 def test_missing_dask_is_one_line_with_the_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(
-        ImportError, match=r"\Athe engine 'dask' .* pip install 'trackmark\[dask\]'\Z"
+        ImportError, match=r"\Athe backend 'dask' .* pip install 'trackmark\[dask\]'\Z"
     ):
-        engine("dask")
+        create_executor("dask")

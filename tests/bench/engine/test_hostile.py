@@ -6,21 +6,20 @@ import runpy
 import warnings
 from contextlib import closing
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.bench.engine import hostile, hostile_answers
 from trackmark import bench, datasets
-from trackmark.bench.engine.pool import Pool
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.execution.pool import Pool
+from trackmark.bench.execution.task import Limits, PlannedRun, Task
+from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_trackers, run_identity
 
 FRAMES = 12
-LIMITS = Limits(frame_seconds=2, memory_bytes=1 << 30)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +33,7 @@ def data_folder(tmp_path_factory, otb):
 
 @pytest.fixture
 def clock_of_hangs(data_folder, monkeypatch):
-    """Let the pool's clock go on only while a process hangs, however busy the machine is."""
+    """Let the clock of time limits go on only while a tracker hangs, however busy the machine."""
     seconds = 0.0
 
     def monotonic():
@@ -44,38 +43,35 @@ def clock_of_hangs(data_folder, monkeypatch):
             os.kill(int(marker.read_text()), 0)
         except (FileNotFoundError, ValueError, ProcessLookupError):
             return seconds
-        seconds += 0.2
+        seconds += 30
         return seconds
 
-    clock = SimpleNamespace(monotonic=monotonic)
-    monkeypatch.setattr("trackmark.bench.engine.pool.time", clock)
+    monkeypatch.setattr("trackmark.bench.external.process.monotonic", monotonic)
 
 
 @pytest.fixture(scope="module")
 def lock_step(data_folder):
-    """Return a unit of calm trackers and hostile ones in one process, by their names."""
+    """Return a task of calm trackers and hostile ones, by their names."""
     sequence = datasets.load(str(data_folder / "A"))
 
     def make(*names):
         texts = ["static", *(f"{data_folder}/hostile.py:{name}" for name in ("Calm", *names))]
-        chosen = parse_trackers(texts)
-        entries = tuple(
-            Entry(text, 0, run_identity(chosen[text], sequence, 0).version) for text in texts
-        )
-        source = SequenceSource(str(data_folder / "A"))
-        return Unit(source, entries, "one-pass", FRAMES, owner="hostile.py")
+        specs = parse_trackers(texts)
+        runs = [PlannedRun(text, run_identity(specs[text], sequence, 0)) for text in texts]
+        return Task(SequenceSource(str(data_folder / "A")), tuple(runs), FRAMES)
 
     return make
 
 
-def run_units(units, limits=LIMITS):
-    """Return the runs of each unit by class."""
-    with closing(Pool(limits)) as pool:
-        results = [result for _, result in pool.perform(units)]
-    assert [str(result) for result in results if isinstance(result, Exception)] == []
-    return [
-        {run.identity.tracker.rpartition(":")[2]: run for run in runs.values()} for runs in results
-    ]
+def by_class(runs):
+    assert not isinstance(runs, Exception), runs
+    return {run.identity.tracker.rpartition(":")[2]: run for run in runs}
+
+
+def run_in_pool(*tasks):
+    """Return the runs of each task by class."""
+    with closing(Pool(1, Limits(memory_bytes=1 << 30))) as pool:
+        return [by_class(result) for _, result in pool.run_tasks(tasks)]
 
 
 @pytest.fixture(scope="module")
@@ -110,23 +106,31 @@ def wrong(runs, names, undisturbed):
     return differences
 
 
-def test_hostile_trackers_of_one_unit_cost_their_own_runs(
-    lock_step, clock_of_hangs, undisturbed, capfd
-):
-    (runs,) = run_units([lock_step(*hostile.EVERYDAY)])
-    assert runs["PrintsAndEnds"].tracker_output == "famous last \\udcff words\n"
-    assert set(runs["Prints"].tracker_output.split()[1:]) == {"loud"}  # the first word may be cut
+def test_hostile_trackers_of_one_task_cost_their_own_runs(lock_step, undisturbed, capfd):
+    (runs,) = run_in_pool(lock_step(*hostile.EVERYDAY))
+    assert "famous last" in runs["PrintsAndEnds"].failure
     assert np.isfinite(runs["Segfaults"].boxes[:, 0]).tolist() == [True] * 3 + [False] * 9
     assert wrong(runs, hostile.EVERYDAY, undisturbed) == []
     assert "loud" not in "".join(capfd.readouterr())
 
 
+def test_tracker_that_hangs_costs_its_own_run(lock_step, clock_of_hangs, undisturbed):
+    runs = by_class(run_task(lock_step("HangsWithoutThreads"), Limits(frame_seconds=2)))
+    assert wrong(runs, ["HangsWithoutThreads"], undisturbed) == []
+
+
 @pytest.mark.slow
-def test_each_hostile_tracker_is_contained_in_lock_step(lock_step, clock_of_hangs, undisturbed):
-    """Run each tracker twice in its own units: the second run meets the process of the first."""
-    names = [name for name in hostile.CLASSES for _ in range(2)]
-    units = [lock_step(name) for name in names]
-    outcomes = zip(names, run_units(units), strict=True)
+@pytest.mark.parametrize("name", [name for name in hostile.CLASSES if hostile.hangs(name)])
+def test_each_tracker_that_hangs_costs_its_own_run(lock_step, clock_of_hangs, undisturbed, name):
+    runs = by_class(run_task(lock_step(name), Limits(frame_seconds=2)))
+    assert wrong(runs, [name], undisturbed) == []
+
+
+@pytest.mark.slow
+def test_each_hostile_tracker_is_contained_in_lock_step(lock_step, undisturbed):
+    """Run each tracker twice in its own tasks: the second run meets what the first has left."""
+    names = [name for name in hostile.CLASSES if not hostile.hangs(name) for _ in range(2)]
+    outcomes = zip(names, run_in_pool(*map(lock_step, names)), strict=True)
     differences = [wrong(runs, [name], undisturbed) for name, runs in outcomes]
     assert [item for items in differences for item in items] == []
 

@@ -7,7 +7,7 @@ import pytest
 
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
+from trackmark.bench.experiments.tracker_spec import resolve_specs
 from trackmark.trackers import TrackerError
 
 TRACKER = """
@@ -92,9 +92,9 @@ def test_arguments_of_the_process_are_not_those_of_the_file(tmp_path, option):
     before = list(sys.argv)
     message = "arguments are required: video" if option else r"SystemExit: 2 \(line 4\).*__main__"
     with pytest.raises(TrackerError, match=message):
-        resolve_trackers([f"{file}{option}"])
+        resolve_specs([f"{file}{option}"])
     assert sys.argv == before
     file.write_text(
         "import sys\nassert len(sys.argv) == 1, sys.argv\n" + TRACKER.format(arguments="")
     )
-    assert resolve_trackers([f"{file}{option}"])
+    assert resolve_specs([f"{file}{option}"])

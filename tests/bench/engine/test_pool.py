@@ -1,25 +1,32 @@
-"""Pool of workers: equal results for any number of workers, repetition after harm, limits."""
+"""Pool of workers: equal results for any number of workers, repetition of tasks, limits."""
 
 import os
-import signal
+import shlex
+import subprocess
+import sys
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.bench.conftest import KNOB_TRACKER
-from tests.bench.engine.conftest import command_line
+from tests.bench.engine import calls
+from tests.bench.engine.conftest import TRACKMARK, command_line
 from trackmark import bench
-from trackmark.bench.engine import engine, heartbeat, pool
-from trackmark.bench.engine.pool import Pool, Worker
-from trackmark.bench.engine.work_unit import Limits
+from trackmark.bench import operating_system
+from trackmark.bench.execution import pool, worker
+from trackmark.bench.execution.backend import create_executor
 from trackmark.bench.execution.executor import Execution, run_experiment
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.execution.scheduling import missing_units
+from trackmark.bench.execution.pool import Pool, Worker, map_in_workers
+from trackmark.bench.execution.scheduling import missing_tasks
+from trackmark.bench.execution.task import Limits
+from trackmark.bench.execution.worker import RepeatError
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
+from trackmark.bench.experiments.tracker_spec import resolve_specs
 from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.run_rows import scored_rows
@@ -30,18 +37,14 @@ FRAMES = 12
 
 # Statement in each update, by tracker name.
 ACTS = {
-    "Averages": "np.mean([1.0])",
-    "Raises": "raise ValueError('no wish')",
-    "Ends": "os._exit(3)",
     "Spoils": "np.mean = lambda *a: 0.5; os.umask(0o777)",
-    "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` does not list it
-    "LeavesDaemon": "subprocess.Popen(['sleep', DAEMON], env={}, start_new_session=True)",
     "Reads": "self.box = self.box + [np.mean([1.0]), 0, 0, 0]",
+    "LeavesDaemon": "subprocess.Popen(['sleep', DAEMON], env={}, start_new_session=True)",
     "ChangesItsFile": "Path(__file__).write_text('#')",
-    "Prints": "print(end='.', flush=True)",
+    "FillsDisk": "raise OSError(28, 'No space left on device', '/dev/shm/frame')",
 }
 HEAD = f"""
-import _thread, os, subprocess, time
+import os, subprocess
 from pathlib import Path
 import numpy as np
 DAEMON = "86413.{os.getpid()}"
@@ -68,33 +71,21 @@ def experiment(data, *names, sequences="AB", name="trial", **options):
     return Experiment(name, tuple(trackers), sources, **options)
 
 
-def failures(folder):
-    """Return the failures by tracker class, sequence and repetition; empty for finished runs."""
-    return {
-        (row["tracker"].rpartition(":")[2], row["sequence"], row["repetition"]): row["failure"]
-        for row in scored_rows(RunStore(folder))
-    }
-
-
-def one_unit(data, *names, repetitions=1):
-    """Return the planned units of the trackers on sequence A as a single unit."""
-    requested = experiment(data, *names, sequences="A", repetitions=repetitions)
-    units = list(missing_units(make_plan(requested, RunStore(data / "none"))))
-    return replace(units[0], entries=tuple(entry for unit in units for entry in unit.entries))
-
-
 @pytest.fixture
-def tasks(monkeypatch):
-    """Record the number of runs of each request, and whether it was for a fresh process."""
-    requests = []
-    plain = Worker.send
+def run_with(data, monkeypatch):
+    """Run a task of two trackers; workers call another function instead of `run_task`."""
+    monkeypatch.setenv("PYTHONPATH", str(Path.cwd()))
+    requested = experiment(data, "static", "camshift", sequences="A")
+    (task,) = missing_tasks(make_plan(requested, RunStore(data / "none")))
 
-    def send(self, request):
-        requests.append((len(request.unit.entries), not self._used))
-        plain(self, request)
+    def run(function):
+        monkeypatch.setattr(pool, "run_task", function)
+        with closing(Pool(1, Limits())) as workers:
+            ((same_task, result),) = workers.run_tasks([task])
+        assert same_task == replace(task, is_isolated=same_task.is_isolated)
+        return result
 
-    monkeypatch.setattr(Worker, "send", send)
-    return requests
+    return run
 
 
 def test_one_worker_or_two_give_the_results_of_evaluate(
@@ -111,12 +102,12 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     execution = Execution(requested, data / "results", jobs=2)
     seen = []
     list(execution.rows(seen.append))
-    assert len(execution.units) == 4
+    assert len(execution.tasks) == 2
     assert len(opened) == 4  # each sequence for the plan and for its ground truth
     assert len(contents(folder_without_workers)) == 2 * 4
     assert contents(folder_without_workers) == contents(execution.folder)
-    assert execution.units.work == seen[-1] == 2 * FRAMES * 4
-    assert 0 <= min(seen) <= max(seen) <= execution.units.work
+    assert execution.tasks.work == seen[-1] == 2 * FRAMES * 4
+    assert 0 <= min(seen) <= max(seen) <= execution.tasks.work
     results = RunStore(folder_without_workers)
     for row in scored_rows(results):
         stored = results.read(run_key(row))
@@ -124,7 +115,7 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
         alone = bench.evaluate_run(tracker, str(data / "data" / row["sequence"]), row["repetition"])
         assert alone.identity == stored.identity
         np.testing.assert_array_equal(alone.boxes, stored.boxes)
-    assert Execution(replace(requested, name="one"), data / "results").units.runs == 0
+    assert Execution(replace(requested, name="one"), data / "results").tasks.n_runs == 0
 
 
 @pytest.mark.parametrize(
@@ -156,27 +147,85 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
     assert a.metadata.keys() == b.metadata.keys()
 
 
-def test_harmful_tracker_gets_units_of_its_own(data, tasks):
-    unit = one_unit(data, "static", "Ends", "Averages")
-    units = [unit, replace(unit, fingerprint="again")]
-    with closing(Pool(Limits())) as workers:
-        runs_by_unit = dict(workers.perform(units))
-    for runs in runs_by_unit.values():
-        assert runs.keys() == set(unit.entries)
-        failed = {run.identity.tracker_name for run in runs.values() if run.failure}
-        assert failed == {"acts.py:Ends"}
-    alone = recorded = (1, True)
-    assert tasks[:5] == [(3, True), alone, alone, recorded, alone]
-    assert tasks[5:] == [(2, False), alone, recorded]
+def test_task_of_a_dead_worker_is_repeated_in_isolation(run_with):
+    runs = run_with(calls.die_together)
+    alone = run_with(worker.run_task)
+    assert [run.failure for run in runs] == ["", ""]
+    for run, other in zip(runs, alone, strict=True):
+        assert run.identity == other.identity
+        assert run.boxes.tobytes() == other.boxes.tobytes()
 
 
-def test_equal_failures_of_a_tracker_are_repeated_once(data, tasks):
-    unit = one_unit(data, "static", "Raises", repetitions=5)
-    with closing(Pool(Limits())) as workers:
-        ((_, runs),) = workers.perform([unit])
-    failed = [run.identity.tracker_name for run in runs.values() if run.failure]
-    assert (len(runs), failed) == (6, ["acts.py:Raises"] * 5)
-    assert tasks == [(6, True), (1, True)]
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [
+        (calls.die, "ended with status 3"),
+        (calls.stay_silent, "did not answer in time"),
+        (calls.exhaust_memory, "the memory is exhausted"),
+    ],
+)
+def test_task_that_ends_two_workers_is_an_error_of_the_sequence(run_with, function, reason):
+    error = run_with(function)
+    assert isinstance(error, SequenceError)
+    assert reason in str(error)
+    assert "each tracker in a process of its own" in str(error)
+
+
+def test_defect_of_a_worker_is_raised_with_its_traceback(run_with):
+    with pytest.raises(RuntimeError, match=r"a defect of trackmark: (.|\n)*square"):
+        run_with(calls.square)
+
+
+def test_worker_that_is_killed_while_it_starts_is_replaced_once(run_with, monkeypatch):
+    send, kills = Worker.send, []
+
+    def kill_and_send(self, *request):
+        if len(kills) < n_kills:
+            kills.append(self.process.pid)
+            self.process.kill()
+            self.process.wait()
+        send(self, *request)
+
+    monkeypatch.setattr(Worker, "send", kill_and_send)
+    n_kills = 1
+    assert [run.failure for run in run_with(worker.run_task)] == ["", ""]
+    kills, n_kills = [], 2
+    with pytest.raises(ResultsError, match=r"was killed by SIGKILL.*A worker cannot start"):
+        run_with(worker.run_task)
+
+
+def test_map_keeps_the_order_and_raises_errors(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(Path.cwd()))
+    assert list(map_in_workers(calls.square, range(6), 2)) == [0, 1, 4, 9, 16, 25]
+    for function, item, error in (
+        (calls.fail, -1, SequenceError),
+        (calls.fail, 1, RuntimeError),
+        (calls.die, 0, MachineError),
+    ):
+        with pytest.raises(error):
+            list(map_in_workers(function, [item], 1))
+
+
+def test_update_that_takes_too_long_is_repeated_in_isolation(monkeypatch):
+    now, messages = 0.0, []
+    monkeypatch.setattr(worker, "monotonic", lambda: now)
+    channel = worker._Channel(None)
+    monkeypatch.setattr(channel, "send", lambda *message: messages.append(message))
+    spec = SimpleNamespace(call_seconds=0.0)
+    observer = worker._ProgressMessages(channel, [spec, spec], Limits(frame_seconds=2))
+    observer.on_tracker_call(0, 1)
+    now = 1.9
+    observer.on_tracker_return()
+    observer.on_frames_done(3)
+    assert messages[-1] == ("silence", (302.0, 6))
+    observer.on_tracker_call(0, 2)
+    now = 10.0
+    channel.on_compile()
+    observer.on_tracker_return()  # compilation does not count
+    observer.on_tracker_call(0, 3)
+    now = 12.1
+    with pytest.raises(RepeatError, match="longer than 2 s"):
+        observer.on_tracker_return()
 
 
 def test_tracker_file_shares_no_process(data, contents, without_processes):
@@ -185,27 +234,9 @@ def test_tracker_file_shares_no_process(data, contents, without_processes):
         plain = run_experiment(experiment(data, *names), data / "plain", jobs=1)
     spoilt = run_experiment(experiment(data, "Spoils", *names), data / "spoilt", jobs=1)
     boxes = contents(spoilt)
-    assert {path: boxes[path] for path in contents(plain)} == contents(plain)
+    assert {key: boxes[key] for key in contents(plain)} == contents(plain)
     modes = {file.stat().st_mode & 0o777 for file in spoilt.rglob("*") if file.is_file()}
     assert modes == {(plain / "runs.db").stat().st_mode & 0o777}
-
-
-def test_each_tracker_is_timed_in_a_process_of_its_own(data, monkeypatch):
-    processes = {}
-    plain = Worker.send
-
-    def send(self, request):
-        (entry,) = request.unit.entries
-        processes.setdefault(entry.tracker, set()).add(self._process.pid)
-        plain(self, request)
-
-    monkeypatch.setattr(Worker, "send", send)
-    folder = run_experiment(
-        experiment(data, "LeavesThread", "static", timing=True), data / "results", jobs=1
-    )
-    assert set(failures(folder).values()) == {""}
-    first, second = processes.values()
-    assert not first & second
 
 
 def test_processes_that_a_tracker_or_its_import_starts_are_ended(data, wait_until):
@@ -213,7 +244,7 @@ def test_processes_that_a_tracker_or_its_import_starts_are_ended(data, wait_unti
     command = f"sleep 86414.{os.getpid()}"
     start = f"import subprocess\nsubprocess.Popen({command.split()}, start_new_session=True)\n"
     (data / "starts.py").write_text(start + KNOB_TRACKER)
-    resolve_trackers([f"{data}/starts.py"])
+    resolve_specs([f"{data}/starts.py"])
     for number in (86413, 86414):
         wait_until(lambda number=number: not running(f"sleep {number}.{os.getpid()}"))
 
@@ -229,60 +260,33 @@ def test_tracker_whose_file_changes_while_it_runs_leaves_nothing(data):
     assert RunStore(data / "results" / "trial").list_keys() == []
 
 
-def test_output_of_a_worker_is_cut_to_its_end(data, monkeypatch):
-    monkeypatch.setattr(pool, "_MAX_OUTPUT", 50_000)
-    sizes = []
-    plain = Worker.check
-
-    def check(self, ready):
-        self._output.write(b"loud" * 10_000)  # output of the worker before each check
-        answer = plain(self, ready)
-        sizes.append(os.fstat(self._output.fileno()).st_size)
-        return answer
-
-    monkeypatch.setattr(Worker, "check", check)
-    with closing(Pool(Limits())) as workers:
-        ((_, runs),) = workers.perform([one_unit(data, "Raises")])
-    assert len(sizes) > 1
-    assert max(sizes) < 100_000
-    assert [run.tracker_output for run in runs.values()] == ["loud" * (1 << 12)]
+def test_full_disk_during_a_call_is_no_failure_of_the_tracker(data):
+    with pytest.raises(MachineError, match=r"FillsDisk on A, .*: /dev/shm/frame: No space .* Free"):
+        run_experiment(experiment(data, "FillsDisk", sequences="A"), data, jobs=1)
+    assert RunStore(data / "trial").list_keys() == []
 
 
-def test_output_of_a_run_excludes_that_of_earlier_runs(data):
-    unit = one_unit(data, "Prints")
-    with closing(Pool(Limits())) as workers:
-        both = [runs for _, runs in workers.perform([unit, replace(unit)])]
-    assert [run.tracker_output for runs in both for run in runs.values()] == [
-        "." * (FRAMES - 1)
-    ] * 2
+@pytest.mark.slow
+def test_full_disk_of_temporary_files_is_one_line(tmp_path):
+    code = f"import tempfile; tempfile.tempdir = {str(tmp_path)!r}; {TRACKMARK[2]}"
+    command = [*TRACKMARK[:2], code, "run", "--trackers", "static"]
+    command += ["--sequences", "plain/target", "--results-root", str(tmp_path.parent / "results")]
+    room = ["mount", "-t", "tmpfs", "-o", "size=4k", "none", str(tmp_path)]
+    fill = f"{shlex.join(room)} && head -c 4096 /dev/zero > {tmp_path}/full"
+    if subprocess.run(["unshare", "-rm", "sh", "-c", fill], check=False).returncode:
+        pytest.skip("this user may not mount a file system")
+    inside = ["unshare", "-rm", "sh", "-c", f"{fill} && exec {shlex.join(command)}"]
+    done = subprocess.run(inside, capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 2), done.stderr
+    assert (done.returncode == 0) or "no space for temporary files" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
-def test_worker_that_is_killed_while_it_starts_is_replaced_once(data, monkeypatch):
-    kills = []
-    plain = Worker.send
-
-    def send(self, request):
-        if len(kills) < most:
-            kills.append(self._process.pid)
-            os.kill(self._process.pid, signal.SIGKILL)
-        plain(self, request)
-
-    monkeypatch.setattr(Worker, "send", send)
-    unit = one_unit(data, "static")
-    most = 1
-    with closing(Pool(Limits())) as workers:
-        ((_, runs),) = workers.perform([unit])
-    assert [run.failure for run in runs.values()] == [""]
-    kills, most = [], 2
-    with closing(Pool(Limits())) as workers, pytest.raises(ResultsError, match="cannot start"):
-        list(workers.perform([unit]))
-
-
-def test_unknown_engine_is_named_with_the_closest():
-    with pytest.raises(ExperimentError, match=r"unknown engine 'lokal'\. Did you mean 'local'"):
-        engine("lokal")
+def test_unknown_backend_is_named_with_the_closest():
+    with pytest.raises(ExperimentError, match=r"unknown backend 'lokal'\. Did you mean 'local'"):
+        create_executor("lokal")
     with pytest.raises(ExperimentError, match="--address"):
-        engine("local", address="tcp://somewhere")
+        create_executor("local", address="tcp://somewhere")
 
 
 @pytest.mark.parametrize("name", ["frame_seconds", "run_seconds", "memory_bytes"])
@@ -292,23 +296,21 @@ def test_limit_that_can_not_be_kept_is_refused(name, value):
         Limits(**{name: value})
 
 
-def test_full_disk_of_a_worker_is_no_failure_of_a_tracker(data, monkeypatch):
-    """A worker whose message does not fit on the disk reports this by a number."""
-
-    def read_state(self):
-        return heartbeat.read_state(self._shared.fileno())._replace(length=heartbeat.NO_ROOM)
-
-    monkeypatch.setattr(Worker, "read_state", read_state)
-    with pytest.raises(MachineError, match="no space for temporary files"):
-        run_experiment(experiment(data, "Averages"), data, jobs=1)
-    assert RunStore(data / "trial").list_keys() == []
+def test_memory_of_a_container_counts(tmp_path, monkeypatch):
+    group = tmp_path / "memory.max"
+    monkeypatch.setattr(operating_system, "_CONTROL_GROUP", group)
+    whole = operating_system.machine_memory()
+    group.write_text("max\n")
+    assert operating_system.machine_memory() == whole
+    group.write_text("1048576\n")
+    assert operating_system.machine_memory() == 1 << 20
 
 
-def test_full_disk_during_a_call_is_no_failure_of_the_tracker(data):
-    statement = "raise OSError(28, 'No space left on device', '/dev/shm/frame')"
-    (data / "full.py").write_text(KNOB_TRACKER.replace("return Estimate", f"{statement}  #"))
-    sources = (SequenceSource(str(data / "data" / "A")),)
-    requested = Experiment("trial", (f"{data}/full.py",), sources)
-    with pytest.raises(MachineError, match=r"Knob on A, .*: /dev/shm/frame: No space left .* Free"):
-        run_experiment(requested, data, jobs=1)
-    assert RunStore(data / "trial").list_keys() == []
+def test_memory_beyond_the_limit_is_an_error():
+    code = (
+        "from trackmark.bench.operating_system import limit_memory; limit_memory(1 << 30)\n"
+        "try: bytearray(2 << 30)\n"
+        "except MemoryError: print('refused')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "refused\n"

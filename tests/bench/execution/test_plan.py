@@ -1,4 +1,4 @@
-"""Tests of plans: finished runs, stale runs and the division of the rest into work units."""
+"""Tests of plans: finished runs, stale runs and the division of the rest into tasks."""
 
 import shutil
 from dataclasses import replace
@@ -10,7 +10,7 @@ import pytest
 from trackmark import trackers
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.scheduling import missing_units
+from trackmark.bench.execution.scheduling import MAX_TRACKER_PROCESSES, missing_tasks
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets import SequenceError
@@ -62,7 +62,7 @@ def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
     timed = experiment(workspace, timing=True)
     assert set(states(workspace, timing=True).values()) == {"disturbed"}
     plan = make_plan(timed, RunStore(workspace / "results" / timed.name))
-    assert missing_units(plan).runs == len(plan)
+    assert missing_tasks(plan).n_runs == len(plan)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
     assert set(states(workspace, timing=True).values()) == {"done"}
 
@@ -119,29 +119,26 @@ def test_timing_runs_are_runs_of_their_own(finished):
     assert set(states(finished).values()) == {"done"}
 
 
-def test_external_and_timed_trackers_share_no_process(workspace):
-    """Check that the runs of an external tracker are adjacent, so that they reuse its process."""
+def test_task_has_few_processes_of_trackers(workspace):
     (workspace / "Twin.py").write_text((workspace / "knob.py").read_text())
-    texts = (
-        "static",
-        f"{workspace}/knob.py:Knob",
-        "camshift",
-        f"{workspace}/Twin.py:Knob",
-        "opencv-mil",
-    )
-    plan = small_plan(workspace, 2, trackers=texts, repetitions=1)
-    units = [
-        (unit.owner, *(entry.tracker for entry in unit.entries)) for unit in missing_units(plan)
-    ]
-    knob, twin = ((f"{text.partition(':')[0]}:{Path(text).name}", text) for text in texts[1:4:2])
-    mil, shared = ("", texts[4]), ("", texts[0], texts[2])
-    assert units == [knob, knob, twin, twin, mil, mil, shared, shared]
-    timed = small_plan(workspace, trackers=texts, repetitions=2, timing=True)
-    owners = [unit.owner for unit in missing_units(timed)]
-    assert len(owners) == 5 * 2 * 2
-    assert len(set(owners)) == 5
-    assert owners[:5] != owners[:1] * 5  # timed trackers take turns
-    assert sorted(owners[:5]) == sorted(owners[5:10])
+    texts = ("static", f"{workspace}/knob.py:Knob", "camshift", f"{workspace}/Twin.py:Knob")
+    plan = small_plan(workspace, 2, trackers=texts, repetitions=3)
+    tasks = list(missing_tasks(plan))
+    assert len(tasks) == 2 * 2
+    for task in tasks:
+        n_outside = sum(".py" in run.tracker for run in task.runs)
+        assert 0 < n_outside <= MAX_TRACKER_PROCESSES
+    planned = {(task.source, run.identity.digest) for task in tasks for run in task.runs}
+    assert len(planned) == 2 * (1 + 3 + 1 + 3)
+
+
+def test_timed_trackers_take_turns(workspace):
+    texts = ("static", f"{workspace}/knob.py:Knob", "camshift")
+    timed = small_plan(workspace, 2, trackers=texts, repetitions=2, timing=True)
+    tasks = list(missing_tasks(timed))
+    assert [len(task.runs) for task in tasks] == [1] * 3 * 2 * 2
+    trackers = [task.runs[0].tracker for task in tasks]
+    assert all(sorted(trackers[i : i + 3]) == sorted(texts) for i in range(0, 12, 3))
 
 
 def test_equal_trackers_are_planned_once(workspace):
@@ -180,9 +177,9 @@ def test_failed_runs_are_repeated_only_on_request(workspace):
     assert run_states["static", 0] == "done"
     assert run_states["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(workspace), RunStore(workspace / "results" / "trial"))
-    assert list(missing_units(plan)) == []
-    (unit,) = missing_units(plan, retry_failed=True)
-    assert len(unit.entries) == 3
+    assert list(missing_tasks(plan)) == []
+    (task,) = missing_tasks(plan, retry_failed=True)
+    assert len(task.runs) == 3
     assert plan.count(State.FAILED) == 3
 
 
@@ -198,42 +195,42 @@ def small_plan(workspace, sequences=1, **changes):
 
 @pytest.mark.parametrize("sequences", [1, 3])
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
-def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
+def test_tasks_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
     plan = small_plan(workspace, sequences)
-    units = missing_units(plan, workers=workers)
-    all_units = list(units)
-    assert len(units) == len(all_units)
-    assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in all_units)
-    assert units.work == sum(unit.work for unit in all_units) == 4 * 5 * sequences
-    for unit in all_units:
-        assert len(unit.entries) == 1 or unit.work * workers <= units.work
-    runs = {(unit.source, *entry[:2]) for unit in all_units for entry in unit.entries}
-    assert len(runs) == units.runs
+    tasks = missing_tasks(plan, n_workers=workers)
+    all_tasks = list(tasks)
+    assert len(tasks) == len(all_tasks)
+    assert tasks.n_runs == 4 * sequences == sum(len(task.runs) for task in all_tasks)
+    assert tasks.work == sum(task.work for task in all_tasks) == 4 * 5 * sequences
+    for task in all_tasks:
+        assert len(task.runs) == 1 or task.work * workers <= tasks.work
+    runs = {(task.source, run.identity.digest) for task in all_tasks for run in task.runs}
+    assert len(runs) == tasks.n_runs
     if sequences % workers == 0:
-        assert len(all_units) == 2 * sequences, "two per sequence: static and the rest"
-    # Distribute units as a pool does: no worker has more than its share and one run.
+        assert len(all_tasks) == sequences
+    # Distribute tasks as a pool does: no worker has more than its share and one run.
     busy = [0] * workers
-    for unit in all_units:
-        busy[busy.index(min(busy))] += unit.work
-    assert max(busy) <= units.work / workers + 5
+    for task in all_tasks:
+        busy[busy.index(min(busy))] += task.work
+    assert max(busy) <= tasks.work / workers + 5
 
 
 def test_longest_sequences_are_planned_first(workspace, otb):
     sources = [SequenceSource(str(workspace / "data" / "Small"))]
     sources.append(SequenceSource(str(otb(workspace / "data" / "Longer", 9))))
     plan = make_plan(experiment(workspace, sequences=tuple(sources)), RunStore(workspace / "none"))
-    assert [unit.work for unit in missing_units(plan)] == [27, 15, 9, 5]
+    assert [task.work for task in missing_tasks(plan)] == [36, 20]
 
 
-def test_unit_has_the_replaced_version_of_each_run(finished):
+def test_task_has_the_replaced_version_of_each_run(finished):
     before = make_plan(experiment(finished), RunStore(finished / "results" / "trial"))
     append(finished / "knob.py", "CHANGED = True\n")
     chosen = experiment(finished, repetitions=4)
     plan = make_plan(chosen, RunStore(finished / "results" / "trial"))
-    (unit,) = missing_units(plan)
+    (task,) = missing_tasks(plan)
     old = before.versions[0][1]
-    assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
-    assert all(entry.version == plan.versions[0][1] != old for entry in unit.entries)
+    assert [run.replaces for run in task.runs] == [old, old, old, ""]
+    assert all(run.identity.version == plan.versions[0][1] != old for run in task.runs)
 
 
 def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
@@ -258,11 +255,6 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
         assert [getattr(sequence, field) for sequence in shared.sequences] == [
             getattr(sequence, field) for sequence in alone.sequences
         ]
-    logged = []
-    monkeypatch.setattr(
-        "loky.process_executor.LOGGER.critical", lambda *words, **_: logged.append(words)
-    )
     broken = replace(large, sequences=(SequenceSource("no/where"), *sources[1:]))
     with pytest.raises(SequenceError, match="no/where"):
         make_plan(broken, results, jobs=2)
-    assert not logged

@@ -8,11 +8,10 @@ import pytest
 
 from tests.bench.external.conftest import HOME, TRAX, living
 from trackmark import bench, datasets
-from trackmark.bench.engine.dask import with_absolute_paths
-from trackmark.bench.engine.work_unit import Entry, Unit
+from trackmark.bench.execution.cluster import with_absolute_paths
+from trackmark.bench.execution.task import PlannedRun, Task
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.experiments.tracker_files import describe_tracker
-from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.experiments.tracker_spec import describe_tracker, parse_tracker
 from trackmark.bench.external.trax import TraxPlugin
 from trackmark.trackers import Randomness, TrackerError, static
 
@@ -220,6 +219,6 @@ def test_invalid_specification_is_explained(tables, text):
     ],
 )
 def test_specification_for_another_folder_has_absolute_paths(folder, text, expected):
-    unit = Unit(SequenceSource("Noise"), (Entry(text, 0, ""),), "one-pass", 6)
-    (entry,) = with_absolute_paths(unit).entries
-    assert entry.tracker == expected.format(folder=folder)
+    task = Task(SequenceSource("Noise"), (PlannedRun(text, None),), 6)
+    (run,) = with_absolute_paths(task).runs
+    assert run.tracker == expected.format(folder=folder)

@@ -16,11 +16,10 @@ import pytest
 from tests.bench.external.conftest import DRIFT, HOME, TRAX, living
 from trackmark import bench, datasets
 from trackmark.bench import temporary_paths
-from trackmark.bench.engine.pool import Pool
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit, UnusableTrackerError
+from trackmark.bench.execution.pool import Pool
+from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
-from trackmark.bench.experiments.tracker_spec import run_identity
+from trackmark.bench.experiments.tracker_spec import resolve_specs, run_identity
 from trackmark.bench.external import trax
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.plugin import close_idle_processes
@@ -155,8 +154,6 @@ class Forking:
             self.shift = 100
             if os.environ.get("CHILD_RAISES"):
                 raise RuntimeError
-if os.environ.get("FORKS_AT_IMPORT"):
-    os.fork()
 """
 PLACES = ["constructor", "init", "update"]
 
@@ -169,27 +166,11 @@ PLACES = ["constructor", "init", "update"]
 def test_forked_process_that_returns_gives_no_boxes(folder, monkeypatch, place, raises):
     monkeypatch.setenv("CHILD_RAISES", raises)
     (folder / "forking.py").write_text(FORKING)
-    texts = [f"forking.py:place={place}{python}" for python in ("", f":python={sys.executable}")]
-    for text, outcome in perform(texts).items():
-        (run,) = outcome.values()
-        if "python" in text:
-            assert "forked a copy of itself, which returned" in run.failure
-        else:
-            assert not run.failure
+    for python in ("", f":python={sys.executable}"):
+        run = bench.evaluate_run(f"forking.py:place={place}{python}", "Noise")
+        assert "the process forked a copy of itself, which returned" in run.failure
         reached = np.isfinite(run.boxes[:, 0])
         assert (run.boxes[reached] == run.boxes[0]).all()
-
-
-@pytest.mark.slow
-def test_fork_at_import_gives_one_run(folder, monkeypatch):
-    monkeypatch.setenv("FORKS_AT_IMPORT", "1")
-    (folder / "forking.py").write_text(FORKING)
-    code = "import trackmark; print(trackmark.evaluate('forking.py', 'Noise').runs)"
-    command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(HOME)!r}); {code}"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.count("finished") == 1
-    for outcome in perform(["forking.py", f"forking.py:python={sys.executable}"]).values():
-        assert not next(iter(outcome.values())).failure
 
 
 def assert_failed(run, frames, program, error):
@@ -244,15 +225,16 @@ def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypa
 
 def perform(texts, options=""):
     """Return the outcomes of runs in worker processes by specification; add options to these."""
-    specs, units = resolve_trackers(texts), []
+    specs, tasks = resolve_specs(texts), []
     assert not living("plain")
     for text, spec in specs.items():
-        version = run_identity(spec, datasets.load("Noise"), 0).version
-        entries, seconds = (Entry(text + options, 0, version),), spec.call_seconds
-        source = SequenceSource("Noise")
-        units.append(Unit(source, entries, "one-pass", 8, owner=text, call_seconds=seconds))
-    with closing(Pool(Limits())) as pool:
-        outcomes = {unit.owner: outcome for unit, outcome in pool.perform(units)}
+        identity = run_identity(spec, datasets.load("Noise"), 0)
+        tasks.append(Task(SequenceSource("Noise"), (PlannedRun(text + options, identity),), 8))
+    with closing(Pool(1, Limits())) as pool:
+        outcomes = {
+            task.runs[0].tracker.removesuffix(options): outcome
+            for task, outcome in pool.run_tasks(tasks)
+        }
     wait_until(lambda: not living("plain"))  # killed processes end after their worker
     return outcomes
 
@@ -270,7 +252,7 @@ def test_worker_process_contains_failures(environment):
     outcomes = perform(texts) | perform([hang], ":frame_limit=3")
     texts[hang] = "plain.py 4 hang: the process did not answer in 3 s"
     for text, failure in texts.items():
-        (run,) = outcomes[text].values()
+        (run,) = outcomes[text]
         reason = run.failure
         assert bool(reason) == bool(failure)
         assert failure in reason

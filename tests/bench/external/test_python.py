@@ -8,8 +8,7 @@ import pytest
 
 from tests.bench.external.conftest import DRIFT, living
 from trackmark import bench
-from trackmark.bench.experiments.tracker_files import describe_tracker
-from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.experiments.tracker_spec import describe_tracker, parse_tracker
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.worker_process import WORKER
 from trackmark.trackers import Randomness

@@ -10,13 +10,13 @@ from tests.bench.evaluation.walkers import Walker
 from trackmark import bench, datasets
 from trackmark.bench import metrics, protocols
 from trackmark.bench.analysis.by_metrics import metric_tables
-from trackmark.bench.engine.work_unit import Failure
-from trackmark.bench.engine.worker import record_failure
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.scheduling import missing_units
+from trackmark.bench.execution.scheduling import missing_tasks
+from trackmark.bench.execution.task import Limits
+from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ProtocolError, parse_protocol
@@ -210,17 +210,18 @@ def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
 
 
 @every_protocol
-def test_run_of_dead_process_has_rows_of_its_protocol(name, tmp_path):
+def test_failed_run_has_rows_of_its_protocol(name, tmp_path, monkeypatch):
     source = SequenceSource("plain/target:length=30")
     experiment = Experiment("trial", ("static",), (source,), protocol=text_of(name))
     results = RunStore(tmp_path / "trial")
     plan = make_plan(experiment, results)
-    (unit,) = missing_units(plan)
+    (task,) = missing_tasks(plan)
     add_truth_of(results.folder, datasets.load(source.text))
-    run = record_failure(unit, Failure(3, "it died"))
+    monkeypatch.setattr("trackmark.trackers.static.Static.update", None)
+    (run,) = run_task(task, Limits())
     assert results.add(run)
-    assert run.failure == "frame 3: it died"
-    assert run.identity.version == unit.entries[0].version
-    assert len(run.boxes) == unit.frames == (sum(map(len, run.segments)) or 30)
+    assert "NoneType" in run.failure
+    assert run.identity == task.runs[0].identity
+    assert len(run.boxes) == task.n_frames == (sum(map(len, run.segments)) or 30)
     assert make_plan(experiment, results).count(State.FAILED) == 1
     assert make_plan(replace(experiment, protocol="tre:starts=2"), results).count(State.LEFT) == 1

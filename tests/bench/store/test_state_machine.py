@@ -23,8 +23,8 @@ from hypothesis.stateful import (
 
 from trackmark import bench
 from trackmark.bench.analysis.run_tables import tables
-from trackmark.bench.engine.worker import perform
 from trackmark.bench.execution.executor import Execution
+from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.store.database import Database
@@ -89,15 +89,14 @@ def killed(first_killed_call):
         yield
 
 
-class InProcessEngine:
-    """Engine without processes."""
+class InProcessExecutor:
+    """Executor without processes."""
 
-    workers = 1
+    n_workers = 1
 
-    def perform(self, units, limits, progress):
-        for unit in units:
-            runs = perform(unit, limits.run_seconds)
-            yield unit, dict(zip(unit.entries, runs, strict=True))
+    def run_tasks(self, tasks, limits, progress):
+        for task in tasks:
+            yield task, run_task(task, limits)
 
 
 def content_digest(run):
@@ -151,7 +150,7 @@ class Experimenter(RuleBasedStateMachine):
         )
         goal, requested = self._goal(chosen, retry_failed)
         execution = Execution(chosen, self.output, retry_failed=retry_failed)
-        execution.performer = InProcessEngine()
+        execution.executor = InProcessExecutor()
         self._do(lambda: list(execution.rows()), killed_at, goal, requested)
 
     @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 8))

@@ -1,22 +1,18 @@
-"""State that all trackers of a process share, and memory of the process."""
+"""State that all trackers of a process share."""
 
 import gc
 import os
 import random
-import resource
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
-
-_CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 
 
 @dataclass(frozen=True)
@@ -89,32 +85,3 @@ class ProcessState:
                 if number == signal.SIGALRM:
                     signal.setitimer(signal.ITIMER_REAL, 0)  # its default handler ends the process
                 signal.signal(number, handler)
-
-
-def can_open_files() -> bool:
-    """Return whether this process can open another file."""
-    try:
-        os.close(os.open(os.devnull, os.O_RDONLY))
-    except OSError:
-        return False
-    return True
-
-
-def machine_memory() -> int:
-    """Return the memory of this machine or container [bytes]."""
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if _CONTROL_GROUP.is_file():
-        allowed = _CONTROL_GROUP.read_text("utf-8").strip()
-        if allowed != "max":
-            memory = min(memory, int(allowed))
-    return memory
-
-
-def limit_memory(number: int) -> None:
-    """Limit the data memory of this process, and of each child process, to a number of bytes.
-
-    An allocation beyond the limit raises `MemoryError`, or another error of the allocating library.
-    """
-    _, most = resource.getrlimit(resource.RLIMIT_DATA)
-    allowed = number if most == resource.RLIM_INFINITY else min(number, most)
-    resource.setrlimit(resource.RLIMIT_DATA, (allowed, most))

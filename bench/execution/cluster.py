@@ -1,7 +1,7 @@
-"""Dask engine: runs work units on a Dask cluster.
+"""Backend `dask`: gives tasks to a Dask cluster.
 
 The cluster is started on this machine, or found by the address of its scheduler. If a Dask worker
-is lost, Dask gives its unit to another one. A Dask worker runs a unit only if its source code
+is lost, Dask gives its task to another one. A Dask worker runs a task only if its source code
 equals the command's. It returns runs to the command, which stores them.
 """
 
@@ -18,12 +18,11 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, cast
 
-from trackmark.bench.engine import Engine
-from trackmark.bench.engine.pool import Pool
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit
 from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.execution.pool import Pool
+from trackmark.bench.execution.task import Limits, Task
 from trackmark.bench.experiments.tracker_spec import split_text
 from trackmark.bench.external.definition import is_external, with_absolute_path
 from trackmark.bench.machine_errors import MachineError
@@ -39,21 +38,18 @@ _POLL_SECONDS = 2.0
 _CONNECT_SECONDS = 10
 _NO_WORKER_SECONDS = 300.0  # time to wait for a new worker after the last one is lost
 _HOME = Path(__file__).parents[2]  # folder of all packages of trackmark
-# Dask keeps a log of whole units in the command's memory; keep it short.
+# Dask keeps a log of whole tasks in the command's memory; keep it short.
 _CONFIG = {"distributed.admin.low-level-log-length": 50}
-
-_Result: TypeAlias = list[tuple[int, Run]] | SequenceError | MachineError | ResultsError
-"""Runs of a unit with the numbers of their entries, or an error."""
 
 
 class ClusterError(ResultsError):
     """Failure of the cluster that ends the command."""
 
 
-def connect(jobs: int | None, address: str | None) -> Engine:
-    """Return the Dask engine.
+def connect(jobs: int | None, address: str | None) -> "ClusterExecutor":
+    """Return the executor on a Dask cluster.
 
-    `jobs` is the maximum number of units at a time; by default the number of threads of the
+    `jobs` is the maximum number of tasks at a time; by default the number of threads of the
     cluster, or of cores of this machine. `address` is the address of the scheduler, for example
     `tcp://host:8786`. Without an address, a cluster of `jobs` processes runs on this machine until
     the work ends.
@@ -65,51 +61,52 @@ def connect(jobs: int | None, address: str | None) -> Engine:
         import distributed  # noqa: F401  # check whether it is installed
     except ImportError as error:
         raise ImportError(
-            f"the engine 'dask' is not installed ({error}). Install it: "
+            f"the backend 'dask' is not installed ({error}). Install it: "
             "pip install 'trackmark[dask]'"
         ) from None
     if address is None:
-        workers = jobs or os.cpu_count() or 1
-        return _Dask(None, workers, 2 * workers)
+        n_workers = jobs or os.cpu_count() or 1
+        return ClusterExecutor(None, n_workers, 2 * n_workers)
     with _open_client(address, 0) as client:
-        threads = _count_threads(client)
-    if not threads:
+        n_threads = _count_threads(client)
+    if not n_threads:
         raise ClusterError(
             f"the Dask cluster at {address} has no worker yet. Start one, and run the same command "
             "again."
         )
-    workers = jobs or threads
-    # If the cluster has more threads than `jobs`, queued units would start immediately.
-    return _Dask(address, workers, 2 * workers if workers >= threads else workers)
+    n_workers = jobs or n_threads
+    # If the cluster has more threads than `jobs`, queued tasks would start immediately.
+    n_queued = 2 * n_workers if n_workers >= n_threads else n_workers
+    return ClusterExecutor(address, n_workers, n_queued)
 
 
 @dataclass(frozen=True)
-class _Dask:
-    """Engine that submits units to a Dask cluster."""
+class ClusterExecutor:
+    """Executor that submits tasks to a Dask cluster."""
 
     address: str | None  # of the scheduler; None for a cluster on this machine
-    workers: int  # maximum number of units that run at a time
-    queued: int  # maximum number of units in the cluster, including waiting ones
+    n_workers: int  # maximum number of tasks that run at a time
+    n_queued: int  # maximum number of tasks in the cluster, including waiting ones
 
-    def perform(
-        self, units: Iterable[Unit], limits: Limits, progress: Callable[[int], None]
-    ) -> Iterator[tuple[Unit, dict[Entry, Run] | Exception]]:
-        """See `bench.engine.Engine.perform`.
+    def run_tasks(
+        self, tasks: Iterable[Task], limits: Limits, progress: Callable[[int], None]
+    ) -> Iterator[tuple[Task, list[Run] | SequenceError]]:
+        """See `bench.execution.backend.LocalExecutor`.
 
         Raises `ClusterError` if workers have other source code, or if the cluster has no worker for
         a while.
         """
-        with _open_client(self.address, self.workers) as client:
+        with _open_client(self.address, self.n_workers) as client:
             executor = client.get_executor(pure=False)
-            task = partial(_perform_unit, uuid.uuid4().hex, limits, source_digest())
-            remaining = iter(units)
-            running: dict[Future[_Result], Unit] = {}
-            done = 0
+            run = partial(_run_task, uuid.uuid4().hex, limits, source_digest())
+            remaining = iter(tasks)
+            running: dict[Future[list[Run] | Exception], Task] = {}
+            work = 0
             last_contact = time.monotonic()
             try:
                 while True:
-                    for unit in islice(remaining, self.queued - len(running)):
-                        running[executor.submit(task, with_absolute_paths(unit))] = unit
+                    for task in islice(remaining, self.n_queued - len(running)):
+                        running[executor.submit(run, with_absolute_paths(task))] = task
                     if not running:
                         return
                     ended, _ = wait(running, _POLL_SECONDS, FIRST_COMPLETED)
@@ -122,44 +119,41 @@ class _Dask:
                             "again to continue."
                         )
                     for future in ended:
-                        unit = running.pop(future)
-                        done += unit.work
-                        progress(done)
-                        yield unit, _read_result(future, unit)
+                        task = running.pop(future)
+                        work += task.work
+                        progress(work)
+                        yield task, _read_result(future, task)
             finally:
-                executor.shutdown(wait=False)  # cancels units that have not started
+                executor.shutdown(wait=False)  # cancels tasks that have not started
 
 
 _pools = threading.local()
-"""Pool of each thread of a Dask worker, with the command and the limits for which it was made."""
+"""Pool of each thread of a Dask worker, and the command for which it was made."""
 
 
-def _perform_unit(command: str, limits: Limits, source: str, unit: Unit) -> _Result:
-    """Run a unit on a Dask worker.
+def _run_task(command: str, limits: Limits, source: str, task: Task) -> list[Run] | Exception:
+    """Run a task on a Dask worker, in a process that it starts.
 
-    Errors of the sequence and of the worker are returned, because Dask logs raised errors.
-    `command` identifies the command: a new command gets new worker processes. `source` is the
-    command's `source_digest`.
+    Such a process uses a processor of its own and has the limits of a local worker; threads of a
+    Dask worker have neither. Errors of the sequence and of the worker are returned, because Dask
+    logs raised errors. `command` identifies the command: a new command gets new processes.
+    `source` is the command's `source_digest`.
     """
+    if source_digest() != source:
+        return ClusterError(
+            f"the worker on {socket.gethostname()} has another version of trackmark's source "
+            f"than this command (folder {_HOME}). Install the same version there, and restart "
+            "the Dask workers."
+        )
+    if getattr(_pools, "command", None) != command:
+        if hasattr(_pools, "pool"):
+            _pools.pool.close()
+        _pools.command, _pools.pool = command, Pool(1, limits)
     try:
-        if source_digest() != source:
-            raise ClusterError(
-                f"the worker on {socket.gethostname()} has another version of trackmark's source "
-                f"than this command (folder {_HOME}). Install the same version there, and restart "
-                "the Dask workers."
-            )
-        key = command, limits
-        if getattr(_pools, "key", None) != key:
-            if hasattr(_pools, "pool"):
-                _pools.pool.close()
-            _pools.key, _pools.pool = key, Pool(limits)
-        result: dict[Entry, Run] | SequenceError | MachineError | ResultsError
-        ((_, result),) = _pools.pool.perform([unit])
+        ((_, result),) = _pools.pool.run_tasks([task])
     except (MachineError, ResultsError) as error:
         return error
-    if isinstance(result, dict):  # Dask would turn the keys into tuples
-        return [(unit.entries.index(entry), run) for entry, run in result.items()]
-    return result
+    return cast(list[Run] | Exception, result)
 
 
 @cache
@@ -176,26 +170,27 @@ def source_digest() -> str:
     return digest.hexdigest()
 
 
-def with_absolute_paths(unit: Unit) -> Unit:
-    """Return the unit with absolute paths, for a process with another working directory."""
-    entries = []
-    for entry in unit.entries:
-        name, options = split_text(entry.tracker)
-        if is_external(name, options):
-            text = format_text(*with_absolute_path(name, options))
-            entry = entry._replace(tracker=text)
-        elif location := in_file(entry.tracker):
-            file, rest = location
-            entry = entry._replace(tracker=f"{file.absolute()}:{rest}")
-        entries.append(entry)
-    return replace(unit, source=unit.source.absolute(), entries=tuple(entries))
+def with_absolute_paths(task: Task) -> Task:
+    """Return the task with absolute paths, for a process with another working directory."""
+    runs = tuple(run._replace(tracker=_with_absolute_path(run.tracker)) for run in task.runs)
+    return replace(task, source=task.source.absolute(), runs=runs)
 
 
-def _read_result(future: Future[_Result], unit: Unit) -> dict[Entry, Run] | Exception:
-    """Return the runs of a unit, or an error that affects only this unit.
+def _with_absolute_path(tracker: str) -> str:
+    name, options = split_text(tracker)
+    if is_external(name, options):
+        return format_text(*with_absolute_path(name, options))
+    if location := in_file(tracker):
+        file, rest = location
+        return f"{file.absolute()}:{rest}"
+    return tracker
 
-    Raises `ClusterError` if no further unit can run. Any other exception of the task is a defect of
-    trackmark.
+
+def _read_result(future: "Future[list[Run] | Exception]", task: Task) -> list[Run] | SequenceError:
+    """Return the runs of a task, or an error that affects only this task.
+
+    Raises `ClusterError` if no further task can run, and `MachineError` as a local worker. Any
+    other exception of the task is a defect of trackmark.
     """
     from distributed import KilledWorker
 
@@ -203,16 +198,14 @@ def _read_result(future: Future[_Result], unit: Unit) -> dict[Entry, Run] | Exce
         result = future.result()
     except KilledWorker as error:
         return SequenceError(
-            f"{unit.source.text}: {error.allowed_failures + 1} Dask workers were lost while they "
+            f"{task.source.text}: {error.allowed_failures + 1} Dask workers were lost while they "
             f"ran this sequence, the last at {error.last_worker.address}. See their logs for the "
             "reason, and run the same command again."
         )
     except (CancelledError, OSError) as error:
         raise _lost_scheduler(str(error) or "it ended, or cannot be reached") from error
-    if isinstance(result, ClusterError):
+    if isinstance(result, Exception) and not isinstance(result, SequenceError):
         raise result
-    if isinstance(result, list):
-        return {unit.entries[number]: run for number, run in result}
     return result
 
 
@@ -232,7 +225,7 @@ def _lost_scheduler(reason: str) -> ClusterError:
 
 
 @contextmanager
-def _open_client(address: str | None, workers: int) -> "Iterator[Client]":
+def _open_client(address: str | None, n_workers: int) -> "Iterator[Client]":
     """Connect to a running scheduler, or start a cluster on this machine."""
     from dask import config
     from distributed import Client, LocalCluster
@@ -241,9 +234,9 @@ def _open_client(address: str | None, workers: int) -> "Iterator[Client]":
     with ExitStack() as stack:
         stack.enter_context(config.set(_CONFIG))
         if address is None:
-            # Each unit uses one thread. The worker process that runs the unit limits its memory.
+            # Each task uses one thread. The worker process that runs the task limits its memory.
             cluster = LocalCluster(
-                n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
+                n_workers=n_workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
             )
             stack.enter_context(cluster)
             client = Client(cluster, set_as_default=False)
