@@ -34,7 +34,7 @@ OTHER = [
     ("run", *RUN, "--name", "mine", "--protocol", "supervised"),
     ("baseline", "mine", *RUN),
     ("check", "mine"),
-    ("stress", "corners.py", "--knob", "noise", "--runs", "20"),
+    ("stress", "corners.py", "--difficulty", "noise", "--runs", "20"),
 ]
 
 

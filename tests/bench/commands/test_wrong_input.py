@@ -10,7 +10,7 @@ from tests.bench.conftest import messages
 
 SMALL = "--sequences data/Small"
 SCENES = f"{TINY},{TINY}:scene=1"
-STRESS = f"stress static --runs 20 --jobs 1 --sequences {TINY} --knob noise"
+STRESS = f"stress static --runs 20 --jobs 1 --sequences {TINY} --difficulty noise"
 STATIC = f"run --trackers static {SMALL}"
 SUPERVISED = f"compare static camshift --sequences {SCENES} --protocol supervised --metrics vot"
 COMPARE = f"compare static --results-of MINE=theirs --sequences {SCENES}"
@@ -60,7 +60,7 @@ describe kcf:preset=as-written | Did you mean the tracker 'opencv-kcf'?
 describe '' | empty
 describe data/Small/img --attributes | there is no ground truth
 report nowhere | nowhere
-report data --metrics '' | at least one preset
+report data --metrics '' | name at least one
 report data --metrics otbb | Did you mean 'otb'?
 report | Give RESULTS
 report --results-of A=theirs | Give RESULTS
@@ -83,10 +83,10 @@ compare --results nowhere --margin nan | not a finite number
 {SUPERVISED} --metric eao | eao is a score of all sequences together
 {SUPERVISED} --metric eao | Choose one of accuracy, failures, robustness
 {STRESS}=0..9,noise | a name is given twice
-{STRESS} --knob '' | the list is empty
-{STRESS} --knob nois | Did you mean 'noise'
+{STRESS} --difficulty '' | the list is empty
+{STRESS} --difficulty nois | Did you mean 'noise'
 {STRESS} --sequences nowhere | nowhere
-{STRESS} --knob occlusion | is too long
+{STRESS} --difficulty occlusion | is too long
 {STRESS}=0..900 | Expected: a number from 0 to 255
 {STRESS} --runs 3 | 20
 reproduce multi-part | Did you mean 'multipart'?
