@@ -93,10 +93,20 @@ def describe_isolated(name: str) -> dict[str, Any]:
 
 def _ask(factory: IsolatedFactory, operation: str, **arguments: Any) -> dict[str, Any]:
     """Return an answer about a tracker; the process is kept for the next one."""
-    process = take_process(factory.start_process, *factory.process_key)
+    started: list[WorkerProcess] = []
+
+    def start() -> WorkerProcess:
+        started.append(factory.start_process())
+        return started[0]
+
+    process = take_process(start, *factory.process_key)
     try:
         answer = process.ask(START_SECONDS, operation, **arguments)
-    except ExternalTrackerError as error:
+    except TrackerError as error:
+        if not started:  # a run in this process can have exhausted its files or memory
+            return _ask(factory, operation, **arguments)
+        if not isinstance(error, ExternalTrackerError):
+            raise
         reason = str(error).partition("\n")[0].removeprefix(f"{factory.name}: ")
         raise TrackerError(f"{factory.name}: the import failed: {reason}") from None
     keep_process(process, *factory.process_key)
