@@ -169,8 +169,9 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
     gaps = np.flatnonzero(~np.isfinite(ys))
     path = ""
     for piece in np.split(np.arange(len(ys)), gaps):
-        its = piece[np.isfinite(ys[piece])]
-        across, down = _corners(xs[its], ys[its]) if kind == "step" else (xs[its], ys[its])
+        finite = piece[np.isfinite(ys[piece])]
+        points = xs[finite], ys[finite]
+        across, down = _corners(*points) if kind == "step" else points
         path += _trace(x(across), y(down))
     link = Markup(' data-positions="{}"').format(positions) if positions else ""
     curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')

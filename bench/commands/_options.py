@@ -200,8 +200,8 @@ def protocol_option() -> Any:
     )
 
 
-def trace_option() -> Any:
-    """Return the dataclass field of the option --trace."""
+def trajectory_option() -> Any:
+    """Return the dataclass field of the option --trajectory."""
     return option(
         "Boxes as returned frame by frame, or as revised later.",
         default="online",

@@ -264,10 +264,10 @@ def _with_canonical_names(texts: Sequence[str]) -> list[str]:
 
 def _verdict(result: "Check", speeds: "Mapping[str, SpeedChange]") -> str:
     """Return `regression`, `inconclusive` or `pass`, for scores and speeds together."""
-    states = {result.verdict, *(speed_change.decision for speed_change in speeds.values())}
-    if states & {"regression", "slower"}:
+    statuses = {result.verdict, *(speed_change.decision for speed_change in speeds.values())}
+    if statuses & {"regression", "slower"}:
         return "regression"
-    return "inconclusive" if "inconclusive" in states else "pass"
+    return "inconclusive" if "inconclusive" in statuses else "pass"
 
 
 def _accept(

@@ -13,7 +13,7 @@ from trackmark.bench.commands._options import (
     option,
     output_option,
     split_list,
-    trace_option,
+    trajectory_option,
     truth_option,
     with_options,
 )
@@ -21,7 +21,7 @@ from trackmark.bench.commands._progress import open_runs, patience, print_messag
 from trackmark.bench.commands._terminal import complain
 
 if TYPE_CHECKING:
-    from trackmark.bench.evaluation.run_record import Trace
+    from trackmark.bench.evaluation.run_record import Trajectory
     from trackmark.datasets import Sequence
 
 
@@ -36,7 +36,7 @@ class ShowOptions:
         "Run these trackers and write a page with their internal data.",
         metavar="TRACKER[,TRACKER]…",
     )
-    trace: "Trace" = trace_option()
+    trajectory: "Trajectory" = trajectory_option()
     repetition: int = option("Index of the repetition that is drawn or run.", default=0, minimum=0)
     output: Path | None = output_option(
         "Film strip (.png), video (.mp4, H.264) or, with --live, page.  [--live: live.html]",
@@ -77,9 +77,10 @@ def command(options: ShowOptions) -> int:
         raise click.UsageError("The output is missing. Use --output FILE (.png or .mp4) or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
-    if results is None and options.trace != "online":
+    if results is None and options.trajectory != "online":
         raise click.BadParameter(
-            "requires --results, because it selects boxes of stored runs.", param_hint="--trace"
+            "requires --results, because it selects boxes of stored runs.",
+            param_hint="--trajectory",
         )
     with patience(f"Opening {sequence}"):
         opened = datasets.load(sequence, truth=options.truth)
@@ -96,7 +97,7 @@ def command(options: ShowOptions) -> int:
     boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
     if results is not None:
-        stored, outlines = _stored(results, opened, options.repetition, options.trace)
+        stored, outlines = _stored(results, opened, options.repetition, options.trajectory)
         boxes |= stored
     _draw(opened, range(first, end + 1), boxes, outlines, output, options.count)
     click.echo(str(output))
@@ -110,7 +111,7 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
 
     output = options.output or Path("live.html")
     context = click.get_current_context()
-    for name in ("results", "trace", "count", "first", "last"):
+    for name in ("results", "trajectory", "count", "first", "last"):
         if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
             option = "--frames" if name == "count" else f"--{name}"
             raise click.UsageError(f"{option} and --live exclude each other.")
@@ -128,7 +129,7 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
 
 
 def _stored(
-    results: Path, sequence: "Sequence", repetition: int, trace: "Trace"
+    results: Path, sequence: "Sequence", repetition: int, trajectory: "Trajectory"
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return boxes and outlines of stored runs on a sequence, by tracker."""
     import numpy as np
@@ -138,7 +139,7 @@ def _stored(
     from trackmark.reports.overlay import TRUTH
 
     experiments = [open_runs(folder) for folder in experiment_folders(results)]
-    boxes, outlines = boxes_on(experiments, sequence.name, repetition, trace)
+    boxes, outlines = boxes_on(experiments, sequence.name, repetition, trajectory)
     for row in [row for runs in experiments for row in runs.rows]:
         if row["sequence"] == sequence.name and row["status"] == "stale":
             print_message(

@@ -13,7 +13,7 @@ import numpy as np
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.execution.backend import Executor, create_executor
-from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
+from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
 from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
@@ -86,7 +86,7 @@ def run_experiment(
 class Execution:
     """Execution of an experiment.
 
-    `folder` is the folder of the results. `plan` holds the states of the runs before the execution.
+    `folder` is the results folder. `plan` holds the statuses of the runs before the execution.
     """
 
     experiment: Experiment  # this field and the next five are parameters of `run_experiment`
@@ -96,8 +96,10 @@ class Execution:
     backend: str = "local"
     address: str | None = None
     limits: Limits = field(default_factory=Limits)
-    known_sequences: KnownSequences = field(default_factory=dict)  # sequences that are already open
-    on_opened: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
+    opened_sequences: OpenedSequences = field(
+        default_factory=dict
+    )  # sequences that are already open
+    opening_progress: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
     # message on each sequence that could not be read, by its specification
     errors: dict[str, str] = field(default_factory=dict)
     tracker_errors: list[str] = field(default_factory=list)  # of workers, each once
@@ -105,10 +107,10 @@ class Execution:
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
-        self._results = RunStore(self.folder)
+        self._run_store = RunStore(self.folder)
         jobs = self.jobs or os.cpu_count() or 1
         self.plan: Plan = make_plan(
-            self.experiment, self._results, self.known_sequences, self.on_opened, jobs
+            self.experiment, self._run_store, self.opened_sequences, self.opening_progress, jobs
         )
         self._truths: dict[tuple[SequenceSource, str], TruthRow] = {}
 
@@ -134,19 +136,19 @@ class Execution:
         """
         work = 0
         while True:
-            self._results.add_requests(self.plan.requested_runs())
+            self._run_store.add_requests(self.plan.requested_runs())
             if not self.tasks.n_runs:
                 return
             drew = yield from self._execute(partial(_report_sum, progress, work))
             work += self.tasks.work
             if not drew:
                 return
-            before, self.plan = self.plan, self.plan.seen_in(list_runs(self._results))
+            before, self.plan = self.plan, self.plan.seen_in(list_runs(self._run_store))
             if len(self.plan) == len(before):
                 return
             new = [key not in before.requested for key in self.plan.requested]
-            requested = np.array(new).reshape(self.plan.states.shape) & (
-                self.plan.states <= State.STALE
+            requested = np.array(new).reshape(self.plan.statuses.shape) & (
+                self.plan.statuses <= RunStatus.STALE
             )
             self.tasks = Tasks(self.plan, requested, self.executor.n_workers)
 
@@ -178,7 +180,7 @@ class Execution:
                 self._report_drawing(rows, drew)
                 yield from rows
         finally:
-            store_scores(self._results, scored)  # otherwise computed by the next reader
+            store_scores(self._run_store, scored)  # otherwise computed by the next reader
         return drew
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
@@ -223,14 +225,16 @@ class Execution:
         replaced = [run.replaces for run in task.runs]
         # The ground truth is written with every task: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        is_stored = self._results.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
+        is_stored = self._run_store.add_all(
+            zip(complete, replaced, strict=True), [self._truths[key]]
+        )
         truth = unpack_truth(self._truths[key])
         rows = [
-            run_row(run, truth) for run, stored in zip(complete, is_stored, strict=True) if stored
+            run_row(run, truth) for run, is_new in zip(complete, is_stored, strict=True) if is_new
         ]
         others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if others:  # stored by another process
-            rows += [row for row in scored_rows(self._results) if run_key(row) in others]
+            rows += [row for row in scored_rows(self._run_store) if run_key(row) in others]
         return rows
 
 

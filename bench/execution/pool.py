@@ -256,15 +256,15 @@ def map_in_workers(function: Callable[[T], R], items: Iterable[T], n_workers: in
     `RuntimeError` for all other exceptions of the function.
     """
     calls = [partial(function, item) for item in items]
-    results: dict[int, Any] = {}
+    results_by_call: dict[int, Any] = {}
     with closing(Pool(n_workers)) as pool:
         remaining = iter(calls)
         answers = pool.run(lambda: next(remaining, None))
         for call in calls:
-            while id(call) not in results:
+            while id(call) not in results_by_call:
                 answered, result = next(answers)
-                results[id(answered)] = result
-            result = results.pop(id(call))
+                results_by_call[id(answered)] = result
+            result = results_by_call.pop(id(call))
             if isinstance(result, RepeatError):
                 raise MachineError(f"{result}. Start the same command again.")
             if isinstance(result, SequenceError):

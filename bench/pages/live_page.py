@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from trackmark.bench.execution.executor import Execution
-from trackmark.bench.execution.plan import State
+from trackmark.bench.execution.plan import RunStatus
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
@@ -37,22 +37,25 @@ def write_live_page(
     """
     with temporary_folder() as folder:
         count = repetition + 1
-        experiment = Experiment("live", tuple(trackers), (source,), count, arrays=True)
-        execution = Execution(experiment, folder)
+        requested_experiment = Experiment("live", tuple(trackers), (source,), count, arrays=True)
+        execution = Execution(requested_experiment, folder)
         plan = execution.plan
         last = plan.repetitions[plan.run_trackers] - 1
-        plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition
+        # Run only the last repetition.
+        plan.statuses[:, plan.run_repetitions < last] = RunStatus.FINISHED
         specs = [*plan.trackers.values()]
         for _ in execution.rows(lambda done: progress(done, execution.tasks.work)):
             pass
         execution.raise_errors()
         counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all
         latest = {spec.label: count - 1 for spec, count in zip(specs, counts, strict=True)}
-        stored = Runs.open(execution.folder)
+        stored_runs = Runs.open(execution.folder)
         rows = [
-            row for row in stored.evaluated_rows() if row["repetition"] == latest[row["tracker"]]
+            row
+            for row in stored_runs.evaluated_rows()
+            if row["repetition"] == latest[row["tracker"]]
         ]
-        runs = collect_runs(stored.read(rows), list(latest), with_numbers=True)
+        runs = collect_runs(stored_runs.read(rows), list(latest), with_numbers=True)
         page = _page(runs, progress)
         failures = [
             run.failure for sequence_runs in runs.sequences for run in sequence_runs.one_pass

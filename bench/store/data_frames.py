@@ -107,9 +107,9 @@ def with_one_version(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     of both versions must not be averaged or compared.
     """
     rows = list(rows)
-    stored = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
-    trackers = {row["tracker"]: row["tracker_version"] for row in stored}  # the last one remains
-    sequences = {row["sequence"]: row["fingerprint"] for row in stored}
+    existing = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
+    trackers = {row["tracker"]: row["tracker_version"] for row in existing}  # the last one remains
+    sequences = {row["sequence"]: row["fingerprint"] for row in existing}
     return [
         row
         if row["status"] == "missing"
@@ -126,14 +126,14 @@ def with_missing(rows: Iterable[dict[str, Any]], requests: RequestedRuns) -> lis
     The status of a missing run is `missing`. The status of a stored run is `stale` if another
     version is requested.
     """
-    stored = {run_key(row): row for row in rows}
+    stored_rows = {run_key(row): row for row in rows}
     ordered = []
     for key, version in requests.versions.items():
-        if row := stored.get(key):
+        if row := stored_rows.get(key):
             ordered.append(row if row["version"] == version else {**row, "status": "stale"})
-    ordered += [row for key, row in stored.items() if key not in requests.versions]
+    ordered += [row for key, row in stored_rows.items() if key not in requests.versions]
     for key in requests.versions:
-        if key not in stored:
+        if key not in stored_rows:
             fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
             ordered.append({**fields, "status": "missing", "failure": ""})
     return ordered

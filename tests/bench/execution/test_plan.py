@@ -9,7 +9,7 @@ import pytest
 
 from trackmark import trackers
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.execution.plan import State, make_plan
+from trackmark.bench.execution.plan import RunStatus, make_plan
 from trackmark.bench.execution.scheduling import MAX_TRACKER_PROCESSES, missing_tasks
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.store.run_store import RunStore
@@ -37,9 +37,9 @@ def experiment(workspace, **changes):
 def states(workspace, **changes):
     chosen = experiment(workspace, **changes)
     plan = make_plan(chosen, RunStore(workspace / "results" / chosen.name))
-    run_states = zip(plan.requested_runs().versions, plan.states.ravel(), strict=True)
+    run_states = zip(plan.requested_runs().versions, plan.statuses.ravel(), strict=True)
     return {
-        (tracker, repetition): State(state).name.lower()
+        (tracker, repetition): RunStatus(state).name.lower()
         for (tracker, _, repetition, _), state in run_states
     }
 
@@ -47,7 +47,7 @@ def states(workspace, **changes):
 @pytest.fixture
 def finished(workspace):
     run_experiment(experiment(workspace), workspace / "results", jobs=1)
-    assert set(states(workspace).values()) == {"done"}
+    assert set(states(workspace).values()) == {"finished"}
     return workspace
 
 
@@ -64,7 +64,7 @@ def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
     plan = make_plan(timed, RunStore(workspace / "results" / timed.name))
     assert missing_tasks(plan).n_runs == len(plan)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
-    assert set(states(workspace, timing=True).values()) == {"done"}
+    assert set(states(workspace, timing=True).values()) == {"finished"}
 
 
 def test_missing_region_is_rejected_before_first_run(workspace):
@@ -76,14 +76,14 @@ def test_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path)
     copy = tmp_path / "copy" / "trackers"
     shutil.copytree(Path(trackers.__file__).parent, copy)
     monkeypatch.setattr("trackmark.bench.experiments.tracker_spec.PACKAGE", copy)
-    assert states(finished)["knob.py:Knob", 0] == "done"
+    assert states(finished)["knob.py:Knob", 0] == "finished"
     interface = copy / "base" / "interface.py"
     append(interface, "CHANGED = True\n")
     assert states(finished)["knob.py:Knob", 0] == "stale"
     catalogue = copy / "base" / "catalogue.py"
     shutil.copy(Path(trackers.__file__).parent / "base" / "interface.py", interface)
     catalogue.write_text("NOTHING_DEPENDS_ON_THIS = True\n")
-    assert states(finished)["knob.py:Knob", 0] == "done"
+    assert states(finished)["knob.py:Knob", 0] == "finished"
 
 
 def change_a_pixel(data):
@@ -104,7 +104,7 @@ def touch(data):
 
 
 @pytest.mark.parametrize(
-    ("change", "state"), [(change_a_pixel, "stale"), (change_a_box, "stale"), (touch, "done")]
+    ("change", "state"), [(change_a_pixel, "stale"), (change_a_box, "stale"), (touch, "finished")]
 )
 def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, state):
     change(finished / "data" / "Small")
@@ -113,10 +113,10 @@ def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, 
 
 def test_timing_runs_are_runs_of_their_own(finished):
     timing = {"timing": True, "repetitions": 1}
-    assert set(states(finished, **timing).values()) == {"left"}
+    assert set(states(finished, **timing).values()) == {"missing"}
     run_experiment(experiment(finished, **timing), finished / "results")
-    assert set(states(finished, **timing).values()) == {"done"}
-    assert set(states(finished).values()) == {"done"}
+    assert set(states(finished, **timing).values()) == {"finished"}
+    assert set(states(finished).values()) == {"finished"}
 
 
 def test_task_has_few_processes_of_trackers(workspace):
@@ -174,13 +174,13 @@ def test_failed_runs_are_repeated_only_on_request(workspace):
     file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
     run_experiment(experiment(workspace), workspace / "results")
     run_states = states(workspace)
-    assert run_states["static", 0] == "done"
+    assert run_states["static", 0] == "finished"
     assert run_states["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(workspace), RunStore(workspace / "results" / "trial"))
     assert list(missing_tasks(plan)) == []
     (task,) = missing_tasks(plan, retry_failed=True)
     assert len(task.runs) == 3
-    assert plan.count(State.FAILED) == 3
+    assert plan.count(RunStatus.FAILED) == 3
 
 
 def small_plan(workspace, sequences=1, **changes):
@@ -249,7 +249,7 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
     results, progress = RunStore(workspace / "results" / "large"), []
     alone = make_plan(large, results)
     monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
-    shared = make_plan(large, results, on_opened=lambda *number: progress.append(number), jobs=2)
+    shared = make_plan(large, results, progress=lambda *number: progress.append(number), jobs=2)
     assert progress[:4] == [(number, 4) for number in range(4)]
     for field in ("name", "fingerprint", "frames", "starts"):
         assert [getattr(sequence, field) for sequence in shared.sequences] == [
