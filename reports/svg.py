@@ -223,13 +223,13 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         name = _short(line.label)
         wide = min(_COLUMNS, ceil(_LETTER * len(name) / (grid[1] - grid[0])) + 1)
         near = np.stack([sliding_window_view(row, wide) for row in rows])
-        its_line = near[number]
-        middles = np.stack([its_line.min(axis=1) - _DISTANCE, its_line.max(axis=1) + _DISTANCE])
+        heights = near[number]
+        middles = np.stack([heights.min(axis=1) - _DISTANCE, its_line.max(axis=1) + _DISTANCE])
         gaps = np.abs(near[:, None] - middles[..., None])
         gaps[len(lines) :] -= _HEIGHT  # names must not overlap, but may cross a line
         room = np.nanmin(gaps, axis=(0, 3)).clip(max=_HEIGHT)
         room[(middles < y.pixels[1] + 8) | (middles > y.pixels[0] - 8)] = -np.inf
-        score = room - np.abs(middles - its_line[:, wide // 2]) / 5
+        score = room - np.abs(middles - heights[:, wide // 2]) / 5
         side, start = np.unravel_index(np.argmax(score), score.shape)
         if room[side, start] < 0:
             continue

@@ -30,10 +30,10 @@ def plot_attributes(curves: Sequence[Curve], measure: ScoreMeasure, title: str) 
     grid = figure.subplots(n_rows, _N_COLUMNS, sharey=True, squeeze=False)
     for axes in grid.ravel()[len(panels) :]:
         axes.set_visible(False)
-    for axes, (heading, its_curves) in zip(grid.ravel(), panels.items(), strict=False):
+    for axes, (heading, panel_curves) in zip(grid.ravel(), panels.items(), strict=False):
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
-        for curve in its_curves:
+        for curve in panel_curves:
             _draw_curve(axes, curve, measure.scale, labels.index(curve.label))
         axes.set_xlabel(heading, fontsize=9)
         axes.tick_params(labelsize=8)

@@ -9,9 +9,9 @@ import click
 from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import (
     RunProgress,
-    patience,
     print_event,
     print_message,
+    report_slow_work,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
@@ -33,7 +33,7 @@ def plan_experiment(
     """
     from trackmark.bench.execution.executor import Execution
 
-    with patience("Opening trackers and sequences") as opened:
+    with report_slow_work("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
             options.output,
@@ -91,12 +91,12 @@ def run_title(execution: "Execution") -> str:
     from trackmark.bench.execution.plan import RunStatus
 
     plan, missing = execution.plan, execution.tasks.n_runs
-    stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
+    stored_count = f", {len(plan) - missing} stored" if missing < len(plan) else ""
     stale = plan.count(RunStatus.STALE)
     replaced = f" (replacing stale runs: {stale})" if stale else ""
     numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
     trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
-    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored}"
+    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored_count}"
 
 
 def run_experiment(

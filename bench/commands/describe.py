@@ -17,7 +17,7 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, progress_bar
+from trackmark.bench.commands._progress import progress_bar, report_slow_work
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def _tracker(name: str) -> Description | None:
         changed = ", ".join(f"{key}={value}" for key, value in values.items())
         default = " (the default)" if preset == data["default_preset"] else ""
         lines.append(f"  {preset:14} {changed or 'the defaults'}{default}")
-    return data, lines + _setting_lines("parameters", data["parameters"])
+    return data, lines + _parameter_lines("parameters", data["parameters"])
 
 
 def _named(name: str) -> Description | None:
@@ -148,19 +148,19 @@ def _metrics(name: str) -> Description:
 def _protocol_lines(data: dict[str, Any]) -> list[str]:
     lines = [f"protocol {data['name']}", "", data["summary"], "", data["definition"], ""]
     lines.append(f"metrics      {data['metrics']} (of its runs by default)")
-    return lines + _setting_lines("parameters", data["parameters"])
+    return lines + _parameter_lines("parameters", data["parameters"])
 
 
-def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
+def _parameter_lines(heading: str, parameters: list[dict[str, Any]]) -> list[str]:
     """Return lines on parameters: default, meaning and type."""
-    if not settings:
+    if not parameters:
         return []
-    texts = [f"{setting['name']}={setting['default']}" for setting in settings]
+    texts = [f"{parameter['name']}={parameter['default']}" for parameter in parameters]
     width = max(len(text) for text in texts)
     return [heading] + [
-        f"  {text:{width}}  {setting['meaning']}"
-        + (f" ({setting['type']})" if "|" in setting.get("type", "") else "")
-        for text, setting in zip(texts, settings, strict=True)
+        f"  {text:{width}}  {parameter['meaning']}"
+        + (f" ({parameter['type']})" if "|" in parameter.get("type", "") else "")
+        for text, parameter in zip(texts, parameters, strict=True)
     ]
 
 
@@ -188,7 +188,7 @@ def _several(name: str) -> Description | None:
 
     if is_built_in(name) or datasets.path_format(name):
         return None
-    with patience("Looking for sequences"):
+    with report_slow_work("Looking for sequences"):
         names = datasets.matching(name)
     if names == [name]:
         return None
@@ -228,7 +228,7 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
     from trackmark.trackers.base.parameters import closest_match
 
     try:
-        with patience(f"Opening {name}"):
+        with report_slow_work(f"Opening {name}"):
             outline = datasets.describe(name, truth)
     except datasets.SequenceError as error:
         close = closest_match(name.partition(":")[0], trackers.names())
@@ -257,7 +257,7 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
     fields = data | ({"fps": f"{outline.fps:.5g}"} if outline.fps else {})
     lines = [f"{key:12} {value}" for key, value in fields.items() if value]
     data["parameters"] = datasets.options(name)
-    lines += _setting_lines("parameters", data["parameters"])
+    lines += _parameter_lines("parameters", data["parameters"])
     if measure:
         data["measured"] = _measured(name, truth)
         lines.append("measured (`trackmark describe NAME` defines each)")

@@ -33,14 +33,14 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import (
     open_runs,
-    patience,
     print_corner_hints,
     print_event,
     print_hint,
     print_message,
+    report_slow_work,
     rough_duration,
 )
-from trackmark.bench.commands._terminal import complain
+from trackmark.bench.commands._terminal import print_error
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
@@ -179,20 +179,20 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             "the sequence has changed. To keep them, stop and add --name."
         )
     execute_runs(execution, print_row, keep_errors=True)
-    stored = open_runs(execution.folder)
-    now, message = progress_since(execution, stored.stored_rows)
-    runs = stored.select(execution.plan.requested_runs().versions)
+    stored_runs = open_runs(execution.folder)
+    now, message = progress_since(execution, stored_runs.stored_rows)
+    runs = stored_runs.select(execution.plan.requested_runs().versions)
     failed = now.count(RunStatus.FAILED)
     try:
         execution.raise_errors()
     except (SequenceError, TrackerError) as error:
         for line in str(error).splitlines():
-            complain(line)
+            print_error(line)
     if as_json:
-        for row in stored.stored_rows:
+        for row in stored_runs.stored_rows:
             key = run_key(row)
             if key in now.requested and key not in printed and now.status(key) >= RunStatus.FAILED:
-                _print_row(stored, row, metrics)
+                _print_row(stored_runs, row, metrics)
         print_message(message)
     else:
         _print_scores(runs, execution.plan.protocol, metrics, options)
@@ -232,7 +232,7 @@ def _print_scores(
 
     lines: list[str] = []
     warnings: list[str] = []
-    with patience("Scoring runs"):
+    with report_slow_work("Scoring runs"):
         if protocol == "timing":
             lines = summarise_times(runs)
             lines = lines[:1] if options.quiet else lines
@@ -276,8 +276,8 @@ def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
     """Print the end of what each tracker printed in the first run in which it printed anything."""
     from trackmark.bench.store.keys import run_key
 
-    stored = {run_key(row) for row in runs.stored_rows}
-    keys = [key for key in requested if key in stored]
+    stored_keys = {run_key(row) for row in runs.stored_rows}
+    keys = [key for key in requested if key in stored_keys]
     has_output = dict.fromkeys((tracker for tracker, *_ in keys), False)
     for key in keys:
         if has_output[key[0]]:

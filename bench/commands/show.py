@@ -17,8 +17,13 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import open_runs, patience, print_message, progress_bar
-from trackmark.bench.commands._terminal import complain
+from trackmark.bench.commands._progress import (
+    open_runs,
+    print_message,
+    progress_bar,
+    report_slow_work,
+)
+from trackmark.bench.commands._terminal import print_error
 
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trajectory
@@ -82,7 +87,7 @@ def command(options: ShowOptions) -> int:
             "requires --results, because it selects boxes of stored runs.",
             param_hint="--trajectory",
         )
-    with patience(f"Opening {sequence}"):
+    with report_slow_work(f"Opening {sequence}"):
         opened = datasets.load(sequence, truth=options.truth)
     source = Path(sequence).resolve()
     if output.exists() and source in (output.resolve(), *output.resolve().parents):
@@ -97,8 +102,10 @@ def command(options: ShowOptions) -> int:
     boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
     if results is not None:
-        stored, outlines = _stored(results, opened, options.repetition, options.trajectory)
-        boxes |= stored
+        tracker_boxes, outlines = _boxes_of_runs(
+            results, opened, options.repetition, options.trajectory
+        )
+        boxes |= tracker_boxes
     _draw(opened, range(first, end + 1), boxes, outlines, output, options.count)
     click.echo(str(output))
     return 0
@@ -123,13 +130,13 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
     with progress_bar("Running trackers", None, "frame") as progress:
         paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
     for failure in failures:
-        complain(failure.partition("\n")[0])
+        print_error(failure.partition("\n")[0])
     click.echo(str(paths[0]))
     return EXIT_NEGATIVE if failures else 0
 
 
-def _stored(
-    results: Path, sequence: "Sequence", repetition: int, trajectory: "Trajectory"
+def _boxes_of_runs(
+    folder: Path, sequence: "Sequence", repetition: int, trajectory: "Trajectory"
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return boxes and outlines of stored runs on a sequence, by tracker."""
     import numpy as np
@@ -138,7 +145,7 @@ def _stored(
     from trackmark.bench.store.keys import ResultsError, experiment_folders
     from trackmark.reports.overlay import TRUTH
 
-    experiments = [open_runs(folder) for folder in experiment_folders(results)]
+    experiments = [open_runs(path) for path in experiment_folders(folder)]
     boxes, outlines = boxes_on(experiments, sequence.name, repetition, trajectory)
     for row in [row for runs in experiments for row in runs.rows]:
         if row["sequence"] == sequence.name and row["status"] == "stale":
@@ -148,13 +155,13 @@ def _stored(
             )
     if not boxes:
         raise ResultsError(
-            f"{results}: no runs on {sequence.name} found. Run a tracker on it first."
+            f"{folder}: no runs on {sequence.name} found. Run a tracker on it first."
         )
     if len(boxes[TRUTH]) != len(sequence) or (
         sequence.present.any() and not np.array_equal(boxes[TRUTH], sequence.boxes, equal_nan=True)
     ):
         raise ResultsError(
-            f"{results}: the runs on {sequence.name} used another version of the sequence. "
+            f"{folder}: the runs on {sequence.name} used another version of the sequence. "
             "Repeat them on the current one."
         )
     return boxes, outlines

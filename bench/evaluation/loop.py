@@ -6,8 +6,8 @@ update, at most three times.
 """
 
 import gc
+from collections import abc
 from collections.abc import Callable, Iterable
-from collections.abc import Sequence as Sized
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -185,12 +185,12 @@ def _run(
                 warming.release()
                 return PassResult([_time(make_stored, sequence, observer, state)], nan, nan)
         recorders = make_stored()
-        walk = _SequencePass(recorders, sequence, observer, state)
+        sequence_pass = _SequencePass(recorders, sequence, observer, state)
         if protocol_of_key(protocol).time_dependent:  # compiles kernels before time is measured
             _SequencePass(make(), sequence, observer, state).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
             sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
-        walk.run()
+        sequence_pass.run()
         last = len(sequence) - 1
         for recorder in recorders:
             if not recorder.failure:
@@ -199,13 +199,13 @@ def _run(
                 observer.on_tracker_return()
     finally:
         sequence.frames = frames
-    overhead = median(walk.overheads) if walk.overheads else nan
+    overhead = median(sequence_pass.overheads) if sequence_pass.overheads else nan
     runs = [recorder.result() for recorder in recorders]
-    return PassResult(runs, overhead, walk.fetching / max(walk.fetched, 1))
+    return PassResult(runs, overhead, sequence_pass.fetching / max(sequence_pass.fetched, 1))
 
 
 def _make_recorders(
-    entries: Sized[tuple[TrackerSpec, int]],
+    entries: abc.Sequence[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol: str,
     shared_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
@@ -252,7 +252,7 @@ class _SequencePass:
 
     def __init__(
         self,
-        recorders: Sized[Recorder],
+        recorders: abc.Sequence[Recorder],
         sequence: Sequence,
         observer: Observer,
         state: SharedState,

@@ -1,6 +1,5 @@
 """Scores of runs and of boxes, by any metrics."""
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
@@ -8,6 +7,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.bench import protocols
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.evaluation.sequence_cache import load_sequence
@@ -21,7 +21,6 @@ from trackmark.bench.metrics.interface import (
 )
 from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.protocols import ProtocolError, parse_protocol, protocol_of_key
-from trackmark.bench.protocols import names as protocol_names
 
 DEFAULT_METRICS = "native"
 """Metrics whose scores are stored with every run; undefined scores are NaN."""
@@ -58,7 +57,7 @@ def score_run(
     if not can_score(metrics, run.identity.protocol):
         names = [
             name
-            for name in protocol_names()
+            for name in protocols.names()
             if definitions.run_kind in parse_protocol(name).run_kinds
         ]
         raise ValueError(
@@ -71,14 +70,14 @@ def score_run(
     boxes = run.boxes_in(trajectory)
     if not run.segments:
         return definitions.score(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
-    results, stop = [], 0
+    segment_results, stop = [], 0
     for frames in run.segments:
         rows = slice(stop, stop := stop + len(frames))
         estimates = RunEstimates(
             boxes[rows], run.visible[rows], run.confidence[rows], n_sequence_frames=len(init.boxes)
         )
-        results.append(definitions.score(_select_frames(init, frames), estimates))
-    return replace(definitions.combine([results]), segment_results=results)
+        segment_results.append(definitions.score(_select_frames(init, frames), estimates))
+    return replace(definitions.combine([segment_results]), segment_results=segment_results)
 
 
 def can_score(metrics: str, protocol: str) -> bool:
@@ -133,8 +132,6 @@ def score(
     sequence: str | Path | GroundTruthLike | None = None,
     metrics: str = "native",
     trajectory: Trajectory = "online",
-    *,
-    preset: str | None = None,
 ) -> dict[str, float]:
     """Score a run by the ground truth that it was initialised with, or score boxes of any origin.
 
@@ -148,8 +145,6 @@ def score(
         Definitions of the scores: one of `trackmark.metrics.names()`.
     trajectory : {'online', 'revised'}
         Boxes of a run to score: as returned by each update, or with the tracker's corrections.
-    preset : str, optional
-        Former name of `metrics`, which will be removed.
 
     Returns
     -------
@@ -171,10 +166,6 @@ def score(
     >>> score(truth.boxes, truth)["mean_overlap"]
     1.0
     """
-    if preset is not None:
-        message = "score: the argument preset is now called metrics. Use metrics=..."
-        warnings.warn(message, FutureWarning, stacklevel=2)
-        metrics = preset
     if not isinstance(run_or_boxes, Run):
         if sequence is None:
             raise TypeError("the sequence of the boxes is missing. Give its name or a Sequence.")

@@ -81,14 +81,14 @@ class IsolatedTrackers:
 
     def describe(self, name: str, options: Mapping[str, str]) -> dict[str, Any]:
         """Return the values that a specification selects."""
-        found = trackers.resolve(name, **options)
+        specification = trackers.resolve(name, **options)
         return {
-            "name": found.name,
-            "parameters": found.parameters.model_dump(),
-            "options": dict(found.options),
-            "randomness": str(found.randomness),
-            "class_name": found.plugin.__name__,
-            "file": str(found.file),
+            "name": specification.name,
+            "parameters": specification.parameters.model_dump(),
+            "options": dict(specification.options),
+            "randomness": str(specification.randomness),
+            "class_name": specification.plugin.__name__,
+            "file": str(specification.file),
         }
 
     def create(

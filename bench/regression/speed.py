@@ -112,7 +112,7 @@ def _sample(
     tests: int,
     report: Callable[[str], None],
 ) -> RatioSample:
-    """Run sessions until there are enough for their spread, or the time is up.
+    """Run sessions until their number suffices for their spread, or until the deadline.
 
     Raises `_BudgetError` after the first session if there is no time for `MIN_SESSIONS`.
     """

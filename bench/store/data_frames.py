@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
+def load_runs(folder: str | Path, keys: Collection[RunKey] | None = None) -> "pd.DataFrame":
     """Return the runs of an experiment, or of all experiments in a folder.
 
     Parameters
@@ -39,7 +39,7 @@ def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "p
         If there are no results, or a file is damaged. A damaged run does not raise an error: a
         warning names the run, and its status is `missing`.
     """
-    selected = None if cells is None else set(cells)
+    selected = None if keys is None else set(keys)
     rows: list[dict[str, Any]] = []
     for path in experiment_folders(Path(folder)):
         requested = with_missing(scored_rows(RunStore(path)), RunStore(path).requested_runs())
