@@ -224,7 +224,7 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         wide = min(_COLUMNS, ceil(_LETTER * len(name) / (grid[1] - grid[0])) + 1)
         near = np.stack([sliding_window_view(row, wide) for row in rows])
         heights = near[number]
-        middles = np.stack([heights.min(axis=1) - _DISTANCE, its_line.max(axis=1) + _DISTANCE])
+        middles = np.stack([heights.min(axis=1) - _DISTANCE, heights.max(axis=1) + _DISTANCE])
         gaps = np.abs(near[:, None] - middles[..., None])
         gaps[len(lines) :] -= _HEIGHT  # names must not overlap, but may cross a line
         room = np.nanmin(gaps, axis=(0, 3)).clip(max=_HEIGHT)
