@@ -36,7 +36,7 @@ def plan_experiment(
     with report_slow_work("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
-            options.output,
+            options.results_root,
             retry_failed=retry_failed,
             opened_sequences={} if opened_sequences is None else opened_sequences,
             opening_progress=opened,
