@@ -39,7 +39,7 @@ def plan_experiment(
             options.results_root,
             retry_failed=retry_failed,
             opened_sequences={} if opened_sequences is None else opened_sequences,
-            opening_progress=opened,
+            progress=opened,
             **options.engine_settings,
         )
 
@@ -91,15 +91,15 @@ def run_title(execution: "Execution") -> str:
     from trackmark.bench.execution.plan import RunStatus
 
     plan, missing = execution.plan, execution.tasks.n_runs
-    stored_count = f", {len(plan) - missing} stored" if missing < len(plan) else ""
+    stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
     stale = plan.count(RunStatus.STALE)
     replaced = f" (replacing stale runs: {stale})" if stale else ""
     numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
     trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
-    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored_count}"
+    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored}"
 
 
-def run_experiment(
+def plan_and_execute(
     experiment: Experiment,
     options: EngineOptions,
     opened_sequences: "OpenedSequences | None" = None,
@@ -129,14 +129,14 @@ def print_remarks(*executions: "Execution") -> None:
 def progress_since(
     execution: "Execution", rows: "Iterable[Mapping[str, Any]]"
 ) -> "tuple[Plan, str]":
-    """Return the plan with the states of stored runs, and a sentence with their numbers.
+    """Return the plan with the statuses of stored runs, and a sentence with their numbers.
 
     The rows must have been read after the execution: another command may have stored runs in the
     meantime.
     """
     from trackmark.bench.execution.plan import RunStatus
 
-    plan = execution.plan.seen_in(rows)
+    plan = execution.plan.with_stored(rows)
     failed = plan.count(RunStatus.FAILED)
     disturbed = plan.count(RunStatus.DISTURBED)
     end = f", {failed} failed" if failed else ""

@@ -179,9 +179,9 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             "the sequence has changed. To keep them, stop and add --name."
         )
     execute_runs(execution, print_row, keep_errors=True)
-    stored_runs = open_runs(execution.folder)
-    now, message = progress_since(execution, stored_runs.stored_rows)
-    runs = stored_runs.select(execution.plan.requested_runs().versions)
+    stored = open_runs(execution.folder)
+    now, message = progress_since(execution, stored.stored_rows)
+    runs = stored.select(execution.plan.requested_runs().versions)
     failed = now.count(RunStatus.FAILED)
     try:
         execution.raise_errors()
@@ -189,10 +189,10 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         for line in str(error).splitlines():
             print_error(line)
     if as_json:
-        for row in stored_runs.stored_rows:
+        for row in stored.stored_rows:
             key = run_key(row)
             if key in now.requested and key not in printed and now.status(key) >= RunStatus.FAILED:
-                _print_row(stored_runs, row, metrics)
+                _print_row(stored, row, metrics)
         print_message(message)
     else:
         _print_scores(runs, execution.plan.protocol, metrics, options)
@@ -276,8 +276,8 @@ def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
     """Print the end of what each tracker printed in the first run in which it printed anything."""
     from trackmark.bench.store.keys import run_key
 
-    stored_keys = {run_key(row) for row in runs.stored_rows}
-    keys = [key for key in requested if key in stored_keys]
+    stored = {run_key(row) for row in runs.stored_rows}
+    keys = [key for key in requested if key in stored]
     has_output = dict.fromkeys((tracker for tracker, *_ in keys), False)
     for key in keys:
         if has_output[key[0]]:
@@ -301,7 +301,7 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     kinds = [RunStatus.FINISHED, RunStatus.FAILED, RunStatus.STALE, RunStatus.MISSING]
     if execution.experiment.timing:
         kinds.insert(2, RunStatus.DISTURBED)
-    names = [status.name.lower() for status in kinds]
+    statuses = [status.name.lower() for status in kinds]
     by_tracker = {
         spec.label: {status.name.lower(): counts[status] for status in kinds}
         for spec, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
@@ -320,11 +320,11 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
         }
         click.echo(json.dumps(data))
         return
-    total = {status: sum(counts[status] for counts in by_tracker.values()) for status in names}
+    total = {status: sum(counts[status] for counts in by_tracker.values()) for status in statuses}
     width = max(len(label) for label in [*by_tracker, "in all"])
-    click.echo(f"{'tracker':{width}}" + "".join(f"{status:>10}" for status in names))
+    click.echo(f"{'tracker':{width}}" + "".join(f"{status:>10}" for status in statuses))
     for label, counts in [*by_tracker.items(), ("in all", total)]:
-        click.echo(f"{label:{width}}" + "".join(f"{counts[status]:10}" for status in names))
+        click.echo(f"{label:{width}}" + "".join(f"{counts[status]:10}" for status in statuses))
     randomness = {spec.randomness for spec in plan.trackers.values()}
     if execution.experiment.repetitions > 1 and Randomness.NONE in randomness:
         click.echo("\nDeterministic trackers run once on each sequence.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._execution import run_experiment
+from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
@@ -154,7 +154,7 @@ class _Runner:
             title="Breaking points",
         )
         try:
-            execution = run_experiment(
+            execution = plan_and_execute(
                 experiment, self.options, self.opened_sequences, progress=self.progress
             )
         except UnusableSequencesError as error:  # the user did not choose each of them

@@ -86,7 +86,8 @@ def run_experiment(
 class Execution:
     """Execution of an experiment.
 
-    `folder` is the results folder. `plan` holds the statuses of the runs before the execution.
+    `folder` is the folder of the results. `plan` holds the statuses of the runs before the
+    execution.
     """
 
     experiment: Experiment  # this field and the next five are parameters of `run_experiment`
@@ -96,10 +97,8 @@ class Execution:
     backend: str = "local"
     address: str | None = None
     limits: Limits = field(default_factory=Limits)
-    opened_sequences: OpenedSequences = field(
-        default_factory=dict
-    )  # sequences that are already open
-    opening_progress: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
+    opened_sequences: OpenedSequences = field(default_factory=dict)  # by other plans
+    progress: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
     # message on each sequence that could not be read, by its specification
     errors: dict[str, str] = field(default_factory=dict)
     tracker_errors: list[str] = field(default_factory=list)  # of workers, each once
@@ -107,10 +106,10 @@ class Execution:
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
-        self._run_store = RunStore(self.folder)
+        self._results = RunStore(self.folder)
         jobs = self.jobs or os.cpu_count() or 1
         self.plan: Plan = make_plan(
-            self.experiment, self._run_store, self.opened_sequences, self.opening_progress, jobs
+            self.experiment, self._results, self.opened_sequences, self.progress, jobs
         )
         self._truths: dict[tuple[SequenceSource, str], TruthRow] = {}
 
@@ -136,14 +135,14 @@ class Execution:
         """
         work = 0
         while True:
-            self._run_store.add_requests(self.plan.requested_runs())
+            self._results.add_requests(self.plan.requested_runs())
             if not self.tasks.n_runs:
                 return
             drew = yield from self._execute(partial(_report_sum, progress, work))
             work += self.tasks.work
             if not drew:
                 return
-            before, self.plan = self.plan, self.plan.seen_in(list_runs(self._run_store))
+            before, self.plan = self.plan, self.plan.with_stored(list_runs(self._results))
             if len(self.plan) == len(before):
                 return
             new = [key not in before.requested for key in self.plan.requested]
@@ -180,7 +179,7 @@ class Execution:
                 self._report_drawing(rows, drew)
                 yield from rows
         finally:
-            store_scores(self._run_store, scored)  # otherwise computed by the next reader
+            store_scores(self._results, scored)  # otherwise computed by the next reader
         return drew
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
@@ -225,16 +224,14 @@ class Execution:
         replaced = [run.replaces for run in task.runs]
         # The ground truth is written with every task: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        is_stored = self._run_store.add_all(
-            zip(complete, replaced, strict=True), [self._truths[key]]
-        )
+        is_stored = self._results.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
         truth = unpack_truth(self._truths[key])
         rows = [
-            run_row(run, truth) for run, is_new in zip(complete, is_stored, strict=True) if is_new
+            run_row(run, truth) for run, stored in zip(complete, is_stored, strict=True) if stored
         ]
         others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if others:  # stored by another process
-            rows += [row for row in scored_rows(self._run_store) if run_key(row) in others]
+            rows += [row for row in scored_rows(self._results) if run_key(row) in others]
         return rows
 
 

@@ -76,7 +76,7 @@ class Plan:
     repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
     versions: list[list[str]]  # `Identity.version` by sequence and tracker
-    stored_versions: Mapping[RunKey, tuple[str, str]]  # version and status
+    stored: Mapping[RunKey, tuple[str, str]]  # version and status
 
     def __len__(self) -> int:
         return len(self.sequences) * len(self.run_trackers)
@@ -111,17 +111,17 @@ class Plan:
     @cached_property
     def statuses(self) -> NDArray[np.uint8]:
         """Statuses of the runs (`RunStatus`), shape (sequences, runs on a sequence)."""
-        statuses = [self.status(key) for key in self.requested]
+        statuses = [self.status(cell) for cell in self.requested]
         return np.array(statuses, np.uint8).reshape(len(self.sequences), len(self.run_trackers))
 
-    def status(self, key: RunKey) -> RunStatus:
+    def status(self, cell: RunKey) -> RunStatus:
         """Return the status of a requested run."""
-        version, stored_status = self.stored_versions.get(key, ("", ""))
+        version, status = self.stored.get(cell, ("", ""))
         if not version:
             return RunStatus.MISSING
-        if version != self.requested[key]:
+        if version != self.requested[cell]:
             return RunStatus.STALE
-        return _STATUSES.get(stored_status, RunStatus.FINISHED)
+        return _STORED_STATUSES.get(status, RunStatus.FINISHED)
 
     @property
     def n_frames(self) -> NDArray[np.int64]:
@@ -129,22 +129,21 @@ class Plan:
         return np.array([sequence.n_frames for sequence in self.sequences], np.int64)
 
     def count(self, status: RunStatus) -> int:
-        """Return the number of runs with a status."""
+        """Return the number of runs in a status."""
         return int((self.statuses == status).sum())
 
     def counts(self) -> NDArray[np.int64]:
         """Return the numbers of runs, shape (trackers, statuses)."""
         counts = np.zeros((len(self.repetitions), len(RunStatus)), np.int64)
-        np.add.at(
-            counts, (np.tile(self.run_trackers, len(self.sequences)), self.statuses.ravel()), 1
-        )
+        trackers = np.tile(self.run_trackers, len(self.sequences))
+        np.add.at(counts, (trackers, self.statuses.ravel()), 1)
         return counts
 
     def requested_runs(self) -> RequestedRuns:
         """Return the requested runs, to be stored with the results."""
         return RequestedRuns(self.experiment.title or self.experiment.name, self.requested)
 
-    def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
+    def with_stored(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
         """Return the plan with statuses determined from the stored runs (`rows` of `list_runs`).
 
         A tracker that drew from global generators in a stored run is stochastic from then on.
@@ -162,11 +161,11 @@ class Plan:
             self,
             trackers=trackers,
             repetitions=_repetitions(self.experiment, trackers, len(self.sequences)),
-            stored_versions={run_key(row): (row["version"], _stored_status(row)) for row in rows},
+            stored={run_key(row): (row["version"], _stored_status(row)) for row in rows},
         )
 
 
-_STATUSES = {"failed": RunStatus.FAILED, "disturbed": RunStatus.DISTURBED}
+_STORED_STATUSES = {"failed": RunStatus.FAILED, "disturbed": RunStatus.DISTURBED}
 
 
 def _stored_status(row: Mapping[str, Any]) -> str:
@@ -177,7 +176,7 @@ def _stored_status(row: Mapping[str, Any]) -> str:
 
 def make_plan(
     experiment: Experiment,
-    store: RunStore,
+    results: RunStore,
     opened_sequences: OpenedSequences | None = None,
     progress: Callable[[int, int], None] = lambda *_: None,
     jobs: int = 1,
@@ -209,10 +208,10 @@ def make_plan(
         versions.append(
             [run_identity(spec, sequence, 0, protocol).version for spec in trackers.values()]
         )
-    rows = list_runs(store)
+    rows = list_runs(results)
     counts = _repetitions(experiment, trackers, len(sequences))
-    plan = Plan(experiment, trackers, counts, sequences, versions, {}).seen_in(rows)
-    _check_names(plan, rows, store.folder)
+    plan = Plan(experiment, trackers, counts, sequences, versions, {}).with_stored(rows)
+    _check_names(plan, rows, results.folder)
     return plan
 
 
@@ -261,18 +260,18 @@ def _open_all(
 
     Raises one `SequenceError` that names all sequences that cannot be used.
     """
-    opened: Iterable[PlannedSequence | str] = map(_try_open, keys)
+    results: Iterable[PlannedSequence | str] = map(_try_open, keys)
     if jobs > 1 and len(keys) >= MIN_SEQUENCES_FOR_WORKERS:
         from trackmark.bench.execution.pool import map_in_workers
 
-        opened = map_in_workers(_try_open, keys, jobs)
+        results = map_in_workers(_try_open, keys, jobs)
     errors: dict[str, str] = {}
-    for index, (key, sequence) in enumerate(zip(keys, opened, strict=True)):
-        progress(index, len(keys))
-        if isinstance(sequence, str):
-            errors[key[0].text] = sequence
+    for number, (key, result) in enumerate(zip(keys, results, strict=True)):
+        progress(number, len(keys))
+        if isinstance(result, str):
+            errors[key[0].text] = result
         else:
-            opened_sequences[key] = sequence
+            opened_sequences[key] = result
     if errors:
         raise UnusableSequencesError(errors, len(keys))
 
@@ -300,13 +299,13 @@ def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSeq
 
 def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
     """Raise `ExperimentError` if stored runs used another sequence of the same name."""
-    origins = origins_by_name(rows)
+    stored = origins_by_name(rows)
     for sequence in plan.sequences:
-        if sequence.name not in origins:
+        if sequence.name not in stored:
             continue
         origin = sequence.source.absolute()
         data = SequenceOrigin(sequence.fingerprint, origin.text, str(origin.truth or ""))
-        if other := find_other_origin(data, origins[sequence.name]):
+        if other := find_other_origin(data, stored[sequence.name]):
             raise ExperimentError(
                 f"{folder} contains runs on another sequence that is also called "
                 f"{sequence.name!r}: {other}. Store runs on {data} in another folder, with --name "

@@ -87,7 +87,7 @@ class Tasks:
             repetition = int(plan.run_repetitions[run])
             identity = run_identity(plan.trackers[text], planned, repetition, plan.protocol)
             key = identity.tracker, planned.name, repetition, plan.protocol
-            version, _ = plan.stored_versions.get(key, ("", ""))
+            version, _ = plan.stored.get(key, ("", ""))
             planned_runs.append(PlannedRun(text, identity, version))
         arrays = plan.experiment.arrays
         return Task(planned.source, tuple(planned_runs), planned.n_frames, keep_arrays=arrays)
