@@ -16,12 +16,9 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from trackmark import datasets
 from trackmark.bench.evaluation.interleaved_timing import one_thread
-from trackmark.bench.evaluation.recorder import Recorder, blank_rows, uses_shared_state
+from trackmark.bench.evaluation.recorder import Recorder, uses_shared_state
 from trackmark.bench.evaluation.run_context import SharedState, in_shared_state
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import TrackerFactory, TrackerSpec, parse_tracker
@@ -33,7 +30,6 @@ from trackmark.bench.protocols import (
 )
 from trackmark.datasets import Sequence
 from trackmark.datasets.interface import Frames, Image
-from trackmark.trackers import Randomness
 from trackmark.trackers.base.call_clock import CallClock
 from trackmark.trackers.base.global_generators import preserved_generators
 from trackmark.trackers.base.sharing import SharedFrame
@@ -51,10 +47,6 @@ MAX_TIMED_PASSES = 3
 class Observer:
     """Callbacks of the loop, empty by default."""
 
-    def rows(self, shape: tuple[int, int]) -> NDArray[np.float64]:
-        """Return the buffer for the rows of a run that is alone in its process."""
-        return blank_rows(shape)
-
     def on_frame_read(self, frame: int) -> None:
         """Handle the event before a frame is read."""
 
@@ -64,11 +56,11 @@ class Observer:
     def on_tracker_return(self) -> None:
         """Handle the event after a tracker has returned or raised."""
 
-    def on_frames_done(self, frames: int) -> None:
-        """Handle the event that all trackers have processed a number of frames."""
+    def on_exhausted_memory(self) -> None:
+        """Handle the event that the memory of this process does not suffice for a tracker."""
 
-    def on_loop_end(self) -> None:
-        """Handle the end of the loop."""
+    def on_frames_done(self, n_frames: int) -> None:
+        """Handle the event that all trackers have processed a number of frames."""
 
 
 NULL_OBSERVER = Observer()
@@ -151,19 +143,22 @@ def run_protocol(
     Python's garbage collector are disabled.
 
     Raises `SequenceError` if the sequence has no usable ground truth, or if an image is unreadable.
-    Raises `NotAttributableError` if one of several trackers exhausts the memory.
     """
     sequence.check_runnable()
     specs = list(entries)
-    make = partial(_make_recorders, specs, sequence, protocol, raise_errors=raise_errors)
-    make_stored = partial(make, observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
-    uses_state = any(uses_shared_state(spec) for spec, _ in specs)
-    seeds_state = any(
-        spec.randomness is Randomness.PROCESS and not spec.is_isolated for spec, _ in specs
+    make = partial(
+        _make_recorders,
+        specs,
+        sequence,
+        protocol,
+        raise_errors=raise_errors,
+        on_exhausted_memory=observer.on_exhausted_memory,
     )
-    with preserved_generators() if uses_state or seeds_state else nullcontext():
+    make_stored = partial(make, keep_arrays=keep_arrays, run_seconds=run_seconds)
+    uses_state = any(uses_shared_state(spec) for spec, _ in specs)
+    with preserved_generators() if uses_state else nullcontext():
         run = partial(_run, make, make_stored, sequence, protocol, observer)
-        return in_shared_state(run, may_share=uses_state and not seeds_state)
+        return in_shared_state(run, may_share=uses_state)
 
 
 def _run(
@@ -208,12 +203,9 @@ def _make_recorders(
     entries: Sized[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol: str,
-    shared_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
     **options: Any,
 ) -> list[Recorder]:
-    """Create the recorders; `shared_rows` creates the rows of a run that is alone."""
-    alone = len(entries) == 1
-    options |= {"alone": alone, "make_rows": shared_rows if alone else blank_rows}
+    """Create the recorders, which share a clock."""
     options["clock"] = CallClock()
     return [
         Recorder(number, *entry, sequence, protocol, **options)

@@ -251,7 +251,7 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
     monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
     shared = make_plan(large, results, on_opened=lambda *number: progress.append(number), jobs=2)
     assert progress[:4] == [(number, 4) for number in range(4)]
-    for field in ("name", "fingerprint", "frames", "starts"):
+    for field in ("name", "fingerprint", "n_frames", "starts"):
         assert [getattr(sequence, field) for sequence in shared.sequences] == [
             getattr(sequence, field) for sequence in alone.sequences
         ]
