@@ -7,7 +7,6 @@ update, at most three times.
 
 import gc
 from collections.abc import Callable, Iterable
-from collections.abc import Sequence as Sized
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -180,12 +179,12 @@ def _run(
                 warming.release()
                 return PassResult([_time(make_stored, sequence, observer, state)], nan, nan)
         recorders = make_stored()
-        walk = _SequencePass(recorders, sequence, observer, state)
+        whole_pass = _SequencePass(recorders, sequence, observer, state)
         if protocol_of_key(protocol).time_dependent:  # compiles kernels before time is measured
             _SequencePass(make(), sequence, observer, state).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
             sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
-        walk.run()
+        whole_pass.run()
         last = len(sequence) - 1
         for recorder in recorders:
             if not recorder.failure:
@@ -194,13 +193,13 @@ def _run(
                 observer.on_tracker_return()
     finally:
         sequence.frames = frames
-    overhead = median(walk.overheads) if walk.overheads else nan
+    overhead = median(whole_pass.overheads) if whole_pass.overheads else nan
     runs = [recorder.result() for recorder in recorders]
-    return PassResult(runs, overhead, walk.fetching / max(walk.fetched, 1))
+    return PassResult(runs, overhead, whole_pass.fetching / max(whole_pass.fetched, 1))
 
 
 def _make_recorders(
-    entries: Sized[tuple[TrackerSpec, int]],
+    entries: list[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol: str,
     **options: Any,
@@ -244,21 +243,22 @@ class _SequencePass:
 
     def __init__(
         self,
-        recorders: Sized[Recorder],
+        recorders: list[Recorder],
         sequence: Sequence,
         observer: Observer,
         state: SharedState,
     ) -> None:
-        self._recorders, self._whole, self._observer = recorders, sequence, observer
+        self._recorders, self._sequence, self._observer = recorders, sequence, observer
         self._state = state
         self.fetching, self.fetched = 0.0, 0
         self.overheads: list[float] = []
 
-    def run(self, most: int | None = None, *, to_the_end: bool = True) -> None:
+    def run(self, n_frames: int | None = None, *, to_the_end: bool = True) -> None:
         """Run trackers through their segments.
 
-        `most` is the number of frames from the init box on; None for all. `to_the_end` continues if
-        all trackers have failed, because runs are only stored if all frames are readable.
+        `n_frames` is the number of frames from the init box on; None for all. `to_the_end`
+        continues if all trackers have failed, because runs are only stored if all frames are
+        readable.
         """
         before = 0.0
         # Trackers that start from different regions can have different segments.
@@ -266,17 +266,18 @@ class _SequencePass:
             group = [recorder for recorder in self._recorders if recorder.segments == segments]
             share = len(group) / len(self._recorders)
             for segment in segments:
-                self._numbers = segment.frames(len(self._whole))
-                whole = segment.start == 0 and segment.step == 1
-                self._view = view = self._whole if whole else self._whole[segment.slice]
+                self._numbers = segment.frames(len(self._sequence))
+                is_whole = segment.start == 0 and segment.step == 1
+                self._view = view = self._sequence if is_whole else self._sequence[segment.slice]
                 self._active = active = [recorder for recorder in group if not recorder.failure]
                 for recorder in active:
                     recorder.begin_segment(segment, view)
                 if active:
                     first = view.first_frame
+                    stop = len(view) if n_frames is None else first + n_frames
                     self._start(first)
                     self._observer.on_frames_done(int(before + share))
-                    for frame in range(first + 1, len(view) if most is None else first + most):
+                    for frame in range(first + 1, stop):
                         if not to_the_end and all(recorder.failure for recorder in active):
                             break
                         self._process_frame(frame, int(before + (frame - first + 1) * share))
@@ -350,12 +351,12 @@ class _SequencePass:
 
 
 class FrameCache:
-    """Cache of decoded or rendered frames, of at most `most` bytes."""
+    """Cache of decoded or rendered frames, of at most `n_bytes`."""
 
-    def __init__(self, frames: Frames, most: int) -> None:
+    def __init__(self, frames: Frames, n_bytes: int) -> None:
         self.frames = frames
         self._seen: dict[int, Image] = {}
-        self._left = most
+        self._left = n_bytes
 
     def __len__(self) -> int:
         return len(self.frames)
