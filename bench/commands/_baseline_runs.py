@@ -42,7 +42,7 @@ class BaselineRunner:
     @property
     def folder(self) -> Path:
         """Results folder."""
-        return self.options.output / self.name
+        return self.options.results_root / self.name
 
     def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineEntries":
         """Run repetition 0 again in new local processes with another hash seed for strings.
@@ -52,7 +52,7 @@ class BaselineRunner:
         if not sequences:
             return {}
         with temporary_folder() as folder, _other_hash_seed():
-            local = replace(self.options, output=folder, backend="local", address=None)
+            local = replace(self.options, results_root=folder, backend="local", address=None)
             return replace(self, options=local).run(sequences, 1, temporary=True)
 
     def run(

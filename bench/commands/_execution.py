@@ -36,7 +36,7 @@ def plan_experiment(
     with patience("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
-            options.output,
+            options.results_root,
             retry_failed=retry_failed,
             known_sequences={} if opened_sequences is None else opened_sequences,
             on_opened=opened,

@@ -59,7 +59,7 @@ class StressOptions(ScreenOptions, EngineOptions):
         "Tracker by whose breaking points the others are divided.", default="camshift"
     )
     name: str = name_option(default="stress")
-    folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
+    output: Path | None = output_option("Write tables, curves and all runs to this folder.")
 
 
 @click.command("stress", cls=Command)
@@ -73,7 +73,7 @@ def command(options: StressOptions) -> int:
 
     For example:
       trackmark stress multipart --difficulty noise,occlusion
-      trackmark stress matcher.py --difficulty speed=2..8 --sequences plain/target --folder out
+      trackmark stress matcher.py --difficulty speed=2..8 --sequences plain/target --output out
 
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
@@ -110,7 +110,7 @@ def command(options: StressOptions) -> int:
     ]
     names = ", ".join(difficulty.name for difficulty in difficulties)
     title = f"{options.name}: {len(texts)} trackers, {names}"
-    with RunProgress(title, options.output / options.name) as progress:
+    with RunProgress(title, options.results_root / options.name) as progress:
         runner = _Runner(options, progress, texts)
         stress_tests = _complete_tests(runner, stress_tests)
     result = BreakingPoints(stress_tests, specs[options.against].label)
@@ -120,9 +120,9 @@ def command(options: StressOptions) -> int:
         click.echo("\n".join(breaking_point_lines(result)))
         if not options.quiet:
             for table in stress_tables(result):
-                click.echo("\n".join(["", *terminal_lines(table, "--folder")]))
-    print_corner_hints(open_runs(options.output / options.name))
-    if (folder := options.folder) is not None:
+                click.echo("\n".join(["", *terminal_lines(table, "--output")]))
+    print_corner_hints(open_runs(options.results_root / options.name))
+    if (folder := options.output) is not None:
         paths = [
             *write_tables(folder, stress_tables(result, whole=True)),
             *write_curves(result, folder),

@@ -308,7 +308,7 @@ def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
             raise ExperimentError(
                 f"{folder} contains runs on another sequence that is also called "
                 f"{sequence.name!r}: {other}. Store runs on {data} in another folder, with --name "
-                "or --output."
+                "or --results-root."
             )
 
 

@@ -32,7 +32,7 @@ def test_report_of_130_trackers_or_sequences(
 def test_report_of_1000_sequences(store_many, trackmark, workspace, blank_figures):
     store_many(workspace / "many", 1000, 2)
     report_all(trackmark, workspace / "many", 1000, 2, ["text", "markdown", "csv", "latex"])
-    trackmark("report", "many", "--folder", "report", "--metrics", "native,otb")
+    trackmark("report", "many", "--output", "report", "--metrics", "native,otb")
 
 
 @pytest.mark.slow
@@ -67,6 +67,6 @@ def test_report_reads_all_rows_equally_often_for_any_number(
         sequences = f"data/{name}"
         trackmark("run", "--trackers", "static", "--sequences", sequences, "--name", "many")
         readings.clear()
-        trackmark("report", "results/many", "--folder", "report")
+        trackmark("report", "results/many", "--output", "report")
         counts.append(len(readings))
     assert counts[1] == counts[2]  # of one sequence there is no table of means

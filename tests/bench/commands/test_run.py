@@ -92,7 +92,7 @@ def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspa
     assert folder_of(trackmark(*run, "data/Small")) == folders[0]
     reversed_ = ("run", "--trackers", "knob.py:Knob,static", *SMALL, "--repetitions", 2, "--json")
     assert folder_of(trackmark(*reversed_)) == folders[0]
-    trackmark(*run, "b/Small", "--output", "elsewhere", "--name", "mine")
+    trackmark(*run, "b/Small", "--results-root", "elsewhere", "--name", "mine")
     assert [file.name for file in (workspace / "elsewhere").iterdir()] == ["mine"]
 
 

@@ -285,7 +285,7 @@ def test_full_disk_during_a_call_is_no_failure_of_the_tracker(data):
 def test_full_disk_of_temporary_files_is_one_line(tmp_path):
     code = f"import tempfile; tempfile.tempdir = {str(tmp_path)!r}; {TRACKMARK[2]}"
     command = [*TRACKMARK[:2], code, "run", "--trackers", "static"]
-    command += ["--sequences", "plain/target", "--output", str(tmp_path.parent / "results")]
+    command += ["--sequences", "plain/target", "--results-root", str(tmp_path.parent / "results")]
     room = ["mount", "-t", "tmpfs", "-o", "size=4k", "none", str(tmp_path)]
     fill = f"{shlex.join(room)} && head -c 4096 /dev/zero > {tmp_path}/full"
     if subprocess.run(["unshare", "-rm", "sh", "-c", fill], check=False).returncode:
