@@ -234,7 +234,7 @@ def lacking_memory(seed):
 
 
 def test_task_that_exhausts_the_memory_is_repeated_in_isolation(make_sequence, monkeypatch):
-    """In a worker, another tracker of the task can have used the memory."""
+    """Another tracker of the task can have used the memory of the worker."""
     channel = worker._Channel(None)
     monkeypatch.setattr(channel, "send", lambda *_: None)
     spec = parse_tracker(lacking_memory)
