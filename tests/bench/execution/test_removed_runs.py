@@ -12,9 +12,9 @@ from trackmark.bench.store.run_store import RunStore
 
 @pytest.fixture
 def execution(workspace, otb, in_this_process):
-    """Return an execution of two tasks with one run each."""
+    """Return an execution of two tasks, each with one run."""
     otb(workspace / "data" / "Other", 5)
-    sources = [SequenceSource(str(workspace / "data" / name)) for name in ("Small", "Other")]
+    sources = (SequenceSource(str(workspace / "data" / name)) for name in ("Small", "Other"))
     return Execution(Experiment("trial", ("static",), tuple(sources)), workspace, jobs=1)
 
 
