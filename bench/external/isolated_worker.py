@@ -81,14 +81,14 @@ class IsolatedTrackers:
 
     def describe(self, name: str, options: Mapping[str, str]) -> dict[str, Any]:
         """Return the values that a specification selects."""
-        specification = trackers.resolve(name, **options)
+        selected = trackers.resolve(name, **options)
         return {
-            "name": specification.name,
-            "parameters": specification.parameters.model_dump(),
-            "options": dict(specification.options),
-            "randomness": str(specification.randomness),
-            "class_name": specification.plugin.__name__,
-            "file": str(specification.file),
+            "name": selected.name,
+            "parameters": selected.parameters.model_dump(),
+            "options": dict(selected.options),
+            "randomness": str(selected.randomness),
+            "class_name": selected.plugin.__name__,
+            "file": str(selected.file),
         }
 
     def create(
