@@ -197,13 +197,11 @@ def test_process_state_is_that_before_the_call(otb, tmp_path, monkeypatch):
     assert (state(), sys.path) == (before, search_path)
 
 
-def test_score_takes_metrics_and_warns_of_preset(face):
+def test_score_takes_metrics_and_sequence(face):
     run = tm.evaluate("static", face)["static", "face"]
     expected = tm.score(run, metrics="otb")
     assert expected == tm.score(run, "samples/face", metrics="otb")
     assert expected == tm.score(run.boxes, face, metrics="otb")
-    with pytest.warns(FutureWarning, match="now called metrics"):
-        assert tm.score(run, face, preset="otb") == expected
     assert set(tm.metrics.names()) >= {"native", "otb"}
     assert "Wu" in tm.metrics.describe("otb")
 
