@@ -20,7 +20,7 @@ from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
-    from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.execution.plan import OpenedSequences, Plan
     from trackmark.bench.regression.baseline import BaselineEntries
 
 _HASH_SEED = "PYTHONHASHSEED"
@@ -37,7 +37,7 @@ class BaselineRunner:
     digests: Mapping[str, str] = field(
         default_factory=dict
     )  # expected digests of the sequences, by name
-    opened_sequences: "KnownSequences" = field(default_factory=dict)
+    opened_sequences: "OpenedSequences" = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:

@@ -10,7 +10,7 @@ import click
 
 from trackmark.bench.analysis import MARGINS
 from trackmark.bench.commands import EXIT_NEGATIVE
-from trackmark.bench.commands._execution import run_experiment
+from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._imported_results import (
     imported_option,
     imported_runs,
@@ -236,7 +236,7 @@ def _run(
         repetitions=options.repetitions or Experiment.repetitions,
         protocol=options.protocol or Experiment.protocol,
     )
-    execution = run_experiment(experiment, options)
+    execution = plan_and_execute(experiment, options)
     print_hint(f"Runs are in {execution.folder}.")
     requested = execution.plan.requested_runs().versions
     runs = open_runs(execution.folder).select(requested)

@@ -24,7 +24,7 @@ from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import RunProgress, print_hint, print_message, progress_bar
 
 if TYPE_CHECKING:
-    from trackmark.bench.execution.plan import KnownSequences
+    from trackmark.bench.execution.plan import OpenedSequences
     from trackmark.bench.papers import ReproductionOptions
     from trackmark.bench.papers.reproduction import Report, Reproduction
     from trackmark.bench.store.keys import RunKey
@@ -109,7 +109,7 @@ def _reproduce(
     started_at, paper = time.monotonic(), reproduction.paper
     folder = options.results_root / paper.name
     requested: dict[str, Collection[RunKey]] = {}
-    opened_sequences: KnownSequences = {}
+    opened_sequences: OpenedSequences = {}
     executions = [
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
         for experiment in reproduction.experiments(reproduced)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._execution import run_experiment
+from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
@@ -32,7 +32,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 if TYPE_CHECKING:
     import pandas as pd
 
-    from trackmark.bench.execution.plan import KnownSequences
+    from trackmark.bench.execution.plan import OpenedSequences
     from trackmark.bench.stress.breaking_points import StressTest
 
 
@@ -138,7 +138,7 @@ class _Runner:
     options: StressOptions
     progress: RunProgress
     texts: Mapping[str, str]  # specifications of the trackers, by label
-    opened_sequences: "KnownSequences" = field(default_factory=dict)
+    opened_sequences: "OpenedSequences" = field(default_factory=dict)
 
     def run(
         self, labels: Sequence[str], sequences: Sequence[str]
@@ -154,7 +154,7 @@ class _Runner:
             title="Breaking points",
         )
         try:
-            execution = run_experiment(
+            execution = plan_and_execute(
                 experiment, self.options, self.opened_sequences, progress=self.progress
             )
         except UnusableSequencesError as error:  # the user did not choose each of them

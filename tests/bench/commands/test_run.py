@@ -317,7 +317,12 @@ def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, workspace):
     assert not (workspace / "results").exists()
     trackmark(*knob, 2)
     (plan,) = json_lines(trackmark(*knob, 3, "--dry-run", "--json"))
-    assert plan["trackers"]["_knob.py:Knob"] == {"done": 2, "failed": 0, "stale": 0, "left": 1}
+    assert plan["trackers"]["_knob.py:Knob"] == {
+        "finished": 2,
+        "failed": 0,
+        "stale": 0,
+        "missing": 1,
+    }
     assert (plan["runs"], plan["to_run"], plan["tasks"]) == (4, 1, 1)
     assert plan["seconds"] > 0
     assert plan["without_times"] == []

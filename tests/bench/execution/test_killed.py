@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from tests.bench.engine.conftest import TRACKMARK, send
+from tests.bench.execution.conftest import TRACKMARK, send
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.run_store import RunStore

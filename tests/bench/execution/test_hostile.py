@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.bench.engine import hostile, hostile_answers
+from tests.bench.execution import hostile, hostile_answers
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution.pool import Pool
