@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def load_runs(folder: str | Path, keys: Collection[RunKey] | None = None) -> "pd.DataFrame":
+def load_table(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
     """Return the runs of an experiment, or of all experiments in a folder.
 
     Parameters
@@ -39,7 +39,7 @@ def load_runs(folder: str | Path, keys: Collection[RunKey] | None = None) -> "pd
         If there are no results, or a file is damaged. A damaged run does not raise an error: a
         warning names the run, and its status is `missing`.
     """
-    selected = None if keys is None else set(keys)
+    selected = None if cells is None else set(cells)
     rows: list[dict[str, Any]] = []
     for path in experiment_folders(Path(folder)):
         requested = with_missing(scored_rows(RunStore(path)), RunStore(path).requested_runs())
@@ -76,7 +76,7 @@ _FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "scores"}
 def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
 
-    `runs` is a data frame of `load_runs`. Runs without revised boxes keep the scores of their
+    `runs` is a data frame of `load_table`. Runs without revised boxes keep the scores of their
     online boxes.
     """
     revised_names = [name for name in runs if str(name).startswith(REVISED)]
@@ -88,7 +88,7 @@ def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
 
 
 def rows_in_order(results: RunStore, **having: str) -> list[dict[str, Any]]:
-    """Return the rows of stored runs with scores, in the order of `load_runs`.
+    """Return the rows of stored runs with scores, in the order of `load_table`.
 
     `having` selects rows by values of fields, for example `status="finished"`.
     """
@@ -107,9 +107,9 @@ def with_one_version(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     of both versions must not be averaged or compared.
     """
     rows = list(rows)
-    existing = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
-    trackers = {row["tracker"]: row["tracker_version"] for row in existing}  # the last one remains
-    sequences = {row["sequence"]: row["fingerprint"] for row in existing}
+    stored = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
+    trackers = {row["tracker"]: row["tracker_version"] for row in stored}  # the last one remains
+    sequences = {row["sequence"]: row["fingerprint"] for row in stored}
     return [
         row
         if row["status"] == "missing"
@@ -126,14 +126,14 @@ def with_missing(rows: Iterable[dict[str, Any]], requests: RequestedRuns) -> lis
     The status of a missing run is `missing`. The status of a stored run is `stale` if another
     version is requested.
     """
-    stored_rows = {run_key(row): row for row in rows}
+    stored = {run_key(row): row for row in rows}
     ordered = []
     for key, version in requests.versions.items():
-        if row := stored_rows.get(key):
+        if row := stored.get(key):
             ordered.append(row if row["version"] == version else {**row, "status": "stale"})
-    ordered += [row for key, row in stored_rows.items() if key not in requests.versions]
+    ordered += [row for key, row in stored.items() if key not in requests.versions]
     for key in requests.versions:
-        if key not in stored_rows:
+        if key not in stored:
             fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
             ordered.append({**fields, "status": "missing", "failure": ""})
     return ordered

@@ -135,7 +135,7 @@ def unpack_truth(row: TruthRow) -> StoredTruth:
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
     """Return, for each sequence of `runs`, the names of the attributes that occur in it.
 
-    `runs` is a data frame of `load_runs`. Raises `ResultsError`, which names the file, if a
+    `runs` is a data frame of `load_table`. Raises `ResultsError`, which names the file, if a
     ground truth is missing or damaged.
     """
     occurring: dict[str, set[str]] = {}

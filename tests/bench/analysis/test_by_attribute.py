@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
 
+from trackmark.bench.analysis.attribute_plot import plot_attributes
 from trackmark.bench.analysis.by_attribute import (
     attribute_curves,
     attribute_table,
     bins_of,
-    plot_attributes,
 )
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.bench.statistics.correlation import rank_correlation

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench import metrics
 from trackmark.bench.analysis.by_metrics import (
     ALL_SEQUENCES,
@@ -15,6 +15,7 @@ from trackmark.bench.analysis.by_metrics import (
     metric_tables,
 )
 from trackmark.bench.analysis.run_tables import SUMMARY
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.metrics.interface import RunEstimates
 from trackmark.bench.pages.report_figures import metric_curves
 from trackmark.bench.protocols import ONE_PASS
@@ -40,7 +41,7 @@ def texts(table):
 def camshift_runs():
     """Provide sequences and runs of a tracker on them."""
     sequences = [datasets.load(text) for text in SEQUENCES]
-    return [(sequence, bench.evaluate_run("camshift", sequence)) for sequence in sequences]
+    return [(sequence, evaluate_run("camshift", sequence)) for sequence in sequences]
 
 
 @pytest.mark.parametrize("name", metrics.names())

@@ -8,10 +8,11 @@ import pandas as pd
 import pytest
 
 import trackmark as tm
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench.analysis import film_strips
 from trackmark.bench.analysis.film_strips import write_strips
 from trackmark.bench.analysis.run_tables import tables
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.scoring import REVISED, score_both
 from trackmark.bench.store.data_frames import with_revised_scores
 from trackmark.bench.store.runs import Runs
@@ -56,7 +57,7 @@ def overlaps(table):
 
 def test_revised_scores_are_computed_from_revised_boxes(stored, make_sequence):
     sequence = make_sequence(n=6)
-    run = bench.evaluate_run("static", sequence)
+    run = evaluate_run("static", sequence)
     assert not any(name.startswith(REVISED) for name in score_both(run, sequence))
     shifted = np.array(sequence.boxes)
     revised = tm.Run(**{**vars(run), "revised": shifted})

@@ -16,9 +16,8 @@ import pytest
 from tests.bench.conftest import KNOB_TRACKER
 from tests.bench.execution import calls
 from tests.bench.execution.conftest import TRACKMARK, command_line
-from trackmark import bench
 from trackmark.bench import operating_system
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution import pool, worker
 from trackmark.bench.execution.backend import create_executor
 from trackmark.bench.execution.executor import Execution, run_experiment
@@ -114,7 +113,7 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     for row in scored_rows(results):
         stored = results.read(run_key(row))
         tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
-        alone = bench.evaluate_run(tracker, str(data / "data" / row["sequence"]), row["repetition"])
+        alone = evaluate_run(tracker, str(data / "data" / row["sequence"]), row["repetition"])
         assert alone.identity == stored.identity
         np.testing.assert_array_equal(alone.boxes, stored.boxes)
     assert Execution(replace(requested, name="one"), data / "results").tasks.n_runs == 0
