@@ -20,7 +20,7 @@ from trackmark.bench.papers import ReproductionOptions, plan
 from trackmark.bench.papers.cases import Case
 from trackmark.bench.papers.measures import FrameRules, Measure, MeasuredRun
 from trackmark.bench.papers.paper import Paper
-from trackmark.bench.store.data_frames import load_runs
+from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.keys import RUN_KEY_COLUMNS, ResultsError, RunKey
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import read_truth
@@ -48,7 +48,7 @@ class PaperRuns:
         keys: dict[tuple[str, str], dict[int, StoredKey]] = {}
         for experiment, requested in self._requested.items():
             folder = self._results_root / experiment
-            runs = load_runs(folder, requested)
+            runs = load_table(folder, requested)
             unusable = runs[~runs["status"].isin(["finished", "failed"])]
             if len(unusable):
                 first = unusable.iloc[0]

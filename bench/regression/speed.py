@@ -15,7 +15,8 @@ import pandas as pd
 
 from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
+from trackmark.bench.evaluation.interleaved_timing import TurnError, time_interleaved
+from trackmark.bench.evaluation.timed_clips import Clip, Setup
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
 from trackmark.bench.external.definition import is_external
@@ -112,7 +113,7 @@ def _sample(
     tests: int,
     report: Callable[[str], None],
 ) -> RatioSample:
-    """Run sessions until there are enough for their spread, or the time is over.
+    """Run sessions until their number suffices for their spread, or until the deadline.
 
     Raises `_BudgetError` after the first session if there is no time for `MIN_SESSIONS`.
     """
@@ -173,7 +174,7 @@ def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | N
     return Clip(
         images=images,
         first=first - begin,
-        frames=stop - first - 1,
+        n_frames=stop - first - 1,
         box=select_ground_truth(sequence, init, sequence.name).boxes[first].tolist(),
         mask="" if mask is None else f"{stem}-mask.npy",
         seed=run_seed(label, sequence.name, 0).spawn_key,
@@ -241,7 +242,7 @@ def speed_table(speed_changes: Mapping[str, SpeedChange]) -> Table:
     return Table(
         name="speeds",
         caption="Change of the time of updates since the revision, with 95 % intervals.",
-        heads=["", "tracker", "time", "95 %", "sessions"],
+        headings=["", "tracker", "time", "95 %", "sessions"],
         n_labels=2,
         rows=[
             [Cell(text) for text in (speed_change.decision, label, *_figures(speed_change))]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
+def load_table(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
     """Return the runs of an experiment, or of all experiments in a folder.
 
     Parameters
@@ -76,7 +76,7 @@ _FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "scores"}
 def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
 
-    `runs` is a data frame of `load_runs`. Runs without revised boxes keep the scores of their
+    `runs` is a data frame of `load_table`. Runs without revised boxes keep the scores of their
     online boxes.
     """
     revised_names = [name for name in runs if str(name).startswith(REVISED)]
@@ -88,7 +88,7 @@ def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
 
 
 def rows_in_order(results: RunStore, **having: str) -> list[dict[str, Any]]:
-    """Return the rows of stored runs with scores, in the order of `load_runs`.
+    """Return the rows of stored runs with scores, in the order of `load_table`.
 
     `having` selects rows by values of fields, for example `status="finished"`.
     """

@@ -100,8 +100,8 @@ def put_truth(database: Database, row: TruthRow) -> None:
     Raises `ResultsError` if other boxes are stored under the same name and fingerprint.
     """
     # A damaged ground truth is replaced.
-    stored = database.rows("truth", _KEY, *row[:2], on_damage=lambda _: None)
-    before = next((unpack(other["arrays"])["boxes"] for other in stored), None)
+    rows = database.rows("truth", _KEY, *row[:2], on_damage=lambda _: None)
+    before = next((unpack(other["arrays"])["boxes"] for other in rows), None)
     if before is None:
         database.insert("truth", [row])
     elif not np.array_equal(before, unpack(row.arrays)["boxes"], equal_nan=True):
@@ -135,7 +135,7 @@ def unpack_truth(row: TruthRow) -> StoredTruth:
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
     """Return, for each sequence of `runs`, the names of the attributes that occur in it.
 
-    `runs` is a data frame of `load_runs`. Raises `ResultsError`, which names the file, if a
+    `runs` is a data frame of `load_table`. Raises `ResultsError`, which names the file, if a
     ground truth is missing or damaged.
     """
     occurring: dict[str, set[str]] = {}

@@ -15,10 +15,11 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests import browser
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution import worker
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.keys import run_key
@@ -169,7 +170,7 @@ def run_trial(without_processes):
     def run(folder, trackers, sequences, **options):
         sources = tuple(map(SequenceSource, sequences))
         with without_processes():
-            return bench.run_experiment(
+            return run_experiment(
                 Experiment("trial", tuple(trackers), sources, **options), folder, jobs=1
             )
 
@@ -228,7 +229,7 @@ def trackmark(workspace, in_this_process, monkeypatch, capsys):
     monkeypatch.setenv("TRACKMARK_CACHE", str(workspace / "cache"))
     monkeypatch.setattr("trackmark.bench.cli.prepare_numba", lambda tell: None)
     monkeypatch.setattr(
-        "trackmark.bench.commands._progress.PATIENCE", 1e6
+        "trackmark.bench.commands._progress.NOTICE_DELAY", 1e6
     )  # seconds: no notices of slow steps
 
     def call(*arguments, status=0):

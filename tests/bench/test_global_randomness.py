@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import trackmark as tm
-from trackmark import bench
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
@@ -81,7 +80,7 @@ def execute(file, names, output, jobs=1, repetitions=2):
 def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
     text = f"{file}:{name}"
     sequence = tm.load_sequence("samples/face")[:9] if name == "Mil" else make_sequence(n=9)
-    alone = [bench.evaluate_run(text, sequence, n).boxes for n in (0, 1)]
+    alone = [evaluate_run(text, sequence, n).boxes for n in (0, 1)]
     cv2.setRNGSeed(3)
     np.random.seed(3)  # noqa: NPY002  # the global generator is tested
     spec, other = parse_tracker(text), parse_tracker(f"{file}:OpenCV")
@@ -94,7 +93,7 @@ def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
 
 @pytest.mark.parametrize(("name", "generators"), [("Fails", None), ("DrawsAndFails", ["random"])])
 def test_failed_run_names_its_own_generators_only(file, make_sequence, name, generators):
-    run = bench.evaluate_run(f"{file}:{name}", make_sequence(n=9))
+    run = evaluate_run(f"{file}:{name}", make_sequence(n=9))
     assert "ValueError" in run.failure
     assert run.metadata.get("generators") == generators
 
@@ -134,12 +133,12 @@ def test_evaluate_repeats_and_reports_stochastic_classes(file, tmp_path):
 def test_other_interpreter_gives_the_same_boxes(file, make_sequence):
     for name in NAMES:
         text = f"{file}:{name}"
-        far = bench.evaluate_run(f"{text}:python={sys.executable}", make_sequence(n=9), 1)
-        near = bench.evaluate_run(text, make_sequence(n=9), 1)
+        far = evaluate_run(f"{text}:python={sys.executable}", make_sequence(n=9), 1)
+        near = evaluate_run(text, make_sequence(n=9), 1)
         np.testing.assert_array_equal(far.boxes, near.boxes)
         assert far.metadata["generators"] == near.metadata["generators"]
 
 
 def test_built_in_trackers_do_not_pay(make_sequence, monkeypatch):
     monkeypatch.setattr("trackmark.bench.evaluation.run_context.GlobalGenerators", None)
-    assert not bench.evaluate_run("camshift", make_sequence(n=3)).failure
+    assert not evaluate_run("camshift", make_sequence(n=3)).failure

@@ -4,7 +4,7 @@ import pytest
 
 import trackmark as tm
 from trackmark.bench.store import run_rows
-from trackmark.bench.store.data_frames import load_runs
+from trackmark.bench.store.data_frames import load_table
 
 
 def report_all(trackmark, folder, n_sequences, n_trackers, forms):
@@ -42,9 +42,9 @@ def test_report_of_1000_trackers(store_many, trackmark, workspace):
     report_all(trackmark, workspace / "many", 2, 1000, ["csv"])
 
 
-def test_load_runs_has_no_categories(store_many, tmp_path):
+def test_table_of_runs_has_no_categories(store_many, tmp_path):
     store_many(tmp_path / "many", 130, 2)
-    runs = load_runs(tmp_path / "many")
+    runs = load_table(tmp_path / "many")
     groups = runs.groupby(["tracker", "sequence"], sort=False)["mean_overlap"]
     # With categories of more than 127 values, `reindex` fails in pandas.
     assert groups.mean()[:3].reindex(groups.size().index).notna().sum() == 3

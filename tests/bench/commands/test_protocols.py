@@ -7,7 +7,8 @@ import pytest
 
 import trackmark as tm
 from tests.bench.commands.conftest import unwrapped
-from trackmark import bench
+from trackmark.bench.evaluation.loop import evaluate_run
+from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.run_store import RunStore
 
 RUN = ("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", "--name", "trial")
@@ -84,7 +85,7 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     means = {row["tracker"]: row["mean"] for row in data["trackers"]}
     for tracker in ("static", "camshift"):
         scores = [
-            tm.score(bench.evaluate_run(tracker, text), text)["mean_overlap"]
+            tm.score(evaluate_run(tracker, text), text)["mean_overlap"]
             for text in SCENES.split(",")
         ]
         assert means[tracker] == pytest.approx(sum(scores) / 2)
@@ -110,5 +111,5 @@ def test_experiment_file_sets_its_protocol(trackmark, workspace):
     assert "protocol sre:shift=0.2" in trackmark("run", "mine.toml").stdout
     assert "protocol tre" in trackmark("run", "mine.toml", "--protocol", "tre").stdout
     assert "protocol" not in trackmark("run", "mine.toml", "--protocol", "one-pass").stdout
-    (run,) = bench.load_runs(workspace / "results/mine").query("protocol == 'tre'").itertuples()
+    (run,) = load_table(workspace / "results/mine").query("protocol == 'tre'").itertuples()
     assert run.mean_overlap == 1

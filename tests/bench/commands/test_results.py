@@ -14,7 +14,7 @@ import pytest
 import trackmark as tm
 from tests.bench.commands.conftest import SMALL, json_lines
 from tests.bench.store.test_durability import drop_last_entry_of_index
-from trackmark import bench
+from trackmark.bench.store.data_frames import load_table
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -30,7 +30,7 @@ def test_results_are_listed_merged_and_removed(trackmark, workspace):
     merged = trackmark("results", "merge", "results/a", "results/b", "results/c").stdout
     assert "Copied 2 runs" in merged
     assert "Copied 0 runs" in trackmark("results", "merge", "results/a", "results/c").stdout
-    assert len(bench.load_runs(workspace / "results" / "c")) == 2
+    assert len(load_table(workspace / "results" / "c")) == 2
     removed = trackmark("results", "remove", "results/c", "--tracker", "cam*", "--yes")
     assert "Removed 1 run." in removed.stdout
     left = json_lines(trackmark("results", "list", "results/c", "--json"))
@@ -46,7 +46,7 @@ def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspac
     trackmark(*KNOB, "--name", "new")
     done = trackmark("results", "merge", "results/new", "results/old", status=1)
     assert "conflict: knob.py" in done.stderr
-    assert bench.load_runs(workspace / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
+    assert load_table(workspace / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
     for number, name in enumerate("ab"):
         otb(workspace / name / "clip", 4 + number)
         trackmark(*STATIC, f"{name}/clip", "--name", name)
@@ -163,7 +163,7 @@ def test_report_names_trackers_that_are_not_repeatable(trackmark, break_tracker)
     trackmark(*KNOB)
     trackmark(*KNOB, "--timing")
     text = " ".join(trackmark("report", "results/mine", "--no-pictures").stderr.split())
-    assert "knob.py:Knob is not repeatable: seed 0 gave other boxes on Small" in text
+    assert "knob.py:Knob is not repeatable: repetition 0 gave other boxes on Small" in text
     assert "static is not" not in text
 
 
@@ -327,5 +327,5 @@ def test_timing_runs_are_removed_by_their_protocol(trackmark, workspace):
     remove = ("results", "remove", "results/mine", "--yes", "--protocol")
     assert "unknown protocol 'timings'" in trackmark(*remove, "timings", status=2).stderr
     assert trackmark(*remove, "timing").stdout == "Removed 1 run.\n"
-    table = bench.load_runs(workspace / "results")
+    table = load_table(workspace / "results")
     assert table["protocol"].tolist() == ["one-pass"]

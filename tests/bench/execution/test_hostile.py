@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from tests.bench.execution import hostile, hostile_answers
-from trackmark import bench, datasets
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task
 from trackmark.bench.execution.worker import run_task
@@ -79,8 +79,7 @@ def undisturbed(data_folder):
     """Return the content of the calm trackers' runs without hostile trackers."""
     texts = {"static": "static", "Calm": f"{data_folder}/hostile.py:Calm"}
     return {
-        name: content(bench.evaluate_run(text, str(data_folder / "A")))
-        for name, text in texts.items()
+        name: content(evaluate_run(text, str(data_folder / "A"))) for name, text in texts.items()
     }
 
 

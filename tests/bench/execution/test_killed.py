@@ -9,7 +9,7 @@ import time
 import pytest
 
 from tests.bench.execution.conftest import TRACKMARK, send
-from trackmark import bench
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.run_store import RunStore
 
@@ -98,7 +98,7 @@ def run_here(data_folder, without_processes):
     def run(name):
         chosen = Experiment(name, ("static", f"{data_folder}/walk.py:Draws"), sources, SEEDS)
         with without_processes():
-            return bench.run_experiment(chosen, data_folder / "results", jobs=1)
+            return run_experiment(chosen, data_folder / "results", jobs=1)
 
     return run
 

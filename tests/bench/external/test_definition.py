@@ -7,7 +7,8 @@ import sys
 import pytest
 
 from tests.bench.external.conftest import HOME, TRAX, living
-from trackmark import bench, datasets
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.cluster import with_absolute_paths
 from trackmark.bench.execution.task import PlannedRun, Task
 from trackmark.bench.experiments.experiment import SequenceSource
@@ -23,12 +24,12 @@ def trax(options="as=mine", arguments="4"):
 
 
 def test_run_of_a_command_equals_that_of_static_in_process():
-    run, expected = (bench.evaluate_run(text, "Noise") for text in (trax(), "static"))
+    run, expected = (evaluate_run(text, "Noise") for text in (trax(), "static"))
     assert not run.failure
     assert run.boxes.tobytes() == expected.boxes.tobytes()
     assert run.identity.tracker == "mine"
     assert run.metadata["clock"] == TraxPlugin.clock
-    assert not bench.evaluate_run(trax(), "Noise", protocol="tre:starts=3").failure
+    assert not evaluate_run(trax(), "Noise", protocol="tre:starts=3").failure
     assert not living("plain.py")
 
 
@@ -66,7 +67,7 @@ def test_example_of_a_table_for_a_class_works(environment, folder, monkeypatch):
     spec = parse_tracker("../trackers.toml:mine:size=3")
     assert (spec.label, spec.parameters) == ("mine:size=3", {"size": 3.0})
     assert spec.version["source"] == "1.2"
-    assert not bench.evaluate_run("../trackers.toml:mine", sequence).failure
+    assert not evaluate_run("../trackers.toml:mine", sequence).failure
 
 
 TABLES = """
@@ -137,7 +138,7 @@ def test_table_for_a_command_defines_a_tracker(tables, folder, monkeypatch):
     assert spec.randomness is Randomness.GENERATOR
     assert parse_tracker("../trackers.toml:good:size=3").label == "good:size=3"
     for name in ("good", "ignoring"):
-        run = bench.evaluate_run(f"../trackers.toml:{name}", str(folder / "Noise"))
+        run = evaluate_run(f"../trackers.toml:{name}", str(folder / "Noise"))
         assert not run.failure
     assert "plain.py 1" in describe_tracker("../trackers.toml:good")["summary"]
 
@@ -148,7 +149,7 @@ def test_file_of_vot_toolkit_defines_trackers(tables, folder):
     code = "import os, sys\nassert os.environ['MODE'] == os.environ['HANGS']\n"
     module.write_text(f"{code}sys.argv[1:] = ['4']\n{TRAX.read_text()}")
     for name in ("module", "statements", "whole", "module:as=other"):
-        run = bench.evaluate_run(f"trackers.ini:{name}", "Noise")
+        run = evaluate_run(f"trackers.ini:{name}", "Noise")
         assert not run.failure
         assert run.identity.tracker == name.rpartition("=")[2]
     spec = parse_tracker("trackers.ini:module")

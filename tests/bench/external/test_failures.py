@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from tests.bench.external.conftest import DRIFT, HOME, TRAX, living
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench import temporary_paths
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSource
@@ -55,7 +56,7 @@ COMMAND = {
 
 @pytest.mark.parametrize("mode", PYTHON)
 def test_failure_of_a_class_names_command_end_and_last_output(environment, mode):
-    run = bench.evaluate_run(f"{DRIFT}:python={environment}:mode={mode}", "Noise")
+    run = evaluate_run(f"{DRIFT}:python={environment}:mode={mode}", "Noise")
     frames = 1 if mode == "slow start" else 3
     assert_failed(run, frames, f"{environment}/bin/python", PYTHON[mode])
 
@@ -63,7 +64,7 @@ def test_failure_of_a_class_names_command_end_and_last_output(environment, mode)
 @pytest.mark.parametrize("mode", COMMAND)
 def test_failure_of_a_command_names_command_end_and_last_output(mode):
     command = f"{sys.executable} plain.py 4 {mode}"
-    run = bench.evaluate_run(f"trax:command={command}:as=mine", "Noise")
+    run = evaluate_run(f"trax:command={command}:as=mine", "Noise")
     assert_failed(run, 1 if mode == "confidence" else 3, command, COMMAND[mode])
     assert not living("plain.py")
 
@@ -71,7 +72,7 @@ def test_failure_of_a_command_names_command_end_and_last_output(mode):
 @pytest.mark.parametrize(("mode", "frame"), [("twice", 4), ("later", 5), ("last", 7)])
 def test_answer_too_many_of_a_command_is_a_failure(mode, frame):
     """An answer that is taken for that of the next frame would shift all later boxes."""
-    run = bench.evaluate_run(f"trax:command={sys.executable} plain.py 4 {mode}:as=mine", "Noise")
+    run = evaluate_run(f"trax:command={sys.executable} plain.py 4 {mode}:as=mine", "Noise")
     assert run.failure.startswith(f"000{frame + 1}.png: "), run.failure
     assert "sent '@@TRAX:state" in run.failure
     assert "without a request. Expected: one answer per frame" in run.failure
@@ -133,7 +134,7 @@ class Writing:
 @pytest.mark.parametrize("text", [b"@@TRACKMARK:nonsense\n", b'@@TRACKMARK:[1, {"wall": 0}]\n'])
 def test_output_on_the_channel_of_answers_is_a_failure(folder, text):
     (folder / "writing.py").write_text(f"TEXT = {text!r}{WRITING}")
-    run = bench.evaluate_run(f"writing.py:python={sys.executable}", "Noise")
+    run = evaluate_run(f"writing.py:python={sys.executable}", "Noise")
     assert "which is not the answer to request 4. Write to stdout or stderr only" in run.failure
 
 
@@ -167,7 +168,7 @@ def test_forked_process_that_returns_gives_no_boxes(folder, monkeypatch, place, 
     monkeypatch.setenv("CHILD_RAISES", raises)
     (folder / "forking.py").write_text(FORKING)
     for python in ("", f":python={sys.executable}"):
-        run = bench.evaluate_run(f"forking.py:place={place}{python}", "Noise")
+        run = evaluate_run(f"forking.py:place={place}{python}", "Noise")
         assert "the process forked a copy of itself, which returned" in run.failure
         reached = np.isfinite(run.boxes[:, 0])
         assert (run.boxes[reached] == run.boxes[0]).all()
@@ -190,7 +191,10 @@ def wait_until(condition):
 def test_hung_worker_ends_with_its_harness(environment, hangs, folder):
     """A killed harness cannot end its workers."""
     text, sequence = f"{DRIFT}:python={environment}:mode=hang", str(folder / "Noise")
-    code = f"from trackmark import bench; bench.evaluate_run({text!r}, {sequence!r})"
+    code = (
+        "from trackmark.bench.evaluation.loop import evaluate_run; "
+        f"evaluate_run({text!r}, {sequence!r})"
+    )
     harness = subprocess.Popen([sys.executable, "-c", code], cwd=HOME)
     wait_until(hangs.exists)
     assert len(living(str(WORKER))) == 1
@@ -204,9 +208,10 @@ def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypa
     (folder / "frames").mkdir()
     command = f"trax:command={sys.executable} plain.py 4 hang:as=mine"
     code = (
-        "from trackmark import bench; from trackmark.bench.external import trax; "
+        "from trackmark.bench.evaluation.loop import evaluate_run; "
+        "from trackmark.bench.external import trax; "
         f"trax.FRAME_FOLDER = {str(folder / 'frames')!r}; "
-        f"bench.evaluate_run({command!r}, {str(folder / 'Noise')!r})"
+        f"evaluate_run({command!r}, {str(folder / 'Noise')!r})"
     )
     harness = subprocess.Popen(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(HOME)!r}); {code}"]
@@ -216,7 +221,7 @@ def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypa
     harness.wait()
     hangs.unlink()
     assert len([*Path("frames").iterdir()]) == 1
-    bench.evaluate_run(command.replace(" hang", ""), "Noise")
+    evaluate_run(command.replace(" hang", ""), "Noise")
     close_idle_processes()
     assert not [*Path("frames").iterdir()]
     for number in living("plain.py"):  # it hangs, so that it does not notice the end of its input

@@ -5,9 +5,9 @@ import sys
 import pytest
 
 import trackmark as tm
-from trackmark import bench
 from trackmark.bench.analysis.run_summary import summarise, summarise_times
 from trackmark.bench.analysis.run_tables import tables
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.pages.report import Commands, write_report_page
 from trackmark.bench.store.runs import Runs
 
@@ -63,7 +63,7 @@ def test_waiting_is_time_in_all_ways_in(waiting, folder, way):
         exec(WAITING, namespace)
         (run,) = tm.evaluate([namespace["Waiting"]], "Noise").values()
     else:
-        run = bench.evaluate_run(waiting[way], "Noise")
+        run = evaluate_run(waiting[way], "Noise")
     facts = run.metadata
     assert not run.failure
     # Waiting ends when the thread may run again; the delay until it runs is not part of the time.
@@ -99,6 +99,6 @@ def test_timing_runs_have_all_columns_of_times(waiting, folder, run_trial):
     trackers = ["static", waiting["file"]]
     runs = Runs.open(run_trial(folder / "timed", trackers, ["Noise"], timing=True))
     (table,) = [table for table in tables(runs) if table.name == "times"]
-    assert table.heads[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
+    assert table.headings[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
     lines = summarise_times(runs)
     assert lines[0].startswith("static is the fastest: ")

@@ -13,6 +13,7 @@ from tests import browser
 from tests.bench.pages.reading import data_of, stored_runs
 from trackmark import bench, datasets
 from trackmark.bench.commands import show
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.pages.live_page import write_live_page
 
@@ -242,5 +243,5 @@ def test_map_of_another_size_fails_the_run(make_sequence):
         def maps(self, image):
             return {"small": np.zeros((2, 2))}
 
-    assert not bench.evaluate_run(Wrong, make_sequence()).failure
-    assert "map 'small'" in bench.evaluate_run(Wrong, make_sequence(), keep_arrays=True).failure
+    assert not evaluate_run(Wrong, make_sequence()).failure
+    assert "map 'small'" in evaluate_run(Wrong, make_sequence(), keep_arrays=True).failure

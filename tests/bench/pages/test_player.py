@@ -21,7 +21,8 @@ from tests.bench.pages.reading import (
     stored_runs,
     write_experiment_page,
 )
-from trackmark import bench, datasets
+from trackmark import datasets
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside
 from trackmark.bench.metrics.overlap import overlap
@@ -435,7 +436,7 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
     trackers = ("static", f"{tmp_path / 'failing.py'}:Failing")
     experiment = Experiment("mine", trackers, (SequenceSource("plain/target:length=20"),))
     with without_processes():
-        page = write_experiment_page(bench.run_experiment(experiment, tmp_path, jobs=1), tmp_path)
+        page = write_experiment_page(run_experiment(experiment, tmp_path, jobs=1), tmp_path)
     chromium.console.clear()
     chromium.size(1280, 900)
     chromium.open(page.as_uri())

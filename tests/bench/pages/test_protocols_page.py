@@ -18,8 +18,8 @@ from tests.bench.pages.reading import (
     stored_runs,
     write_experiment_page,
 )
-from trackmark import bench
 from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.interface import FrameState
@@ -46,7 +46,7 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
         sources = (SequenceSource(SOURCE),)
         experiment = Experiment("trial", (drifting,), sources, repetitions=2, protocol=protocol)
         with without_processes():
-            stored = bench.run_experiment(experiment, folder, jobs=1)
+            stored = run_experiment(experiment, folder, jobs=1)
         if protocol == "real-time:update_seconds=0.1":
             text = write_experiment_page(stored, folder / "first").read_text()
             assert "There is no comparison: there are no one-pass runs." in text

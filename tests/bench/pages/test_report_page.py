@@ -20,8 +20,8 @@ from tests.bench.pages.reading import (
     stored_runs,
     write_experiment_page,
 )
-from trackmark import bench
 from trackmark.bench.analysis.times import time_text
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
@@ -216,7 +216,7 @@ def test_page_without_subsets_has_no_section_of_them(without_processes, tmp_path
     sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in range(2))
     with without_processes():
         experiment = Experiment("trial", ("static", "camshift:window=adaptive"), sources)
-        folder = bench.run_experiment(experiment, tmp_path, jobs=1)
+        folder = run_experiment(experiment, tmp_path, jobs=1)
     text = write_experiment_page(folder, tmp_path / "page").read_text()
     assert "subsets" not in Cells(text).tables
     assert "part-subsets" not in text

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tests.bench.evaluation.walkers import Walker
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench import metrics, protocols
 from trackmark.bench.analysis.by_metrics import metric_tables
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.execution.plan import RunStatus, make_plan
@@ -132,7 +132,7 @@ def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
     _, in_company, _ = runs_by(name, sequence, lambda seed: Confident(seed), Confident, Walker)
     (other,) = runs_by(name, sequence, Walker)
-    evaluated = bench.evaluate_run(Confident, sequence, protocol=text_of(name))
+    evaluated = evaluate_run(Confident, sequence, protocol=text_of(name))
     for again in (in_company, evaluated):
         np.testing.assert_array_equal(run.boxes, again.boxes)
         assert run.identity == again.identity != other.identity
@@ -203,7 +203,7 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
 def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
     assert run.identity.protocol == "one-pass"
-    assert run.identity == bench.evaluate_run(Walker, sequence).identity
+    assert run.identity == evaluate_run(Walker, sequence).identity
     assert run_key(run.identity) == ("Walker", "line", 0, "one-pass")
     others = {runs_by(name, sequence, Confident)[0].identity.version for name in protocols.names()}
     assert len(others) == len(protocols.names())

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.bench.evaluation.walkers import Walker
-from trackmark import bench
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.protocols import Action, parse_protocol
 from trackmark.trackers import Estimate
 
@@ -67,9 +67,7 @@ def test_rows_hold_boxes_of_their_estimate_frames(make_sequence):
             frame = numbers[image.tobytes()]
             return Estimate(np.array([frame, 2.0, 8.0, 6.0]), confidence=frame / 16)
 
-    run = bench.evaluate_run(
-        FrameNumbers, sequence, protocol="real-time:fps=10:update_seconds=0.15/0.31"
-    )
+    run = evaluate_run(FrameNumbers, sequence, protocol="real-time:fps=10:update_seconds=0.15/0.31")
     assert run.estimate_frames[1] == 1
     late = run.estimate_frames[2:]
     assert (late <= np.arange(2, 16)).all()
@@ -86,8 +84,8 @@ def test_rows_hold_boxes_of_their_estimate_frames(make_sequence):
 
 def test_fast_tracker_has_its_one_pass_run(make_sequence):
     sequence = make_sequence(n=12)
-    run = bench.evaluate_run(Walker, sequence, protocol="real-time:update_seconds=0.04")
-    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Walker, sequence).boxes)
+    run = evaluate_run(Walker, sequence, protocol="real-time:update_seconds=0.04")
+    np.testing.assert_array_equal(run.boxes, evaluate_run(Walker, sequence).boxes)
     assert run.estimate_frames.tolist() == list(range(12))
 
 
@@ -96,8 +94,8 @@ def test_measured_times_make_runs_time_dependent(make_sequence):
     assert protocol.time_dependent
     assert not parse_protocol("real-time:update_seconds=0.1").time_dependent
     sequence = make_sequence(n=8)
-    run = bench.evaluate_run(Walker, sequence, protocol=protocol.key)  # 1000 s per frame
-    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Walker, sequence).boxes)
+    run = evaluate_run(Walker, sequence, protocol=protocol.key)  # 1000 s per frame
+    np.testing.assert_array_equal(run.boxes, evaluate_run(Walker, sequence).boxes)
 
 
 def test_long_term_needs_confidence_of_reported_target(make_sequence):
@@ -109,8 +107,8 @@ def test_long_term_needs_confidence_of_reported_target(make_sequence):
             visible = len(self.shown) < 4
             return Estimate(estimate.box, visible=visible, confidence=0.5 if visible else nan)
 
-    run = bench.evaluate_run(Leaves, sequence, protocol="long-term")
+    run = evaluate_run(Leaves, sequence, protocol="long-term")
     assert run.status == "finished"
-    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Leaves, sequence).boxes)
-    failed = bench.evaluate_run(Walker, sequence, protocol="long-term")
+    np.testing.assert_array_equal(run.boxes, evaluate_run(Leaves, sequence).boxes)
+    failed = evaluate_run(Walker, sequence, protocol="long-term")
     assert failed.failure.startswith("frame 1: the estimate has no confidence, which the protocol")

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from trackmark import bench
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
+from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.truth import add_truth_of
@@ -70,7 +71,7 @@ def store():
     """Return a function that evaluates a tracker, stores the run and returns it."""
 
     def stored(results, sequence, tracker="static", repetition=0):
-        run = bench.evaluate_run(tracker, sequence, repetition)
+        run = evaluate_run(tracker, sequence, repetition)
         add_truth_of(results.folder, sequence)
         assert results.add(run)
         return run
@@ -85,5 +86,5 @@ def several(results, sequence, store):
     runs.append(full_run(sequence))
     assert results.add(runs[-1])
     request(results, *runs)
-    bench.load_runs(results.folder)  # stores the scores
+    load_table(results.folder)  # stores the scores
     return results

@@ -11,8 +11,9 @@ from hypothesis.extra.numpy import array_shapes, arrays, scalar_dtypes
 
 import trackmark as tm
 from tests.bench.store.conftest import full_run, of_version, request
-from trackmark import bench
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.store import run_rows
+from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.maintenance import find_damage, merge_results
 from trackmark.bench.store.packing import pack, unpack
@@ -157,8 +158,8 @@ def test_failed_run_is_replaced_by_planned_or_finished_run(results, sequence):
 
 
 def test_write_all_is_atomic(results, sequence):
-    run = bench.evaluate_run("static", sequence)
-    broken = replace(bench.evaluate_run("static", sequence, 1), metadata={"host": object()})
+    run = evaluate_run("static", sequence)
+    broken = replace(evaluate_run("static", sequence, 1), metadata={"host": object()})
     with pytest.raises(TypeError):
         results.add_all([(run, ""), (broken, "")])
     assert results.list_keys() == []
@@ -197,28 +198,28 @@ def test_run_is_scored_once_per_version_of_the_scores(results, sequence, store, 
 def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
     run, other = store(results, sequence), store(results, sequence, "camshift")
     later = of_version(other, "later")
-    gone = bench.evaluate_run("static", sequence, 1)
+    gone = evaluate_run("static", sequence, 1)
     request(results, later, gone, run)
-    frame = bench.load_runs(results.folder)
+    frame = load_table(results.folder)
     assert frame["tracker"].tolist() == ["camshift", "static", "static"]
     assert frame["status"].tolist() == ["stale", "finished", "missing"]
     assert frame["experiment"].unique().tolist() == ["trial"]
-    assert bench.load_runs(results.folder.parent).equals(frame)
+    assert load_table(results.folder.parent).equals(frame)
     for column in ("tracker", "sequence", "status", "failure", "parameters"):
         assert frame[column].dtype == object, column
     assert frame["mean_overlap"].notna().tolist() == [True, True, False]
-    chosen = bench.load_runs(results.folder, [run_key(run.identity)])
+    chosen = load_table(results.folder, [run_key(run.identity)])
     assert chosen["repetition"].tolist() == [0]
 
 
 def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
     several.remove([cell for cell in several.list_keys() if cell[2] != 1])
-    assert bench.load_runs(several.folder)["repetition"].tolist() == [1]
+    assert load_table(several.folder)["repetition"].tolist() == [1]
     assert find_damage(several.folder) == []
     several.remove(several.list_keys())
     with pytest.raises(ResultsError, match="no ground truth of line"):
         read_truth(several.folder, sequence.name, sequence.fingerprint)
-    assert len(bench.load_runs(several.folder)) == 0
+    assert len(load_table(several.folder)) == 0
 
 
 def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_path):
@@ -243,7 +244,7 @@ def test_further_tables_of_earlier_versions_are_ignored(several):
     with sqlite3.connect(several.folder / "runs.db") as database:
         database.execute("CREATE TABLE log (id INTEGER PRIMARY KEY, content TEXT) STRICT")
     database.close()
-    assert len(bench.load_runs(several.folder)) == 4
+    assert len(load_table(several.folder)) == 4
     assert find_damage(several.folder) == []
 
 
@@ -257,7 +258,7 @@ def test_columns_are_readable_without_trackmark(several):
 
 def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     with pytest.raises(ResultsError, match="this folder contains no results"):
-        bench.load_runs(tmp_path / "nothing")
+        load_table(tmp_path / "nothing")
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
         several.read(("static", "line", 9, "one-pass"))
     (tmp_path / "file").write_text("")
@@ -281,7 +282,7 @@ def test_other_files_are_refused(several, change, message):
     database.commit()
     database.close()
     with pytest.raises(ResultsError, match=message) as error:
-        bench.load_runs(several.folder)
+        load_table(several.folder)
     assert str(several.folder / "runs.db") in str(error.value)
 
 

@@ -21,12 +21,13 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from trackmark import bench
 from trackmark.bench.analysis.run_tables import tables
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
+from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.database import Database
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.maintenance import find_damage
@@ -182,7 +183,7 @@ class Experimenter(RuleBasedStateMachine):
     def each_run_has_the_expected_status(self):
         if not self.requested:
             return
-        table = bench.load_runs(self.results.folder)
+        table = load_table(self.results.folder)
         columns = ["tracker", "sequence", "repetition", "protocol"]
         rows = {tuple(row[column] for column in columns): row for _, row in table.iterrows()}
         stored_rows = table[table["status"] != "missing"].sort_values("date")
@@ -220,7 +221,7 @@ class Experimenter(RuleBasedStateMachine):
 
     def _oracle(self, tracker, sequence, repetition):
         """Return version, status and digest of an undisturbed run."""
-        run = bench.evaluate_run(self._text(tracker), str(self.data_folder / sequence), repetition)
+        run = evaluate_run(self._text(tracker), str(self.data_folder / sequence), repetition)
         return run.identity.version, run.status, content_digest(run)
 
     def _goal(self, chosen, retry_failed):
@@ -235,7 +236,7 @@ class Experimenter(RuleBasedStateMachine):
                     requested[key.tracker, key.sequence, repetition, "one-pass"] = key.version
                     version, status, _ = self.runs.get(run_key(key), ("", "", ""))
                     if version != key.version or (retry_failed and status == "failed"):
-                        run = bench.evaluate_run(text, sequence, repetition)
+                        run = evaluate_run(text, sequence, repetition)
                         goal[run_key(key)] = run.identity.version, run.status, content_digest(run)
                 for cell in requested:  # one version counts for all repetitions
                     if cell[:2] == (key.tracker, key.sequence):
