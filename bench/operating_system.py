@@ -112,7 +112,7 @@ def _descendants(parent: int, mark: str) -> list[int]:
     A descendant is missed if its environment lacks the mark and its ancestors have ended.
     """
     parents: dict[int, int] = {}
-    found: set[int] = set()
+    descendants: set[int] = set()
     assignment = f"{mark}=1".encode()
     folders: list[Path] = []
     with suppress(OSError):  # there is no such folder
@@ -123,8 +123,8 @@ def _descendants(parent: int, mark: str) -> list[int]:
             state = (folder / "stat").read_text("utf-8", "replace")
             parents[process] = int(state.rpartition(")")[2].split()[1])
             if assignment in (folder / "environ").read_bytes().split(b"\0"):
-                found.add(process)
-    newer = {parent, *found}
-    while newer := {child for child, creator in parents.items() if creator in newer} - found:
-        found |= newer
-    return sorted(found - {parent})
+                descendants.add(process)
+    newer = {parent, *descendants}
+    while newer := {child for child, creator in parents.items() if creator in newer} - descendants:
+        descendants |= newer
+    return sorted(descendants - {parent})

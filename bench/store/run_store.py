@@ -167,8 +167,8 @@ class RunStore:
             for key in keys:
                 database.delete("run", _KEY, *key)
             requests, removed = _read_requests(database), set(keys)
-            kept = {k: version for k, version in requests.versions.items() if k not in removed}
-            _write_requests(database, replace(requests, versions=kept))
+            remaining = {k: v for k, v in requests.versions.items() if k not in removed}
+            _write_requests(database, replace(requests, versions=remaining))
             database.delete(
                 "truth", "(sequence, fingerprint) NOT IN (SELECT sequence, fingerprint FROM run)"
             )
