@@ -184,14 +184,14 @@ def film_strip(
         text = f"{number} {words.get(number, '')}".strip()
         tiles.append(overlay(image, frame_boxes, shades, scale, text, shape, lines_of(number)))
     height, wide = tiles[0].shape[:2]
-    head, n_rows = 28 if title else 0, -(-len(tiles) // columns)
-    size = head + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP
+    title_height, n_rows = 28 if title else 0, -(-len(tiles) // columns)
+    size = title_height + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP
     strip = np.full((*size, 3), BACKGROUND, np.uint8)
     if title:
-        write_words(strip[:head], title, (10, 19))
+        write_words(strip[:title_height], title, (10, 19))
     for place, tile in enumerate(tiles):
         row, column = divmod(place, columns)
-        top, left = head + row * (height + _GAP), column * (wide + _GAP)
+        top, left = title_height + row * (height + _GAP), column * (wide + _GAP)
         strip[top : top + height, left : left + wide] = tile
     return np.vstack([strip, legend(boxes, shades, size[1])]) if boxes else strip
 

@@ -169,8 +169,9 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
     gaps = np.flatnonzero(~np.isfinite(ys))
     path = ""
     for piece in np.split(np.arange(len(ys)), gaps):
-        its = piece[np.isfinite(ys[piece])]
-        across, down = _corners(xs[its], ys[its]) if kind == "step" else (xs[its], ys[its])
+        finite = piece[np.isfinite(ys[piece])]
+        points = xs[finite], ys[finite]
+        across, down = _corners(*points) if kind == "step" else points
         path += _trace(x(across), y(down))
     link = Markup(' data-positions="{}"').format(positions) if positions else ""
     curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')
@@ -222,13 +223,13 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         name = _short(line.label)
         wide = min(_COLUMNS, ceil(_LETTER * len(name) / (grid[1] - grid[0])) + 1)
         near = np.stack([sliding_window_view(row, wide) for row in rows])
-        its_line = near[number]
-        middles = np.stack([its_line.min(axis=1) - _DISTANCE, its_line.max(axis=1) + _DISTANCE])
+        heights = near[number]
+        middles = np.stack([heights.min(axis=1) - _DISTANCE, heights.max(axis=1) + _DISTANCE])
         gaps = np.abs(near[:, None] - middles[..., None])
         gaps[len(lines) :] -= _HEIGHT  # names must not overlap, but may cross a line
         room = np.nanmin(gaps, axis=(0, 3)).clip(max=_HEIGHT)
         room[(middles < y.pixels[1] + 8) | (middles > y.pixels[0] - 8)] = -np.inf
-        score = room - np.abs(middles - its_line[:, wide // 2]) / 5
+        score = room - np.abs(middles - heights[:, wide // 2]) / 5
         side, start = np.unravel_index(np.argmax(score), score.shape)
         if room[side, start] < 0:
             continue

@@ -38,7 +38,7 @@ class ScoreMeasure:
     margin: float = 0.0  # difference of scores that is irrelevant in practice
 
     @property
-    def head(self) -> str:
+    def heading(self) -> str:
         """Column heading with unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
@@ -57,7 +57,7 @@ class Table:
 
     name: str  # file name without suffix
     caption: str
-    heads: list[str]  # column headings
+    headings: list[str]  # column headings
     n_labels: int  # number of leading columns with the labels of a row
     rows: list[list[Cell]]
     notes: list[str] = field(default_factory=list)  # below the table: failed and missing runs
@@ -68,15 +68,15 @@ class Table:
 def text_table(
     name: str,
     caption: str,
-    heads: Iterable[str],
+    headings: Iterable[str],
     rows: list[list[str]],
     n_labels: int = 1,
     notes: Iterable[str] = (),
 ) -> Table:
     """Return a table of texts, which are also its data."""
     cells = [[Cell(text) for text in row] for row in rows]
-    data = pd.DataFrame(rows, columns=[*heads])
-    return Table(name, caption, [*heads], n_labels, cells, [*notes], data)
+    data = pd.DataFrame(rows, columns=[*headings])
+    return Table(name, caption, [*headings], n_labels, cells, [*notes], data)
 
 
 def text_columns(table: Table) -> list[bool]:
@@ -85,7 +85,7 @@ def text_columns(table: Table) -> list[bool]:
     Cells with several statements (`0 of 2; fragile`) are always texts.
     """
     are_texts = []
-    for column in range(len(table.heads)):
+    for column in range(len(table.headings)):
         cells = [row[column].text for row in table.rows]
         filled = [text for text in cells if text not in ("", _NO_FRAME) and text[0] != MISSING]
         n_numbers = sum(_NUMBER.match(text) is not None for text in filled)

@@ -24,21 +24,21 @@ def plot_attributes(curves: Sequence[Curve], measure: ScoreMeasure, title: str) 
     labels = list(dict.fromkeys(curve.label for curve in curves))
     panels: dict[str, list[Curve]] = {}
     for curve in curves:
-        panels.setdefault(attributes.find(curve.attribute).head, []).append(curve)
+        panels.setdefault(attributes.find(curve.attribute).heading, []).append(curve)
     n_rows = ceil(len(panels) / _N_COLUMNS)
     figure = bare_figure(title, 0.6 + 2.2 * n_rows)
     grid = figure.subplots(n_rows, _N_COLUMNS, sharey=True, squeeze=False)
     for axes in grid.ravel()[len(panels) :]:
         axes.set_visible(False)
-    for axes, (heading, its_curves) in zip(grid.ravel(), panels.items(), strict=False):
+    for axes, (heading, panel_curves) in zip(grid.ravel(), panels.items(), strict=False):
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
-        for curve in its_curves:
+        for curve in panel_curves:
             _draw_curve(axes, curve, measure.scale, labels.index(curve.label))
         axes.set_xlabel(heading, fontsize=9)
         axes.tick_params(labelsize=8)
     for axes in grid[:, 0]:
-        axes.set_ylabel(measure.head, fontsize=9)
+        axes.set_ylabel(measure.heading, fontsize=9)
     add_legend(figure, "dots: sequences; lines: means over bins, 95 % intervals")
     return figure
 

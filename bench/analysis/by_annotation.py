@@ -26,9 +26,9 @@ class AnnotationReport(NamedTuple):
 
     table: Table
     quantity: str
-    # by tracker, in the order of `heads`; empty if none is finite
+    # by tracker, in the order of `headings`; empty if none is finite
     scores: Mapping[str, list[float]]
-    heads: list[str]  # attributes with their number of sequences
+    headings: list[str]  # attributes with their number of sequences
 
 
 def annotation_reports(runs: Runs, metrics: Collection[str]) -> list[AnnotationReport]:
@@ -56,7 +56,7 @@ def _report(
     score = "eao" if "eao" in columns else next(key for key in columns if columns[key].direction)
     scores = MetricScores(runs, metrics, protocol)
     results = {group: scores.of_group(members) for group, members in groups.items()}
-    heads = [f"{group} ({len(members)})" for group, members in groups.items()]
+    headings = [f"{group} ({len(members)})" for group, members in groups.items()]
     trackers = list(results[next(iter(groups))])
     values = {name: [results[group][name].scores[score] for group in groups] for name in trackers}
     notes = []
@@ -70,7 +70,7 @@ def _report(
     table = Table(
         name=f"{table_prefix(protocol)}annotated-{metrics}",
         caption=f"{quantity} over the sequences with an annotated attribute (number of sequences).",
-        heads=["tracker", *heads],
+        headings=["tracker", *headings],
         n_labels=1,
         rows=[
             [Cell(name), *(Cell(f"{x:.3f}" if isfinite(x) else MISSING) for x in row)]
@@ -81,4 +81,4 @@ def _report(
         .rename_axis("tracker")
         .reset_index(),
     )
-    return AnnotationReport(table, quantity, values, heads)
+    return AnnotationReport(table, quantity, values, headings)

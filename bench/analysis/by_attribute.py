@@ -224,10 +224,10 @@ def attribute_table(
     return Table(
         name=name,
         caption=(
-            f"{measure.head} against attributes of the sequences (docs/attributes.md): rank "
+            f"{measure.heading} against attributes of the sequences (docs/attributes.md): rank "
             "correlation of scores and attribute over n sequences, with its interval."
         ),
-        heads=["tracker", "attribute", "n", "correlation", "interval", "lowest", "highest"],
+        headings=["tracker", "attribute", "n", "correlation", "interval", "lowest", "highest"],
         n_labels=2,
         rows=rows,
         notes=notes,

@@ -74,14 +74,15 @@ def selected_trackers(
     scored: pd.DataFrame, trackers: Sequence[str] | None, against: str | None
 ) -> list[str]:
     """Return the labels of the compared trackers; raise `ComparisonError` for an unknown one."""
-    stored = [str(name) for name in scored["tracker"].unique()]
-    selected = list(stored if trackers is None else trackers)
+    stored_trackers = [str(name) for name in scored["tracker"].unique()]
+    selected = list(stored_trackers if trackers is None else trackers)
     if against is not None and against not in selected:
         selected.insert(0, against)
     for name in selected:
-        if name not in stored:
+        if name not in stored_trackers:
             raise ComparisonError(
-                f"{name!r}: no stored runs of this tracker. Stored are {', '.join(stored)}."
+                f"{name!r}: no stored runs of this tracker. Stored are "
+                f"{', '.join(stored_trackers)}."
             )
         if selected.count(name) > 1:
             raise ComparisonError(f"{name!r} is named twice. Name each tracker once.")

@@ -54,7 +54,7 @@ class Standing:
     tracker: str
     mean: float
     interval: tuple[float, float] | None  # interval of the mean at 95 %; None for too few units
-    contender: bool  # True: no answer calls another tracker better; the tracker gets a star
+    is_unbeaten: bool  # no other tracker is better; tables mark such trackers with a star
     kept: float  # share of runs that never lost the target; the name is a key of --json
     ms_per_frame: float  # mean over the sequences [ms]
     fps: float  # frames per second of this mean

@@ -31,7 +31,7 @@ def write_differences(comparison: Comparison, folder: Path) -> list[Path]:
         return []
     title = f"{measure.title} on {len(comparison.sequences)} sequences"
     margin = measure.margin * measure.scale
-    figure = _difference_plot(differences, comparison.sequences, measure.head, margin, title)
+    figure = _difference_plot(differences, comparison.sequences, measure.heading, margin, title)
     return [write_file(folder / "differences.png", lambda file: save_figure(file, figure))]
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.analysis.outlines import Outlines, outlines_of_run
-from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.output_files import file_names, write_file
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import Runs, RunWithTruth, reopen_sequence
@@ -26,7 +26,7 @@ MAX_STRIPS = 100
 
 _MAX_PENDING = 4  # film strips in memory
 
-TRACE_WORDS: Mapping[Trace, str] = {"online": "online boxes", "revised": "revised boxes"}
+TRAJECTORY_LABELS: Mapping[Trajectory, str] = {"online": "online boxes", "revised": "revised boxes"}
 """Labels in pictures for the boxes of trackers that revise boxes later."""
 
 
@@ -73,9 +73,9 @@ def _draw_strip(
 ) -> NDArray[np.uint8]:
     """Return the film strip of a sequence with the one-pass runs among `rows`."""
     one_pass = [row for row in rows if row["protocol"] == ONE_PASS]
-    stored = list(runs.read(one_pass))
-    boxes, named = {TRUTH: stored[0].truth.boxes} if stored else {}, {}
-    for tracker, run in _select_repetition(stored, 0).items():
+    one_pass_runs = list(runs.read(one_pass))
+    boxes, named = {TRUTH: one_pass_runs[0].truth.boxes} if one_pass_runs else {}, {}
+    for tracker, run in _select_repetition(one_pass_runs, 0).items():
         label = _label(tracker, run, "online")
         boxes[label], named[label] = run.boxes, shades[tracker]
     numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, N_STRIP_FRAMES)
@@ -83,37 +83,40 @@ def _draw_strip(
 
 
 def boxes_on(
-    experiments: Iterable[Runs], sequence: str, repetition: int = 0, trace: Trace = "online"
+    experiments: Iterable[Runs],
+    sequence: str,
+    repetition: int = 0,
+    trajectory: Trajectory = "online",
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, Outlines]]:
     """Return boxes, with the ground truth first, and outlines on a sequence by label.
 
-    A label is the name of a tracker. If the tracker revised boxes, it ends with the trace, online
-    or revised. Outlines exist for online estimates only. Failed runs are included up to their
-    failure.
+    A label is the name of a tracker. If the tracker revised boxes, it ends with the trajectory,
+    online or revised. Outlines exist for online estimates only. Failed runs are included up to
+    their failure.
     """
-    stored = [
+    runs_of_sequence = [
         run
         for runs in experiments
         for run in runs.read(runs.evaluated_rows(protocol=ONE_PASS, sequence=sequence))
     ]
-    boxes = {TRUTH: stored[0].truth.boxes} if stored else {}
+    boxes = {TRUTH: runs_of_sequence[0].truth.boxes} if runs_of_sequence else {}
     outlines = dict[str, Outlines]()
-    for tracker, run in _select_repetition(stored, repetition).items():
-        label = _label(tracker, run, trace)
-        boxes[label] = run.boxes_in(trace)
-        if trace == "online" or run.revised is None:
+    for tracker, run in _select_repetition(runs_of_sequence, repetition).items():
+        label = _label(tracker, run, trajectory)
+        boxes[label] = run.boxes_in(trajectory)
+        if trajectory == "online" or run.revised is None:
             outlines[label] = outlines_of_run(run)
     return boxes, outlines
 
 
-def _select_repetition(stored: Iterable[RunWithTruth], repetition: int) -> dict[str, Run]:
+def _select_repetition(runs: Iterable[RunWithTruth], repetition: int) -> dict[str, Run]:
     """Return a repetition of each tracker, or the first run of a tracker without it."""
-    runs: dict[str, Run] = {}
-    for row, run, _ in stored:
-        if row["repetition"] == repetition or row["tracker"] not in runs:
-            runs[row["tracker"]] = run
-    return runs
+    selected: dict[str, Run] = {}
+    for row, run, _ in runs:
+        if row["repetition"] == repetition or row["tracker"] not in selected:
+            selected[row["tracker"]] = run
+    return selected
 
 
-def _label(tracker: str, run: Run, trace: Trace) -> str:
-    return tracker if run.revised is None else f"{tracker}, {TRACE_WORDS[trace]}"
+def _label(tracker: str, run: Run, trajectory: Trajectory) -> str:
+    return tracker if run.revised is None else f"{tracker}, {TRAJECTORY_LABELS[trajectory]}"

@@ -64,9 +64,9 @@ class RunSummary:
     def lines(self, *, quiet: bool = False) -> list[str]:
         """Return the lines for a terminal; if `quiet`, without the table."""
         sentences = [self.answer.heading, *([] if quiet else self.answer.details)]
-        head = [*self.failures, *([""] if self.failures else [])]
-        head += [line for sentence in sentences for line in wrap(sentence).splitlines()]
-        return head if quiet else [*head, "", *terminal_lines(self.table)]
+        first_lines = [*self.failures, *([""] if self.failures else [])]
+        first_lines += [line for sentence in sentences for line in wrap(sentence).splitlines()]
+        return first_lines if quiet else [*first_lines, "", *terminal_lines(self.table)]
 
 
 def summarise(runs: Runs) -> RunSummary | None:
@@ -147,16 +147,16 @@ def _table(means: MeansByTracker, mark: str, notes: Sequence[str]) -> Table:
             fps_text(values[TIME.name]),
         ]
         rows.append([Cell(text) for text in texts])
-    heads = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
-    heads += [TIME.head, "fps"]
+    headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
+    headings += [TIME.heading, "fps"]
     ranks = [0, 9, 3, 1, 4, 2, 5]
     if not any(_interval(entries["mean_overlap"]) for entries in means.values()):
-        del heads[3], ranks[2]
+        del headings[3], ranks[2]
         for row in rows:
             del row[3]
     others = len(means) - len(rows)
     more = [f"{others} more trackers: --verbose"] if others else []
-    return Table("short", "", heads, 1, rows, [*more, *notes], ranks=ranks)
+    return Table("short", "", headings, 1, rows, [*more, *notes], ranks=ranks)
 
 
 def summarise_times(runs: Runs) -> list[str]:
@@ -168,15 +168,15 @@ def summarise_times(runs: Runs) -> list[str]:
     table = replace(table, notes=[*table.notes, *notes])
     times = table.data[table.data["measure"] == TIME.name].set_index("tracker")["mean"].dropna()
     if times.empty:
-        head = "There is no answer: the timing runs failed."
+        sentence = "There is no answer: the timing runs failed."
     else:
         clocks = clock_of(timed)
         most_used = max(clocks.values(), key=list(clocks.values()).count)
         comparable = times[[name for name in times.index if clocks.get(name) == most_used]]
         fastest = str(comparable.idxmin())
         verb = "is the fastest" if len(comparable) > 1 else "was timed"
-        head = f"{fastest} {verb}: {time_text(comparable.min())} ms per frame."
-    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table)]
+        sentence = f"{fastest} {verb}: {time_text(comparable.min())} ms per frame."
+    return [*lines, *([""] if lines else []), sentence, "", *terminal_lines(table)]
 
 
 def _number(value: float, form: str, unit: str = "") -> str:

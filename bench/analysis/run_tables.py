@@ -107,7 +107,7 @@ def _table_of(
 
 
 def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
-    """Return a note for each tracker whose one-pass and timing runs of one seed differ in scores.
+    """Return a note for each tracker with different scores in a one-pass and its timing run.
 
     `runs`: as in `Runs.table`. Scores are compared, as equal boxes have equal scores.
     """
@@ -120,11 +120,13 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
     both = first.index.intersection(second.index)
     before, again = (frame.loc[both, scores].to_numpy(np.float64) for frame in (first, second))
     differs = ~np.isclose(before, again, rtol=0, atol=1e-9, equal_nan=True).all(axis=1)
-    cells = {tracker: (sequence, seed) for tracker, sequence, seed in both[differs][::-1]}
+    first_differences = {
+        tracker: (sequence, repetition) for tracker, sequence, repetition in both[differs][::-1]
+    }
     return {
-        tracker: f"{tracker} is not repeatable: seed {seed} gave other boxes on {sequence} in a "
-        "timing run"
-        for tracker, (sequence, seed) in cells.items()
+        tracker: f"{tracker} is not repeatable: repetition {repetition} gave other boxes on "
+        f"{sequence} in a timing run"
+        for tracker, (sequence, repetition) in first_differences.items()
     }
 
 
@@ -184,7 +186,7 @@ def mean_table(
     scored: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
     title: str,
-    preset: str,
+    metrics: str,
     *,
     skip_undefined: bool = False,
 ) -> Table:
@@ -198,7 +200,7 @@ def mean_table(
     }
     runs = scored.assign(unit=scored["sequence"].astype(str).map(unit_of))
     how = uncertainty_of, meaning_of_intervals(units)
-    return summary_table(runs, measures, title, preset, *how, skip_undefined=skip_undefined)
+    return summary_table(runs, measures, title, metrics, *how, skip_undefined=skip_undefined)
 
 
 def meaning_of_intervals(units: StatisticalUnits) -> str:

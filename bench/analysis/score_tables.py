@@ -52,7 +52,7 @@ def summary_table(
     runs: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
     title: str,
-    preset: str,
+    metrics: str,
     uncertainties: Uncertainties | None = None,
     meaning: str = "± standard deviation over repetitions.",
     *,
@@ -82,8 +82,8 @@ def summary_table(
     values = _values(runs, mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
         values = _with_uncertainty(values, by_unit, measures, uncertainties)
-    caption = f"{title}: {means_over(sequences, n_units)}; metrics {preset}. {meaning}"
-    return _table("summary", caption, values, runs, measures, preset)
+    caption = f"{title}: {means_over(sequences, n_units)}; metrics {metrics}. {meaning}"
+    return _table("summary", caption, values, runs, measures, metrics)
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -94,7 +94,7 @@ def means_over(sequences: Sequence[str], n_units: int) -> str:
 
 
 def sequence_table(
-    runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str, preset: str
+    runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str, metrics: str
 ) -> Table:
     """Make a table of trackers by measures on every sequence; parameters as for `summary_table`.
 
@@ -106,10 +106,10 @@ def sequence_table(
     mean = mean.reindex(index[index.isin(mean.index)])
     values = _values(runs, mean, spread, mean, measures)
     caption = (
-        f"{title}: every sequence; metrics {preset}. Means and ± standard deviations over "
+        f"{title}: every sequence; metrics {metrics}. Means and ± standard deviations over "
         "repetitions."
     )
-    return _table("sequences", caption, values, runs, measures, preset)
+    return _table("sequences", caption, values, runs, measures, metrics)
 
 
 def _table(
@@ -118,7 +118,7 @@ def _table(
     values: pd.DataFrame,
     runs: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
-    preset: str,
+    metrics: str,
 ) -> Table:
     """Return a table of `_values`, which become its data."""
     labels = [str(level) for level in values.index.names]
@@ -131,10 +131,10 @@ def _table(
         [*map(Cell, row), *cells[number * n : (number + 1) * n]]
         for number, row in enumerate(data[labels][::n].to_numpy())
     ]
-    data.insert(len(labels), "metrics", preset)
-    heads = [*labels, *(measure.head for measure in measures)]
+    data.insert(len(labels), "metrics", metrics)
+    headings = [*labels, *(measure.heading for measure in measures)]
     notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
-    return Table(name, caption, heads, len(labels), rows, notes, data, ranks)
+    return Table(name, caption, headings, len(labels), rows, notes, data, ranks)
 
 
 def _statistic(

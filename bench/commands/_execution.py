@@ -9,9 +9,9 @@ import click
 from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import (
     RunProgress,
-    patience,
     print_event,
     print_message,
+    report_slow_work,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
@@ -33,7 +33,7 @@ def plan_experiment(
     """
     from trackmark.bench.execution.executor import Execution
 
-    with patience("Opening trackers and sequences") as opened:
+    with report_slow_work("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
             options.results_root,

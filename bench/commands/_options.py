@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from trackmark.bench.commands._progress import patience, silence_progress
+from trackmark.bench.commands._progress import report_slow_work, silence_progress
 from trackmark.bench.experiments.experiment import (
     ExperimentError,
     SequenceSource,
@@ -200,8 +200,8 @@ def protocol_option() -> Any:
     )
 
 
-def trace_option() -> Any:
-    """Return the dataclass field of the option --trace."""
+def trajectory_option() -> Any:
+    """Return the dataclass field of the option --trajectory."""
     return option(
         "Boxes as returned frame by frame, or as revised later.",
         default="online",
@@ -327,7 +327,7 @@ def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSo
     """
     from trackmark.datasets.selection import select_sequences
 
-    with patience("Looking for sequences"):
+    with report_slow_work("Looking for sequences"):
         names = select_sequences(split_list(text))
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")

@@ -16,7 +16,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._output_files import check_outputs
-from trackmark.bench.commands._progress import patience, print_event
+from trackmark.bench.commands._progress import print_event, report_slow_work
 from trackmark.bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def command(options: AnnotateOptions) -> None:
     video = options.video
     boxes = _marked(options.boxes, options.key_frames)
     drawing = Drawing(boxes=boxes, absent=[_frame_range(text) for text in options.absent])
-    with patience(f"Opening {video}"):
+    with report_slow_work(f"Opening {video}"):
         loaded = datasets.load(video)
     # An existing ground-truth file would hide the images after its last row.
     sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="")

@@ -139,14 +139,16 @@ def command(options: CheckOptions) -> int:
     from trackmark.bench.regression.speed import check_speeds
 
     path = baseline_path(options.name)
-    stored = read_baseline(path)
-    _check_usage(stored, options)
-    sources = {entry.source for row in stored.entries.values() for entry in row.values()}
-    inputs = [path, *input_files(stored.specs.values(), sources)]
+    baseline = read_baseline(path)
+    _check_usage(baseline, options)
+    sources = {entry.source for row in baseline.entries.values() for entry in row.values()}
+    inputs = [path, *input_files(baseline.specs.values(), sources)]
     inputs += [] if options.families is None else [options.families]
     check_outputs({"--markdown": options.markdown, "--junit": options.junit}, inputs)
     environment = current_environment()  # before the runs: a library that is missing costs no runs
-    before = _part(stored, options).with_repetitions(options.repetitions or stored.n_repetitions)
+    before = _part(baseline, options).with_repetitions(
+        options.repetitions or baseline.n_repetitions
+    )
     entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
     families = (
         None if options.families is None else read_families(options.families).by_name(entries)
@@ -155,7 +157,7 @@ def command(options: CheckOptions) -> int:
     if options.revision is not None:
         # All sequences are timed: a check of some sequences then gives the same times.
         trackers = list(before.entries)
-        speeds = check_speeds(stored, trackers, options.revision, options.budget, print_message)
+        speeds = check_speeds(baseline, trackers, options.revision, options.budget, print_message)
     runner = BaselineRunner(
         f"check-{path.stem}",
         before.specs,
@@ -176,7 +178,7 @@ def command(options: CheckOptions) -> int:
         click.echo(wrap(summary_line(result, str(path), slower, strict=options.strict)))
     _show(result, speeds, options)
     if options.accept is not None:
-        return _accept(stored, path, options, result, runner)
+        return _accept(baseline, path, options, result, runner)
     verdict = _verdict(result, speeds)
     status = EXIT_NEGATIVE if verdict == "regression" else 0
     if options.strict and verdict == "inconclusive":
@@ -191,14 +193,14 @@ def command(options: CheckOptions) -> int:
     return status
 
 
-def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
+def _check_usage(baseline: "Baseline", options: CheckOptions) -> None:
     """Raise `UsageError` for options that contradict each other or the baseline."""
     accept, repetitions = options.accept, options.repetitions
     if (accept is None) != (not (options.reason or "").strip()):
         raise click.UsageError("--accept TRACKER requires --reason TEXT, and vice versa.")
-    if accept is not None and accept not in stored.entries:
+    if accept is not None and accept not in baseline.entries:
         raise click.UsageError(
-            f"--accept: the baseline has no {accept!r}; it has {', '.join(stored.entries)}."
+            f"--accept: the baseline has no {accept!r}; it has {', '.join(baseline.entries)}."
         )
     if accept is not None and (options.is_timed or repetitions is not None):
         raise click.UsageError("--accept cannot be combined with --timing or --repetitions.")
@@ -207,10 +209,10 @@ def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
             "--timing requires --revision REVISION, and vice versa: speeds are compared with those "
             "of a git revision."
         )
-    if repetitions is not None and repetitions > stored.n_repetitions:
+    if repetitions is not None and repetitions > baseline.n_repetitions:
         raise click.UsageError(
-            f"--repetitions: {repetitions} is more than the {stored.n_repetitions} repetitions of "
-            "the baseline. Give fewer, or recreate the baseline with more."
+            f"--repetitions: {repetitions} is more than the {baseline.n_repetitions} repetitions "
+            "of the baseline. Give fewer, or recreate the baseline with more."
         )
 
 
@@ -264,14 +266,14 @@ def _with_canonical_names(texts: Sequence[str]) -> list[str]:
 
 def _verdict(result: "Check", speeds: "Mapping[str, SpeedChange]") -> str:
     """Return `regression`, `inconclusive` or `pass`, for scores and speeds together."""
-    states = {result.verdict, *(speed_change.decision for speed_change in speeds.values())}
-    if states & {"regression", "slower"}:
+    statuses = {result.verdict, *(speed_change.decision for speed_change in speeds.values())}
+    if statuses & {"regression", "slower"}:
         return "regression"
-    return "inconclusive" if "inconclusive" in states else "pass"
+    return "inconclusive" if "inconclusive" in statuses else "pass"
 
 
 def _accept(
-    stored: "Baseline", path: Path, options: CheckOptions, result: "Check", runner: BaselineRunner
+    baseline: "Baseline", path: Path, options: CheckOptions, result: "Check", runner: BaselineRunner
 ) -> int:
     """Replace a tracker's scores in the baseline, unless a run failed."""
     from trackmark.bench.regression.baseline import write_baseline
@@ -281,7 +283,7 @@ def _accept(
     if not check_entries(result.now, repeated, f"{path} is not changed: runs failed."):
         return EXIT_NEGATIVE
     today = datetime.now(UTC).date().isoformat()
-    write_baseline(stored.with_accepted(tracker, result.now, reason, today), path)
+    write_baseline(baseline.with_accepted(tracker, result.now, reason, today), path)
     print_message(f"{path}: the scores of {tracker} are replaced.")
     return 0
 

@@ -35,10 +35,10 @@ from trackmark.bench.commands._options import (
 from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import (
     open_runs,
-    patience,
     print_corner_hints,
     print_hint,
     print_message,
+    report_slow_work,
 )
 from trackmark.bench.experiments.experiment import Experiment, default_name
 
@@ -154,7 +154,7 @@ def command(options: CompareOptions) -> int:
     compared = {}
     try:
         for name, measure in measures.items():  # before any output: metrics can refuse the runs
-            with patience("Scoring runs"):
+            with report_slow_work("Scoring runs"):
                 compared[name] = compare_runs(
                     runs,
                     name,
@@ -249,11 +249,13 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
     """Print which trackers have stored runs of an outdated version."""
     from trackmark.bench.experiments.tracker_spec import built_in_digest
 
-    stored = runs.dropna(subset="tracker_version").astype({"tracker": str, "tracker_name": str})
-    current = {name: built_in_digest(name) for name in stored["tracker_name"].unique()}
-    digests = stored["tracker_name"].map(current)
-    older = digests.notna() & (digests != stored["tracker_version"].astype(str))
-    for label, is_older in older.groupby(stored["tracker"], sort=False):
+    stored_runs = runs.dropna(subset="tracker_version").astype(
+        {"tracker": str, "tracker_name": str}
+    )
+    current = {name: built_in_digest(name) for name in stored_runs["tracker_name"].unique()}
+    digests = stored_runs["tracker_name"].map(current)
+    older = digests.notna() & (digests != stored_runs["tracker_version"].astype(str))
+    for label, is_older in older.groupby(stored_runs["tracker"], sort=False):
         if count := int(is_older.sum()):
             print_message(
                 f"{label}: {count} of {len(is_older)} stored runs are of another version of the "

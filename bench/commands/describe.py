@@ -17,7 +17,7 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, progress_bar
+from trackmark.bench.commands._progress import progress_bar, report_slow_work
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def _several(name: str) -> Description | None:
 
     if is_built_in(name) or datasets.path_format(name):
         return None
-    with patience("Looking for sequences"):
+    with report_slow_work("Looking for sequences"):
         names = datasets.matching(name)
     if names == [name]:
         return None
@@ -230,7 +230,7 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
     from trackmark.trackers.base.parameters import closest_match
 
     try:
-        with patience(f"Opening {name}"):
+        with report_slow_work(f"Opening {name}"):
             metadata = datasets.describe(name, truth)
     except datasets.SequenceError as error:
         close = closest_match(name.partition(":")[0], trackers.names())

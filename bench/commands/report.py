@@ -25,11 +25,11 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import (
     open_runs,
-    patience,
     print_corner_hints,
     print_event,
     print_message,
     progress_bar,
+    report_slow_work,
 )
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def _report(runs: "Runs", options: ReportOptions, *, several: bool) -> None:
     title = runs.title
     if several and runs.folder is not None and title != runs.folder.name:
         title = f"{runs.folder.name}: {title}"
-    with patience("Scoring runs"):
+    with report_slow_work("Scoring runs"):
         tables, with_curves = metric_tables(runs, metrics, title)
     curves = _curves(runs, metrics, tables) if options.by_attribute else []
     annotated = _annotated(runs, metrics, tables) if options.by_attribute else []
@@ -214,13 +214,12 @@ def _print_answer(runs: "Runs", options: ReportOptions) -> None:
 
 def _print(tables: "list[Table]", options: ReportOptions) -> None:
     """Print the tables of an experiment; as JSON one per line."""
-    from trackmark.reports.renderers import FORMATS as RENDERERS
-    from trackmark.reports.renderers import terminal_lines, to_json
+    from trackmark.reports.renderers import FORMATS, terminal_lines, to_json
 
     if options.as_json:
         texts = [*map(to_json, tables)]
     elif options.form in TEXTS or options.verbose:
-        _, render = RENDERERS[options.form if options.form in TEXTS else "text"]
+        _, render = FORMATS[options.form if options.form in TEXTS else "text"]
         texts = [*map(render, tables)]
     else:
         texts = ["\n".join([*terminal_lines(table, "--verbose"), ""]) for table in tables]

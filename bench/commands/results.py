@@ -22,7 +22,7 @@ from trackmark.bench.commands._options import (
     output_option,
     protocol_option,
     selection_option,
-    trace_option,
+    trajectory_option,
     with_options,
 )
 from trackmark.bench.commands._progress import (
@@ -33,7 +33,7 @@ from trackmark.bench.commands._progress import (
 from trackmark.bench.commands._terminal import confirm
 
 if TYPE_CHECKING:
-    from trackmark.bench.evaluation.run_record import Trace
+    from trackmark.bench.evaluation.run_record import Trajectory
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,10 +128,10 @@ def failures(options: FailuresOptions) -> None:
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
                 f"{reached} of {len(run.boxes)} frames ({experiment})"
             )
-            reason, _, trace = run.failure.partition("\n")
+            reason, _, stack_trace = run.failure.partition("\n")
             lines = [reason, tracker_line(run.failure)]
             if options.verbose:
-                lines = [reason, *trace.splitlines(), *run.tracker_output.splitlines()]
+                lines = [reason, *stack_trace.splitlines(), *run.tracker_output.splitlines()]
             click.echo("\n".join(f"  {line}" for line in lines if line))
     if failed and not (options.as_json or options.verbose):
         print_hint("Tracebacks and last outputs of the trackers: add --verbose")
@@ -173,25 +173,25 @@ def remove(options: RemoveOptions) -> None:
     for experiment in experiment_folders(options.folder):
         results = RunStore(experiment)
         # Keys suffice: damaged runs can be removed, too.
-        cells = [
-            cell
-            for cell in results.list_keys()
-            if fnmatchcase(cell[0], options.tracker)
-            and fnmatchcase(cell[1], options.sequence)
-            and protocol_key in ("*", cell[3])
+        keys = [
+            key
+            for key in results.list_keys()
+            if fnmatchcase(key[0], options.tracker)
+            and fnmatchcase(key[1], options.sequence)
+            and protocol_key in ("*", key[3])
         ]
         if options.failed:
             failed = {run_key(row) for row in list_runs(results) if row["status"] == "failed"}
-            cells = [cell for cell in cells if cell in failed]
-        selected[experiment] = cells
-    number = sum(len(cells) for cells in selected.values())
+            keys = [key for key in keys if key in failed]
+        selected[experiment] = keys
+    number = sum(len(keys) for keys in selected.values())
     if not number:
         click.echo("No run matches; nothing was removed.")
         return
     if not options.yes:
         confirm(f"Remove {number} run{'s' * (number != 1)} from {options.folder}?")
-    for experiment, cells in selected.items():
-        RunStore(experiment).remove(cells)
+    for experiment, keys in selected.items():
+        RunStore(experiment).remove(keys)
     click.echo(f"Removed {number} run{'s' * (number != 1)}.")
 
 
@@ -330,7 +330,7 @@ class ExportOptions:
     )
     force: bool = output_option("Replace existing files.")
     protocol: str | None = protocol_option()
-    trace: "Trace" = trace_option()
+    trajectory: "Trajectory" = trajectory_option()
 
 
 @command.command("export")
@@ -357,7 +357,7 @@ def export(options: ExportOptions) -> None:
         sequence=options.sequence,
         origin=options.origin,
         force=options.force,
-        trace=options.trace,
+        trajectory=options.trajectory,
         protocol=options.protocol or "one-pass",
     )
     click.echo(f"{len(files)} files are in {options.folder}.")

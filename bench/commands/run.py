@@ -33,14 +33,14 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import (
     open_runs,
-    patience,
     print_corner_hints,
     print_event,
     print_hint,
     print_message,
+    report_slow_work,
     rough_duration,
 )
-from trackmark.bench.commands._terminal import complain
+from trackmark.bench.commands._terminal import print_error
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
@@ -187,7 +187,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         execution.raise_errors()
     except (SequenceError, TrackerError) as error:
         for line in str(error).splitlines():
-            complain(line)
+            print_error(line)
     if as_json:
         for row in stored.stored_rows:
             key = run_key(row)
@@ -232,7 +232,7 @@ def _print_scores(
 
     lines: list[str] = []
     warnings: list[str] = []
-    with patience("Scoring runs"):
+    with report_slow_work("Scoring runs"):
         if protocol == "timing":
             lines = summarise_times(runs)
             lines = lines[:1] if options.quiet else lines

@@ -13,15 +13,20 @@ from trackmark.bench.commands._options import (
     option,
     output_option,
     split_list,
-    trace_option,
+    trajectory_option,
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import open_runs, patience, print_message, progress_bar
-from trackmark.bench.commands._terminal import complain
+from trackmark.bench.commands._progress import (
+    open_runs,
+    print_message,
+    progress_bar,
+    report_slow_work,
+)
+from trackmark.bench.commands._terminal import print_error
 
 if TYPE_CHECKING:
-    from trackmark.bench.evaluation.run_record import Trace
+    from trackmark.bench.evaluation.run_record import Trajectory
     from trackmark.datasets import Sequence
 
 
@@ -36,7 +41,7 @@ class ShowOptions:
         "Run these trackers and write a page with their internal data.",
         metavar="TRACKER[,TRACKER]…",
     )
-    trace: "Trace" = trace_option()
+    trajectory: "Trajectory" = trajectory_option()
     repetition: int = option("Index of the repetition that is drawn or run.", default=0, minimum=0)
     output: Path | None = output_option(
         "Film strip (.png), video (.mp4, H.264) or, with --live, page.  [--live: live.html]",
@@ -77,11 +82,12 @@ def command(options: ShowOptions) -> int:
         raise click.UsageError("The output is missing. Use --output FILE (.png or .mp4) or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
-    if results is None and options.trace != "online":
+    if results is None and options.trajectory != "online":
         raise click.BadParameter(
-            "requires --results, because it selects boxes of stored runs.", param_hint="--trace"
+            "requires --results, because it selects boxes of stored runs.",
+            param_hint="--trajectory",
         )
-    with patience(f"Opening {sequence}"):
+    with report_slow_work(f"Opening {sequence}"):
         opened = datasets.load(sequence, truth=options.truth)
     source = Path(sequence).resolve()
     if output.exists() and source in (output.resolve(), *output.resolve().parents):
@@ -97,8 +103,10 @@ def command(options: ShowOptions) -> int:
     boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
     if results is not None:
-        stored, outlines = _stored(results, opened, options.repetition, options.trace)
-        boxes |= stored
+        tracker_boxes, outlines = _boxes_of_runs(
+            results, opened, options.repetition, options.trajectory
+        )
+        boxes |= tracker_boxes
     _draw(opened, range(first, end + 1), boxes, outlines, output, options.count)
     click.echo(str(output))
     return 0
@@ -111,7 +119,7 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
 
     output = options.output or Path("live.html")
     context = click.get_current_context()
-    for name in ("results", "trace", "count", "first_frame", "last_frame"):
+    for name in ("results", "trajectory", "count", "first_frame", "last_frame"):
         if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
             option = "--frames" if name == "count" else f"--{name.replace('_', '-')}"
             raise click.UsageError(f"{option} and --live exclude each other.")
@@ -123,13 +131,13 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
     with progress_bar("Running trackers", None, "frame") as progress:
         paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
     for failure in failures:
-        complain(failure.partition("\n")[0])
+        print_error(failure.partition("\n")[0])
     click.echo(str(paths[0]))
     return EXIT_NEGATIVE if failures else 0
 
 
-def _stored(
-    results: Path, sequence: "Sequence", repetition: int, trace: "Trace"
+def _boxes_of_runs(
+    folder: Path, sequence: "Sequence", repetition: int, trajectory: "Trajectory"
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return boxes and outlines of stored runs on a sequence, by tracker."""
     import numpy as np
@@ -138,8 +146,8 @@ def _stored(
     from trackmark.bench.store.keys import ResultsError, experiment_folders
     from trackmark.reports.overlay import TRUTH
 
-    experiments = [open_runs(folder) for folder in experiment_folders(results)]
-    boxes, outlines = boxes_on(experiments, sequence.name, repetition, trace)
+    experiments = [open_runs(path) for path in experiment_folders(folder)]
+    boxes, outlines = boxes_on(experiments, sequence.name, repetition, trajectory)
     for row in [row for runs in experiments for row in runs.rows]:
         if row["sequence"] == sequence.name and row["status"] == "stale":
             print_message(
@@ -148,13 +156,13 @@ def _stored(
             )
     if not boxes:
         raise ResultsError(
-            f"{results}: no runs on {sequence.name} found. Run a tracker on it first."
+            f"{folder}: no runs on {sequence.name} found. Run a tracker on it first."
         )
     if len(boxes[TRUTH]) != len(sequence) or (
         sequence.present.any() and not np.array_equal(boxes[TRUTH], sequence.boxes, equal_nan=True)
     ):
         raise ResultsError(
-            f"{results}: the runs on {sequence.name} used another version of the sequence. "
+            f"{folder}: the runs on {sequence.name} used another version of the sequence. "
             "Repeat them on the current one."
         )
     return boxes, outlines

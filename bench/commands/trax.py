@@ -13,7 +13,7 @@ import click
 from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
 from trackmark.bench.commands._options import Command, argument, option, with_options
 from trackmark.bench.commands._progress import print_message
-from trackmark.bench.commands._terminal import complain
+from trackmark.bench.commands._terminal import print_error
 
 if TYPE_CHECKING:
     from trackmark.trackers import Tracker
@@ -79,10 +79,10 @@ def command(options: TraxOptions) -> int:
     try:
         serve(make, spec.label, sys.stdin.buffer, answers)
     except ClientError as error:
-        complain(str(error))
+        print_error(str(error))
         return EXIT_WRONG_INPUT
     except TrackerError as error:
-        complain(f"{spec.label}: {error}")
+        print_error(f"{spec.label}: {error}")
         return EXIT_NEGATIVE
     except Exception:  # noqa: BLE001  # a tracker can raise anything
         traceback.print_exc()

@@ -480,12 +480,13 @@ class Recorder:
         message = message.removeprefix(f"{type(error).__module__}.")
         if type(error) in (MalformedEstimateError, TrackerError):  # the message suffices
             message = message.removeprefix(f"{type(error).__name__}: ")
-        trace = "".join(traceback.format_exception(error))
+        stack_trace = "".join(traceback.format_exception(error))
         if isinstance(error, ExternalTrackerError):  # the stack of the harness is of no interest
-            message, trace = str(error).partition("\n")[0], str(error)
+            message, stack_trace = str(error).partition("\n")[0], str(error)
         # The relevant parts are the start of a message and the end of a traceback.
         reason = message[:MAX_REASON_CHARACTERS]
-        text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"
+        frame_name = self._sequence.frame_name(frame)
+        text = f"{frame_name}: {reason}\n{stack_trace[-MAX_TRACEBACK_CHARACTERS:]}"
         # The text may contain surrogates, for example in file names.
         self.failure = text.encode("utf-8", "backslashreplace").decode()
 

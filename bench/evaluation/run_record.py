@@ -18,8 +18,8 @@ from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.datasets import Sequence
 
-Trace: TypeAlias = Literal["online", "revised"]
-"""Kind of boxes: as returned by each update, or with the tracker's later corrections."""
+Trajectory: TypeAlias = Literal["online", "revised"]
+"""Trajectory of a run: boxes as returned by each update, or with later corrections."""
 
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
@@ -92,9 +92,9 @@ class Run:
         """`failed` if there is a failure, otherwise `finished`."""
         return "failed" if self.failure else "finished"
 
-    def boxes_in(self, trace: Trace) -> NDArray[Any]:
+    def boxes_in(self, trajectory: Trajectory) -> NDArray[Any]:
         """Return the online or revised boxes, shape (n, 4), which are equal without corrections."""
-        return self.boxes if trace == "online" or self.revised is None else self.revised
+        return self.boxes if trajectory == "online" or self.revised is None else self.revised
 
     def overlaps(self, sequence: str | Path | Sequence | None = None) -> NDArray[np.float64]:
         """Return the overlap (IoU) of each row with the ground truth, shape (n,).

@@ -7,8 +7,9 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.bench import protocols
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.evaluation.sequence_cache import load_sequence
 from trackmark.bench.metrics import canonical_name, find_metrics
 from trackmark.bench.metrics.interface import (
@@ -20,7 +21,6 @@ from trackmark.bench.metrics.interface import (
 )
 from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.protocols import ProtocolError, parse_protocol, protocol_of_key
-from trackmark.bench.protocols import names as protocol_names
 
 DEFAULT_METRICS = "native"
 """Metrics whose scores are stored with every run; undefined scores are NaN."""
@@ -33,7 +33,7 @@ def score_run(
     run: Run,
     sequence: str | Path | GroundTruthLike,
     metrics: str = "native",
-    trace: Trace = "online",
+    trajectory: Trajectory = "online",
 ) -> MetricResult:
     """Return the scores and curves of a run.
 
@@ -41,8 +41,8 @@ def score_run(
     """
     if run.failure:
         raise ValueError(f"{run!r} cannot be scored: {run.failure.splitlines()[0]}")
-    if trace not in get_args(Trace):
-        raise ValueError(f"unknown trace {trace!r}. Known: online, revised.")
+    if trajectory not in get_args(Trajectory):
+        raise ValueError(f"unknown trajectory {trajectory!r}. Known: online, revised.")
     scored = _truth(sequence)
     fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
     if fingerprint != run.identity.fingerprint:
@@ -57,7 +57,7 @@ def score_run(
     if not can_score(metrics, run.identity.protocol):
         names = [
             name
-            for name in protocol_names()
+            for name in protocols.names()
             if definitions.run_kind in parse_protocol(name).run_kinds
         ]
         raise ValueError(
@@ -67,17 +67,17 @@ def score_run(
     if run.states is not None and definitions.run_kind != "supervised":
         raise ValueError(f"{metrics} cannot score {run!r}: it has restarts. Use vot-supervised.")
     _check_annotation(metrics, init, run.identity.sequence)
-    boxes = run.boxes_in(trace)
+    boxes = run.boxes_in(trajectory)
     if not run.segments:
         return definitions.score(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
-    results, stop = [], 0
+    segment_results, stop = [], 0
     for frames in run.segments:
         rows = slice(stop, stop := stop + len(frames))
         estimates = RunEstimates(
             boxes[rows], run.visible[rows], run.confidence[rows], n_sequence_frames=len(init.boxes)
         )
-        results.append(definitions.score(_select_frames(init, frames), estimates))
-    return replace(definitions.combine([results]), segment_results=results)
+        segment_results.append(definitions.score(_select_frames(init, frames), estimates))
+    return replace(definitions.combine([segment_results]), segment_results=segment_results)
 
 
 def can_score(metrics: str, protocol: str) -> bool:
@@ -131,7 +131,7 @@ def score(
     run_or_boxes: Run | ArrayLike,
     sequence: str | Path | GroundTruthLike | None = None,
     metrics: str = "native",
-    trace: Trace = "online",
+    trajectory: Trajectory = "online",
 ) -> dict[str, float]:
     """Score a run by the ground truth that it was initialised with, or score boxes of any origin.
 
@@ -143,7 +143,7 @@ def score(
         The sequence of the boxes; see `load_sequence`. That of a run is opened by default.
     metrics : str
         Definitions of the scores: one of `trackmark.metrics.names()`.
-    trace : {'online', 'revised'}
+    trajectory : {'online', 'revised'}
         Boxes of a run to score: as returned by each update, or with the tracker's corrections.
 
     Returns
@@ -157,8 +157,8 @@ def score(
     TypeError
         For an object that is neither a run nor boxes, and for boxes without a sequence.
     ValueError
-        For a failed run, unknown metrics or an unknown trace, another sequence, or a run that the
-        metrics cannot score.
+        For a failed run, unknown metrics or an unknown trajectory, another sequence, or a run that
+        the metrics cannot score.
 
     Examples
     --------
@@ -181,8 +181,8 @@ def score(
         return dict(find_metrics(metrics).score(truth, RunEstimates(boxes)).scores)
     run = run_or_boxes
     sequence = run.open_sequence() if sequence is None else sequence
-    scores = dict(score_run(run, sequence, metrics, trace).scores)
-    if run.segmentation is not None and trace == "online":
+    scores = dict(score_run(run, sequence, metrics, trajectory).scores)
+    if run.segmentation is not None and trajectory == "online":
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
         scores |= segmentation_scores(run.segmentation, initialised)
     return scores
@@ -197,7 +197,7 @@ def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
     scores = score(run, sequence)
     if run.revised is None or run.times is not None:
         return scores
-    revised = score(run, sequence, trace="revised")
+    revised = score(run, sequence, trajectory="revised")
     return scores | {REVISED + name: value for name, value in revised.items()}
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.exchange import FORMATS, find_format
 from trackmark.bench.exchange.names import file_name
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows, SegmentRows
@@ -31,7 +31,7 @@ def export_results(
     sequence: str = "*",
     origin: int | None = None,
     force: bool = False,
-    trace: Trace = "online",
+    trajectory: Trajectory = "online",
     protocol: str = ONE_PASS,
 ) -> list[Path]:
     """Write the finished runs of an experiment in a result format, and return the files.
@@ -45,10 +45,10 @@ def export_results(
     exists, the format cannot represent the runs or the protocol is unknown. Raises `ResultsError`
     or `OSError` if a file cannot be read or written.
     """
-    result_format, results = find_format(format_name), RunStore(experiment)
+    result_format, store = find_format(format_name), RunStore(experiment)
     rows = [
         row
-        for row in rows_in_order(results)
+        for row in rows_in_order(store)
         if row["protocol"] == parse_protocol(protocol).key
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
@@ -61,13 +61,13 @@ def export_results(
     texts: dict[Path, str] = {}
     first_pixels = set()
     for row in exported:
-        run = results.read(run_key(row))
+        run = store.read(run_key(row))
         first_pixel = origin
         if first_pixel is None:
             first_pixel = read_truth(experiment, row["sequence"], row["fingerprint"]).first_pixel
         first_pixels.add(first_pixel)
         folder = target / file_name(row["tracker"])
-        files = _run_texts(run, _run_rows(run, first_pixel, trace), format_name, folder)
+        files = _run_texts(run, _run_rows(run, first_pixel, trajectory), format_name, folder)
         if both := texts.keys() & files.keys():
             raise ExchangeError(
                 f"{min(both)}: two runs would be written to this file. Export them to two folders."
@@ -121,10 +121,10 @@ def _run_texts(run: Run, rows: ResultRows, format_name: str, folder: Path) -> Ma
     return result_format.write_segments(folder, key.sequence, key.protocol, segments)
 
 
-def _run_rows(run: Run, origin: int, trace: Trace) -> ResultRows:
+def _run_rows(run: Run, origin: int, trajectory: Trajectory) -> ResultRows:
     """Return the estimates of a run with pixels counted from `origin`."""
     return ResultRows(
-        run.boxes_in(trace) + [origin, origin, 0, 0],
+        run.boxes_in(trajectory) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
         run.metadata.get("ms_per_frame", nan) / 1e3,

@@ -128,16 +128,16 @@ def import_results(
 
     Raises as `read_runs`, and `ExchangeError` for a tracker that has runs of its own there.
     """
-    results, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
+    store, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
-    results.add_requests(RequestedRuns("", versions))
-    stored_keys = set(results.list_keys())
+    store.add_requests(RequestedRuns("", versions))
+    stored_keys = set(store.list_keys())
     for run in runs:
         key = run_key(run.identity)
-        stored = results.read(key).identity if key in stored_keys else None
-        if stored is not None and not stored.imported:
-            raise name_collision(folder, stored.tracker)
-        results.add(run, stored.version if stored else "")
+        existing = store.read(key).identity if key in stored_keys else None
+        if existing is not None and not existing.imported:
+            raise name_collision(folder, existing.tracker)
+        store.add(run, existing.version if existing else "")
     return len(runs)
 
 
@@ -148,8 +148,8 @@ def with_imported_runs(
 
     Raises as `import_results`.
     """
-    stored = {row["tracker"] for row in runs.rows if row["status"] != "missing"}
-    if both := stored & {tracker.tracker for tracker in trackers}:
+    stored_trackers = {row["tracker"] for row in runs.rows if row["status"] != "missing"}
+    if both := stored_trackers & {tracker.tracker for tracker in trackers}:
         raise name_collision(runs.folder, min(both))
     imported = read_runs(trackers, sequences_of(runs), on_message)
     truths = {
@@ -413,7 +413,7 @@ def _find_origin(
             f"files). All files of the tracker are read from {origin}.",
         )
     has_boxes = any(
-        np.isfinite(box.stored).all() for file in files for box in file.first_boxes.values()
+        np.isfinite(box.from_file).all() for file in files for box in file.first_boxes.values()
     )
     if decided is None and not others and has_boxes:
         notes.add(

@@ -293,12 +293,12 @@ def _from_text(text: str) -> TrackerSpec:
         vars(spec)["version"] = plugin.version  # value of the `cached_property`
         return spec
     if is_outside(name):
-        factory, description = open_isolated(name, options)
+        factory, fields = open_isolated(name, options)
         # A file that defines one tracker can omit the class from the name.
-        class_name = description.pop("class_name")
-        named = in_file(name) is None or description["name"].endswith(f".py:{class_name}")
+        class_name = fields.pop("class_name")
+        named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
         return _make_spec(
-            **description, init=init, make=factory, class_name="" if named else class_name
+            **fields, init=init, make=factory, class_name="" if named else class_name
         ).isolated(FRAME_SECONDS)
     specification = trackers.resolve(name, **options)
     spec = _from_specification(specification, init)

@@ -300,5 +300,5 @@ def _rows_of(scores: PageTable, sequence: str, index: int) -> PageTable | None:
         return None
     caption = "Mean over repetitions, ± standard deviation. A number opens its worst frame."
     rows = [table.rows[i][1:] for i in selected]
-    part = Table(f"scores-{index}", caption, table.heads[1:], table.n_labels - 1, rows)
+    part = Table(f"scores-{index}", caption, table.headings[1:], table.n_labels - 1, rows)
     return PageTable(part, [scores.positions[i] for i in selected] if scores.positions else ())

@@ -189,8 +189,8 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     description += "Up and to the left is better."
     chart = Chart(
         "",
-        TIME.head,
-        quantity.head,
+        TIME.heading,
+        quantity.heading,
         dots,
         description,
         "dots",

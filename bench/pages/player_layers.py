@@ -31,10 +31,10 @@ def shapes(run: Run) -> dict[int, dict[str, Any]]:
     return shapes_by_frame
 
 
-def true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
+def true_shapes(truth: StoredTruth) -> dict[int, dict[str, Any]]:
     """Return outlines of the ground truth by frame, if it is more than a box."""
     shapes_by_frame = {}
-    for frame, shape in enumerate(stored.shapes or ()):
+    for frame, shape in enumerate(truth.shapes or ()):
         if shape is not None:
             is_mask = shape.dtype == np.bool_
             kind, lines = ("masks", _outlines(shape)) if is_mask else ("contours", [_points(shape)])

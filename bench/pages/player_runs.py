@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.analysis.outlines import is_round
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.interface import FrameState
@@ -63,7 +63,7 @@ class PageRun:
     end: int  # last frame with a box
     overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not scored
     shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
-    worst: Mapping[tuple[str, Trace], tuple[float, int]]  # severity and frame, see `_worst`
+    worst: Mapping[tuple[str, Trajectory], tuple[float, int]]  # severity and frame, see `_worst`
 
     @property
     def tracker(self) -> int:
@@ -96,7 +96,7 @@ class SequenceRuns:
     """Runs on a sequence; `truth` contains the ground-truth boxes by which they are scored."""
 
     row: Mapping[str, Any]
-    stored: StoredTruth
+    full_truth: StoredTruth
     truth: Array
     one_pass: list[PageRun] = field(default_factory=list)
     others: list[PageRun] = field(default_factory=list)  # by other protocols
@@ -121,37 +121,37 @@ class PageRuns:
     metadata: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
     def worst_position(
-        self, tracker: str, sequence: str | None, kind: str, trace: Trace = "online"
+        self, tracker: str, sequence: str | None, kind: str, trajectory: Trajectory = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on one sequence or on all.
 
-        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: `online`
-        replaces `revised` for runs without revised boxes.
+        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trajectory`:
+        `online` replaces `revised` for runs without revised boxes.
         """
         names = [runs.name for runs in self.sequences] if sequence is None else [sequence]
-        return self.worst_position_on(tracker, names, kind, trace)
+        return self.worst_position_on(tracker, names, kind, trajectory)
 
     def worst_position_on(
-        self, tracker: str, sequences: Sequence[str], kind: str, trace: Trace = "online"
+        self, tracker: str, sequences: Sequence[str], kind: str, trajectory: Trajectory = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on several sequences."""
-        for source in (trace, "online"):
+        for source in (trajectory, "online"):
             worst = [self._worst.get((tracker, name, kind, source)) for name in sequences]
             if any(worst):
                 return max(filter(None, worst), key=itemgetter(0))[1]
         return None
 
     @cached_property
-    def _worst(self) -> dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]]:
-        """Severity and worst frame of the worst run, by tracker, sequence, kind and trace."""
-        worst: dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]] = {}
+    def _worst(self) -> dict[tuple[str, str, str, Trajectory], tuple[float, PlayerPosition]]:
+        """Severity and worst frame of the worst run, by tracker, sequence, kind and trajectory."""
+        worst: dict[tuple[str, str, str, Trajectory], tuple[float, PlayerPosition]] = {}
         for index, sequence_runs in enumerate(self.sequences):
             for run in (*sequence_runs.one_pass, *sequence_runs.others):
-                for (kind, trace), (severity, frame) in run.worst.items():
-                    key = self.labels[run.tracker], sequence_runs.name, kind, trace
+                for (kind, trajectory), (severity, frame) in run.worst.items():
+                    key = self.labels[run.tracker], sequence_runs.name, kind, trajectory
                     if key not in worst or severity > worst[key][0]:
                         position = run.position(index, frame)
-                        worst[key] = severity, position._replace(revised=trace == "revised")
+                        worst[key] = severity, position._replace(revised=trajectory == "revised")
         return worst
 
 
@@ -170,9 +170,13 @@ def collect_runs(
     names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
     by_sequence: dict[str, SequenceRuns] = {}
     metadata: dict[str, Mapping[str, Any]] = {}
-    for row, run, stored in runs:
-        truth = np.asarray(select_ground_truth(stored, run.identity.init, row["sequence"]).boxes)
-        sequence_runs = by_sequence.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
+    for row, run, full_truth in runs:
+        truth = np.asarray(
+            select_ground_truth(full_truth, run.identity.init, row["sequence"]).boxes
+        )
+        sequence_runs = by_sequence.setdefault(
+            row["sequence"], SequenceRuns(row, full_truth, truth)
+        )
         if row["fingerprint"] != sequence_runs.row["fingerprint"]:
             continue  # the run is stale: the sequence has changed since; tables report it
         if row["protocol"] == ONE_PASS:
@@ -195,14 +199,14 @@ def collect_runs(
             labels.append(name)
         sequence_runs, number = by_sequence[row["sequence"]], labels.index(name)
         if run.segments:
-            parts = _split_segments(run, sequence_runs.truth)
+            segments = _split_segments(run, sequence_runs.truth)
             sequence_runs.others += [
-                _page_run(sequence_runs.truth, part, row, number, False) for part in parts
+                _page_run(sequence_runs.truth, segment, row, number, False) for segment in segments
             ]
         else:
-            part = _from_other_protocol(run, sequence_runs.truth)
+            segment = _from_other_protocol(run, sequence_runs.truth)
             sequence_runs.others.append(
-                _page_run(sequence_runs.truth, part, row, number, with_numbers)
+                _page_run(sequence_runs.truth, segment, row, number, with_numbers)
             )
     return PageRuns(names, labels, list(by_sequence.values()), list(metadata.values()))
 
@@ -237,8 +241,8 @@ def _split_segments(run: Run, truth: Array) -> Iterator[_Segment]:
         scored[frames[present[frames]][:1]] = False
         back = ", backwards" if len(frames) > 1 and frames[1] < frames[0] else ""
         start_label = f"{start + 1}: from frame {frames[0]}{back}"
-        part = replace(run, boxes=whole, details={}, arrays={}, segments=())
-        yield _Segment(part, scored, start, start_label)
+        run_of_segment = replace(run, boxes=whole, details={}, arrays={}, segments=())
+        yield _Segment(run_of_segment, scored, start, start_label)
 
 
 def _from_other_protocol(run: Run, truth: Array) -> _Segment:
@@ -257,13 +261,13 @@ def _from_other_protocol(run: Run, truth: Array) -> _Segment:
 
 
 def _page_run(
-    truth: Array, part: _Segment, row: Mapping[str, Any], tracker: int, with_numbers: bool
+    truth: Array, segment: _Segment, row: Mapping[str, Any], tracker: int, with_numbers: bool
 ) -> PageRun:
-    """Compute the scores of a part of a run by frame."""
-    run, one_pass = part.run, part.scored is None
+    """Compute the scores of a run or of one of its segments by frame."""
+    run, one_pass = segment.run, segment.scored is None
     scored = np.flatnonzero(_present(truth))[1:]
-    if part.scored is not None:
-        scored = np.flatnonzero(_present(truth) & part.scored)
+    if segment.scored is not None:
+        scored = np.flatnonzero(_present(truth) & segment.scored)
     exact = overlap(truth[scored], run.boxes[scored])
     overlaps = np.full(len(run.boxes), np.nan, np.float32)
     overlaps[scored] = exact
@@ -283,11 +287,11 @@ def _page_run(
         is_round(run),
         shapes(run),
         maps(run),
-        {**part.numbers, **(numbers(run) if with_numbers else {})},
-        part.start,
-        part.start_label,
-        [] if part.scored is None else _spans(part.scored),
-        part.marks,
+        {**segment.numbers, **(numbers(run) if with_numbers else {})},
+        segment.start,
+        segment.start_label,
+        [] if segment.scored is None else _spans(segment.scored),
+        segment.marks,
     )
     return PageRun(player_run, end, overlaps, shares, _worst(truth, run, row, scored, end))
 
@@ -302,23 +306,27 @@ def _threshold_shares(
 
 def _worst(
     truth: Array, run: Run, row: Mapping[str, Any], scored: Frames, end: int
-) -> dict[tuple[str, Trace], tuple[float, int]]:
-    """Return the severity (larger is worse) and the worst frame of a run, by kind and trace."""
+) -> dict[tuple[str, Trajectory], tuple[float, int]]:
+    """Return the severity (larger is worse) and the worst frame of a run by kind and trajectory."""
     kinds = "overlap", "centre_error", "loss"
     if run.failure or not len(scored):
         return {(kind, "online"): (inf, end) for kind in kinds}
-    traces: tuple[Trace, ...] = ("online",) if run.revised is None else ("online", "revised")
-    worst: dict[tuple[str, Trace], tuple[float, int]] = {}
-    for trace in traces:
-        boxes = run.boxes_in(trace)[scored]
+    trajectories: tuple[Trajectory, ...] = (
+        ("online",) if run.revised is None else ("online", "revised")
+    )
+    worst: dict[tuple[str, Trajectory], tuple[float, int]] = {}
+    for trajectory in trajectories:
+        boxes = run.boxes_in(trajectory)[scored]
         overlaps = np.nan_to_num(overlap(truth[scored], boxes))
         distance = np.nan_to_num(centre_error(truth[scored], boxes), nan=np.inf, posinf=np.inf)
-        first = row["scores"].get(f"{REVISED}first_loss" if trace == "revised" else "first_loss")
+        first = row["scores"].get(
+            f"{REVISED}first_loss" if trajectory == "revised" else "first_loss"
+        )
         first = len(run.boxes) if first is None else int(first)
         by_overlap = first if first in scored else int(scored[np.argmin(overlaps)])
-        worst["overlap", trace] = -float(overlaps.mean()), by_overlap
-        worst["centre_error", trace] = float(distance.mean()), int(scored[np.argmax(distance)])
-        worst["loss", trace] = -float(first), min(first, int(scored[-1]))
+        worst["overlap", trajectory] = -float(overlaps.mean()), by_overlap
+        worst["centre_error", trajectory] = float(distance.mean()), int(scored[np.argmax(distance)])
+        worst["loss", trajectory] = -float(first), min(first, int(scored[-1]))
     return worst
 
 
@@ -351,20 +359,20 @@ def _player_sequence(
     sequence_runs: SequenceRuns, sequence_frames: SequenceFrames, frames: Sequence[int]
 ) -> PlayerSequence:
     """Return a sequence for the player."""
-    stored = sequence_runs.stored
-    present = np.flatnonzero(_present(stored.boxes))
+    truth = sequence_runs.full_truth
+    present = np.flatnonzero(_present(truth.boxes))
     return PlayerSequence(
         name=sequence_runs.name,
-        size=stored.image_size or _extent(stored.boxes),
+        size=truth.image_size or _extent(truth.boxes),
         boxes=sequence_runs.truth,
         runs=[page_run.player_run for page_run in (*sequence_runs.one_pass, *sequence_runs.others)],
         thumbnails=sequence_frames.thumbnails,
         full=sequence_frames.full,
         reason=sequence_frames.reason,
         frame_numbers=None if len(frames) == len(sequence_runs.truth) else frames,
-        fps=stored.fps,
+        fps=truth.fps,
         first=int(present[0]) if len(present) else 0,
-        shapes={**sequence_frames.shapes, **true_shapes(stored)},
+        shapes={**sequence_frames.shapes, **true_shapes(truth)},
     )
 
 

@@ -22,7 +22,7 @@ from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
 from trackmark.bench.analysis.score_tables import with_not_run
 from trackmark.bench.analysis.times import time_mark, time_notes, with_times
-from trackmark.bench.evaluation.run_record import Trace
+from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
     leaderboard,
     lost_runs,
@@ -289,7 +289,7 @@ class _Content:
 
     def _with_positions(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames."""
-        data, columns = table.data, len(table.heads) - table.n_labels
+        data, columns = table.data, len(table.headings) - table.n_labels
         if "measure" not in data or len(data) != len(table.rows) * columns:
             return PageTable(table)
         kinds = [_worst_frame_kind(str(name)) for name in data["measure"][:columns]]
@@ -297,13 +297,16 @@ class _Content:
         protocols = [
             protocol for protocol in self.protocols if table.name.startswith(table_prefix(protocol))
         ]
-        trace: Trace = "revised" if table.name.endswith("-revised") else "online"
+        trajectory: Trajectory = "revised" if table.name.endswith("-revised") else "online"
         positions = []
         for row in data[::columns].to_dict("records"):
             sequence = row["sequence"] if row.get("sequence") in names else None
             tracker = name_on_page(row["tracker"], [*protocols, ONE_PASS][0])
             positions.append(
-                [self.page_runs.worst_position(tracker, sequence, kind, trace) for kind in kinds]
+                [
+                    self.page_runs.worst_position(tracker, sequence, kind, trajectory)
+                    for kind in kinds
+                ]
             )
         return PageTable(table, positions)
 

@@ -13,7 +13,7 @@ from trackmark.bench.analysis.attribute_plot import plot_attributes
 from trackmark.bench.analysis.by_annotation import MIN_AXES, AnnotationReport
 from trackmark.bench.analysis.by_attribute import AttributeReport
 from trackmark.bench.analysis.by_metrics import TableWithCurves
-from trackmark.bench.analysis.film_strips import TRACE_WORDS, write_strips
+from trackmark.bench.analysis.film_strips import TRAJECTORY_LABELS, write_strips
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import heading
 from trackmark.bench.output_files import write_file
@@ -52,7 +52,7 @@ def write_figures(
     sequences = page_runs.sequences
     revised = [run.player_run.revised for runs in sequences for run in runs.one_pass]
     has_revised = any(boxes is not None for boxes in revised)
-    online = f"{title}, {TRACE_WORDS['online']}" if has_revised else title
+    online = f"{title}, {TRAJECTORY_LABELS['online']}" if has_revised else title
     figures = {chart.figure: chart_plot(chart, online, page_runs.trackers) for chart in charts}
     for drawn in requested.with_curves:
         figures |= metric_curves(drawn, page_runs.trackers, requested.on_message)
@@ -60,9 +60,9 @@ def write_figures(
         if curves:
             figures[table.name] = plot_attributes(curves, measure, title)
     for report in requested.annotated:
-        if report.scores and len(report.heads) >= MIN_AXES:
-            scores, heads = report.scores, report.heads
-            figures[report.table.name] = _radar_plot(scores, heads, report.quantity, title)
+        if report.scores and len(report.headings) >= MIN_AXES:
+            scores, headings = report.scores, report.headings
+            figures[report.table.name] = _radar_plot(scores, headings, report.quantity, title)
     paths = [
         write_file(folder / f"{name}{requested.suffix}", partial(save_figure, figure=figure))
         for name, figure in figures.items()
@@ -75,8 +75,8 @@ def metric_curves(
 ) -> Mapping[str, Figure]:
     """Draw the curves of metrics."""
     if scored.curves and not any(scored.curves.values()):
-        why = f"there is no tracker all of whose runs {scored.metrics} can score."
-        on_message(f"{scored.table.name}: no plot: {why}")
+        reason = f"there is no tracker all of whose runs {scored.metrics} can score."
+        on_message(f"{scored.table.name}: no plot: {reason}")
         return {}
     figures = {}
     for name, axes in find_metrics(scored.metrics).curves.items():
@@ -93,19 +93,19 @@ def metric_curves(
 
 
 def _radar_plot(
-    values: Mapping[str, Sequence[float]], heads: Sequence[str], quantity: str, title: str
+    values: Mapping[str, Sequence[float]], headings: Sequence[str], quantity: str, title: str
 ) -> Figure:
     """Draw scores by attribute, from 0 in the centre to the best score at the edge.
 
-    `values`: scores by tracker, in the order of `heads`; NaN leaves a gap.
+    `values`: scores by tracker, in the order of `headings`; NaN leaves a gap.
     """
     figure = bare_figure(title, 6.5)
     axes = figure.add_subplot(projection="polar")
     assert isinstance(axes, PolarAxes)
-    angles = np.linspace(0, 2 * np.pi, len(heads), endpoint=False)
+    angles = np.linspace(0, 2 * np.pi, len(headings), endpoint=False)
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
-    axes.set_xticks(angles, heads, fontsize=9)
+    axes.set_xticks(angles, headings, fontsize=9)
     axes.tick_params(axis="x", pad=12)
     axes.grid(alpha=0.3)
     for position, (label, scores) in enumerate(values.items()):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.store.truth import StoredTruth
@@ -37,7 +37,7 @@ TOLERANCE = 0.5  # largest centre error of a tracked frame [mean box sides]
 class FrameRules:
     """Rules of a paper for the frames of its runs."""
 
-    trajectory: Trace  # boxes that are measured
+    trajectory: Trajectory  # boxes that are measured
     frames_from: int  # number of the first frame in the paper
     on_target: "Callable[[MeasuredRun], Values]"  # positive in tracked frames
 
@@ -103,7 +103,7 @@ class MeasuredRun:
         """True in tracked frames, by the definition of the paper, shape (n,)."""
         return np.asarray(self.rules.on_target(self), np.float64) > 0
 
-    def in_trajectory(self, trajectory: Trace | None) -> "MeasuredRun":
+    def in_trajectory(self, trajectory: Trajectory | None) -> "MeasuredRun":
         """Return the run with its `online` or `revised` boxes; unchanged for None."""
         if trajectory is None:
             return self

@@ -68,7 +68,7 @@ class VerdictRow:
             "statistic": _finite(verdict.statistic),
             "interval": [_finite(end) for end in verdict.interval],
             "unit": verdict.unit,
-            "n": verdict.cells,
+            "n": verdict.n_units,
             "counted": verdict.counted,
             "reason": verdict.reason,
             "notes": self.notes[name],
@@ -79,15 +79,15 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
     """Return estimate, interval and number of units: `18 of 24 scenes, 0.75 [0.53, 0.90]`."""
     if not isfinite(verdict.statistic):
         return MISSING
-    numbers = verdict.effect.partition(f", {verdict.cells} ")[0].removesuffix(" share")
-    counted = f"{verdict.cells} {verdict.counted}{'s' * (verdict.cells != 1)}"
+    numbers = verdict.effect.partition(f", {verdict.n_units} ")[0].removesuffix(" share")
+    counted = f"{verdict.n_units} {verdict.counted}{'s' * (verdict.n_units != 1)}"
     if claim.test == "share":
         # An undecided scene counts as half a success.
-        successes = round(2 * verdict.statistic * verdict.cells) / 2
+        successes = round(2 * verdict.statistic * verdict.n_units) / 2
         return f"{successes:g} of {counted}, {numbers}"
     ratio, as_long, _ = numbers.partition(" times as long")
     if claim.test == "time":
-        return f"{'ratio ' if as_long else ''}{ratio}, {verdict.cells} rounds"
+        return f"{'ratio ' if as_long else ''}{ratio}, {verdict.n_units} rounds"
     margin = f"margin {claim.margin:g}, " if claim.test.startswith("no-worse") else ""
     return f"{numbers}, {margin}{counted}"
 
@@ -129,7 +129,7 @@ def verdict_table(rows: Sequence[VerdictRow]) -> Table:
     return Table(
         name="verdicts",
         caption="Verdicts on the claims: estimate [95 % interval] in both settings",
-        heads=headings,
+        headings=headings,
         n_labels=2,
         rows=[[Cell(text) for text in _texts(row)] for row in rows],
         data=pd.DataFrame([record for row in rows for record in _records(row)]),
@@ -151,7 +151,7 @@ def _records(row: VerdictRow) -> list[dict[str, Any]]:
             "low": verdict.interval.low,
             "high": verdict.interval.high,
             "unit": verdict.unit,
-            "n": verdict.cells,
+            "n": verdict.n_units,
             "counted": verdict.counted,
             "reason": verdict.reason,
             "remarks": "; ".join(row.remarks(setting)),

@@ -264,7 +264,7 @@ class _FileEntry(_Strict):
     path: _Text | None = None
     truth: _Text | None = None
 
-    def stored(self, name: str) -> BaselineEntry:
+    def baseline_entry(self, name: str) -> BaselineEntry:
         """Return the entry as `BaselineEntry`; `name` is the sequence if the entry has no path."""
         source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
         return BaselineEntry(source, self.fingerprint, tuple(self.overlap), tuple(self.box_digests))
@@ -319,7 +319,7 @@ def read_baseline(path: Path) -> Baseline:
         _check_equal_boxes(path, tracker, row)
     _check_sources(path, content)
     entries = {
-        tracker: {name: entry.stored(name) for name, entry in row.items()}
+        tracker: {name: entry.baseline_entry(name) for name, entry in row.items()}
         for tracker, row in content.trackers.items()
     }
     specs = {label: content.specifications.get(label, label) for label in entries}
@@ -387,13 +387,13 @@ def check_equal_scores(path: Path, before: BaselineEntries, now: BaselineEntries
             new = now[tracker][name]
             # The only run of a deterministic tracker counts for all repetitions.
             runs = np.broadcast_arrays(old.box_digests, new.box_digests, old.overlap, new.overlap)
-            for repetition, (old_boxes, new_boxes, stored, current) in enumerate(
+            for repetition, (old_boxes, new_boxes, old_overlap, new_overlap) in enumerate(
                 zip(*runs, strict=True)
             ):
-                if old_boxes == new_boxes and abs(stored - current) > MAX_OVERLAP_ERROR:
+                if old_boxes == new_boxes and abs(old_overlap - new_overlap) > MAX_OVERLAP_ERROR:
                     place = _place(("trackers", tracker, name, f"overlap.{repetition}"))
-                    expected = f"Runs with these boxes have a mean overlap of {current} now."
-                    _refuse(path, place, float(stored), expected)
+                    expected = f"Runs with these boxes have a mean overlap of {new_overlap} now."
+                    _refuse(path, place, float(old_overlap), expected)
 
 
 def _place(location: Sequence[int | str]) -> str:

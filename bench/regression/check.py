@@ -227,7 +227,7 @@ def table(result: Check, *, whole: bool = False) -> Table:
         name="check",
         caption="Mean overlap before and now. The intervals of all sequences hold together at 95 "
         "%, and so do the intervals of all means.",
-        heads=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
+        headings=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
         n_labels=3,
         rows=[_row(row) for row in [*visible, *result.means]],
         ranks=[1, 2, 0, 3],

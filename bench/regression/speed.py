@@ -113,7 +113,7 @@ def _sample(
     tests: int,
     report: Callable[[str], None],
 ) -> RatioSample:
-    """Run sessions until there are enough for their spread, or the time is over.
+    """Run sessions until their number suffices for their spread, or until the deadline.
 
     Raises `_BudgetError` after the first session if there is no time for `MIN_SESSIONS`.
     """
@@ -242,7 +242,7 @@ def speed_table(speed_changes: Mapping[str, SpeedChange]) -> Table:
     return Table(
         name="speeds",
         caption="Change of the time of updates since the revision, with 95 % intervals.",
-        heads=["", "tracker", "time", "95 %", "sessions"],
+        headings=["", "tracker", "time", "95 %", "sessions"],
         n_labels=2,
         rows=[
             [Cell(text) for text in (speed_change.decision, label, *_figures(speed_change))]

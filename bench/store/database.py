@@ -250,8 +250,8 @@ def _validated_database(path: Path, connection: sqlite3.Connection) -> Database 
             "runs in another folder."
         )
     database = Database(path, connection)
-    stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
-    if not {row[0] for row in stored} >= set(_STATEMENTS):
+    tables = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
+    if not {row[0] for row in tables} >= set(_STATEMENTS):
         raise database.damaged("its tables do not have the expected columns")
     return database
 

@@ -107,7 +107,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     """
     target_results = RunStore(target)
     present = list_runs(target_results)
-    stored = {run_key(row): (row["version"], row["status"], target) for row in present}
+    target_runs = {run_key(row): (row["version"], row["status"], target) for row in present}
     data_by_name = origins_by_name(present)
     tracker_versions = {row["tracker"]: (row["tracker_version"], target) for row in present}
     requests = target_results.requested_runs()
@@ -128,11 +128,11 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
         for row in rows:
             key, origin = run_key(row), (row["tracker_version"], folder)
             version, other = tracker_versions.setdefault(row["tracker"], origin)
-            if key not in stored and other != folder and version != row["tracker_version"]:
+            if key not in target_runs and other != folder and version != row["tracker_version"]:
                 conflict = f"the versions of {key[0]} differ between {other} and {folder}"
                 conflicts += [] if conflict in conflicts else [conflict]
-            if key in stored:
-                version, status, other = stored[key]
+            if key in target_runs:
+                version, status, other = target_runs[key]
                 if version != row["version"]:
                     conflicts.append(
                         f"{key[0]} on {key[1]}, repetition {key[2]}, differs between {other} "
@@ -140,7 +140,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
                     )
                 if status == "finished" or row["status"] == "failed":
                     continue
-            stored[key] = (row["version"], row["status"], folder)
+            target_runs[key] = (row["version"], row["status"], folder)
             missing[key] = results, row
     if conflicts:
         return 0, conflicts

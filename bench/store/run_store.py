@@ -167,7 +167,7 @@ class RunStore:
             for key in keys:
                 database.delete("run", _KEY, *key)
             requests, removed = _read_requests(database), set(keys)
-            remaining = {k: v for k, v in requests.versions.items() if k not in removed}
+            remaining = {k: version for k, version in requests.versions.items() if k not in removed}
             _write_requests(database, replace(requests, versions=remaining))
             database.delete(
                 "truth", "(sequence, fingerprint) NOT IN (SELECT sequence, fingerprint FROM run)"
@@ -278,15 +278,15 @@ def run_columns(run: Run) -> dict[str, NDArray[Any]]:
 def _add(database: Database, run: _EncodedRun, replaced_version: str) -> bool:
     key, failed = run[:4], run.status == "failed"
     # A damaged run counts as missing and is replaced.
-    for stored in database.rows("run", _KEY, *key, on_damage=lambda _: None):
-        if stored["version"] == run.version:
+    for existing in database.rows("run", _KEY, *key, on_damage=lambda _: None):
+        if existing["version"] == run.version:
             # A finished run always replaces a failed one. It is itself replaced only by a timing
             # run that other load disturbed less.
-            if stored["status"] != "failed" and (failed or not _is_quieter(run, stored)):
+            if existing["status"] != "failed" and (failed or not _is_quieter(run, existing)):
                 return False
-            if stored["status"] == "failed" and failed and not replaced_version:
+            if existing["status"] == "failed" and failed and not replaced_version:
                 return False
-        elif stored["version"] != replaced_version:
+        elif existing["version"] != replaced_version:
             return False
     database.delete("run", _KEY, *key)
     ((run_id,),) = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")
@@ -295,10 +295,11 @@ def _add(database: Database, run: _EncodedRun, replaced_version: str) -> bool:
     return True
 
 
-def _is_quieter(run: _EncodedRun, stored: Row) -> bool:
+def _is_quieter(run: _EncodedRun, existing: Row) -> bool:
     """Return whether a timing run has a smaller run delay than the stored one."""
     new, old = (
-        json.loads(text).get("run_delay_share", 0.0) for text in (run.metadata, stored["metadata"])
+        json.loads(text).get("run_delay_share", 0.0)
+        for text in (run.metadata, existing["metadata"])
     )
     return run.protocol == TIMING and new < old
 

@@ -242,10 +242,10 @@ class Runs(Mapping[RunName, Run]):
     def outcomes(self, metrics: str, table: "pd.DataFrame") -> dict[int, MetricOutcome]:
         """Score the finished and failed runs of rows by metrics; return the outcomes by index."""
         ended = table[table["status"].isin(["finished", "failed"])]
-        stored = self.read(ended.to_dict("records"))
+        runs = self.read(ended.to_dict("records"))
         return {
             index: outcome_of(run, truth, metrics)
-            for index, (_, run, truth) in zip(ended.index.tolist(), stored, strict=True)
+            for index, (_, run, truth) in zip(ended.index.tolist(), runs, strict=True)
         }
 
     def scored(

@@ -100,8 +100,8 @@ def put_truth(database: Database, row: TruthRow) -> None:
     Raises `ResultsError` if other boxes are stored under the same name and fingerprint.
     """
     # A damaged ground truth is replaced.
-    stored = database.rows("truth", _KEY, *row[:2], on_damage=lambda _: None)
-    before = next((unpack(other["arrays"])["boxes"] for other in stored), None)
+    rows = database.rows("truth", _KEY, *row[:2], on_damage=lambda _: None)
+    before = next((unpack(other["arrays"])["boxes"] for other in rows), None)
     if before is None:
         database.insert("truth", [row])
     elif not np.array_equal(before, unpack(row.arrays)["boxes"], equal_nan=True):

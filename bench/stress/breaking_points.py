@@ -426,7 +426,7 @@ def _points(result: BreakingPoints) -> Table:
             "Breaking points: the level at which half of the runs survive, with 95 % intervals; "
             f"ratio: how much harder this level is than the breaking point of {result.against}."
         ),
-        heads=[
+        headings=[
             "difficulty",
             "tracker",
             "breaks at",
@@ -475,9 +475,9 @@ def _times(ratio: float) -> str:
 
 
 def _runs(result: BreakingPoints) -> Table:
-    heads = ["difficulty", "tracker", "sequence", "level", "survived"]
-    rows = [[Cell(str(row[head])) for head in heads] for row in result.runs]
-    return Table("runs", f"All runs. {RULE}", heads, 3, rows, data=pd.DataFrame(result.runs))
+    headings = ["difficulty", "tracker", "sequence", "level", "survived"]
+    rows = [[Cell(str(row[heading])) for heading in headings] for row in result.runs]
+    return Table("runs", f"All runs. {RULE}", headings, 3, rows, data=pd.DataFrame(result.runs))
 
 
 def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:

@@ -229,7 +229,7 @@ def trackmark(workspace, in_this_process, monkeypatch, capsys):
     monkeypatch.setenv("TRACKMARK_CACHE", str(workspace / "cache"))
     monkeypatch.setattr("trackmark.bench.cli.prepare_numba", lambda tell: None)
     monkeypatch.setattr(
-        "trackmark.bench.commands._progress.PATIENCE", 1e6
+        "trackmark.bench.commands._progress.NOTICE_DELAY", 1e6
     )  # seconds: no notices of slow steps
 
     def call(*arguments, status=0):

@@ -1,4 +1,4 @@
-"""Errors of the machine are told from failures of trackers and sequences."""
+"""Errors of the machine are distinguished from failures of trackers and sequences."""
 
 import errno
 import resource

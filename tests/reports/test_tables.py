@@ -28,8 +28,8 @@ def table():
         [Cell("camshift:hue_bins=16"), Cell("0.750", best=True), Cell("3.2", best=True)],
         [Cell(odd), Cell(missing), Cell(missing)],
     ]
-    heads = ["tracker", "overlap", "error [px]"]
-    return Table("t", "A & B_c: means", heads, 1, rows, [f"{odd}: 1 of 1 runs failed"])
+    headings = ["tracker", "overlap", "error [px]"]
+    return Table("t", "A & B_c: means", headings, 1, rows, [f"{odd}: 1 of 1 runs failed"])
 
 
 def test_text_is_aligned_and_has_marks(table):

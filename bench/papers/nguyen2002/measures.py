@@ -7,7 +7,7 @@ The paper's tracker looks ahead for the end of an occlusion. Measures therefore 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.run_record import Trace
+from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.metrics.loss import SUCCESS_OVERLAP, first_loss
 from trackmark.bench.papers.measures import MeasuredRun, inside, measure
 from trackmark.bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
@@ -27,7 +27,7 @@ FRAME_VALUES = {
 
 
 @measure("share")
-def kept_in_clip(measured: MeasuredRun, trajectory: Trace | None = None) -> float:
+def kept_in_clip(measured: MeasuredRun, trajectory: Trajectory | None = None) -> float:
     """Return 1 if the overlap is 0.5 or more in 90 % of the clear frames and in the last five."""
     measured = measured.in_trajectory(trajectory)
     tracked = measured.on_target[_clear(measured)]
@@ -35,7 +35,7 @@ def kept_in_clip(measured: MeasuredRun, trajectory: Trace | None = None) -> floa
 
 
 @measure("occlusions")
-def detected(measured: MeasuredRun, trajectory: Trace | None = None) -> float:
+def detected(measured: MeasuredRun, trajectory: Trajectory | None = None) -> float:
     """Return the number of complete occlusions that are declared and followed by a re-detection."""
     measured = measured.in_trajectory(trajectory)
     recovered = measured.on_target & (measured.truth.visibility >= IN_VIEW)

@@ -53,7 +53,7 @@ def test_expected_overlap_by_annotation_is_that_of_a_subset(trackmark, workspace
     trackmark(*run, "whole", "--sequences", tagged)
     trackmark(*run, "part", "--sequences", "tagged/one,tagged/two")
     (report,) = annotation_reports(Runs.open(workspace / "results" / "whole"), ["native"])
-    assert report.heads == ["FM (1)", "OCC (2)", "SV (2)"]
+    assert report.headings == ["FM (1)", "OCC (2)", "SV (2)"]
     (part,) = metric_tables(Runs.open(workspace / "results" / "part"), ["native"]).with_curves
     scores = part.table.data.set_index(["sequence", "measure"])["mean"]
     assert report.scores["static"][1] == pytest.approx(scores["all sequences", "eao"])

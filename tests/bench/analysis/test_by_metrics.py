@@ -78,8 +78,8 @@ def test_tables_follow_the_order_of_presets(stored):
     names = [table.name for table in metric_tables(stored, ["otb", "native", "lasot"]).tables]
     assert names == ["metrics-otb", "summary", "sequences", "metrics-lasot"]
     otb, got10k = metric_tables(stored, ["otb", "got10k"]).tables
-    assert "success AUC" in otb.heads
-    assert got10k.heads[2:] == ["AO", "SR 0.50", "SR 0.75"]
+    assert "success AUC" in otb.headings
+    assert got10k.headings[2:] == ["AO", "SR 0.50", "SR 0.75"]
 
 
 def test_preset_curves_are_drawn(stored):
@@ -112,7 +112,7 @@ def test_late_estimates_are_counted_in_real_time(run_trial, tmp_path, seconds, l
     late_rows = table.data[table.data["measure"] == LATE.name]
     assert set(late_rows["sequence"]) > {ALL_SEQUENCES}
     assert late_rows["mean"].tolist() == [late] * 3
-    assert table.heads[-1] == "late estimates [%]"
+    assert table.headings[-1] == "late estimates [%]"
     counted = late_rows.set_index("sequence")["runs"]
     assert counted[ALL_SEQUENCES] == 2
     assert set(counted.drop(ALL_SEQUENCES)) == {1}
@@ -124,7 +124,7 @@ def test_scores_with_one_value_per_unit_have_intervals(run_trial, tmp_path):
     otb, vot = metric_tables(Runs.open(folder), ["otb", "vot-anchor"]).with_curves
     assert all("[" in cell for cell in texts(otb.table)[ALL_SEQUENCES, "static"])
     assert "95 % interval of the mean for new scenes of this sequence only" in otb.table.caption
-    columns = vot.table.heads[2:]
+    columns = vot.table.headings[2:]
     whole = dict(zip(columns, texts(vot.table)[ALL_SEQUENCES, "static"], strict=True))
     means = dict(zip(columns, texts(vot.table)[MEAN_OF_SEQUENCES, "static"], strict=True))
     assert whole["accuracy"].endswith(" –")

@@ -51,7 +51,7 @@ def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     assert pair.differences == pytest.approx(differences)
     assert pair.interval == pytest.approx(mean_interval(differences))
     assert (pair.answer.label, pair.wins) == ("better", 10)
-    assert [standing.contender for standing in comparison.standings] == [True, False]
+    assert [standing.is_unbeaten for standing in comparison.standings] == [True, False]
     first = comparison.standings[0]
     assert first.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
     assert (first.ms_per_frame, first.fps) == (pytest.approx(2.0), pytest.approx(500))
@@ -110,7 +110,7 @@ def test_stars_follow_from_the_printed_answers(make_runs, against):
         for pair in comparison.pairs
         if pair.answer.label in ("better", "worse")
     }
-    stars = {standing.tracker for standing in comparison.standings if standing.contender}
+    stars = {standing.tracker for standing in comparison.standings if standing.is_unbeaten}
     assert losers == ({"a", "d"} if against else {"d"})
     assert stars == {"a", "b", "c", "d"} - losers
     note = "*: no other tracker is better" + (", in the pairs with b" if against else "")

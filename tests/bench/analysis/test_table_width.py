@@ -50,16 +50,19 @@ def test_wide_table_omits_columns_and_names_them(table, measures, failed):
     assert max(map(len, narrow.splitlines())) <= MAX_WIDTH
     assert max(map(len, to_text(wide).splitlines())) > MAX_WIDTH
     _, _, left_out = narrow.replace("\n", " ").partition("Left out: ")
-    heads = narrow.partition(TRACKERS[0])[0].split()[len(wide.caption.split()) :]
+    headings = narrow.partition(TRACKERS[0])[0].split()[len(wide.caption.split()) :]
     for measure in measures:
-        assert (measure.head in left_out) or not {*measure.head.split()} - {*heads}
+        assert (measure.heading in left_out) or not {*measure.heading.split()} - {*headings}
     assert left_out.strip().endswith("(--verbose).") == bool(left_out)
     assert narrow.count("3 of 3 failed") + narrow.count("6 of 6 failed") == len(failed) * (
         2 if table is sequence_table else 1
     )
     for name in TRACKERS:
         assert name in narrow
-    assert wide.heads == [*wide.heads[: wide.n_labels], *(measure.head for measure in measures)]
+    assert wide.headings == [
+        *wide.headings[: wide.n_labels],
+        *(measure.heading for measure in measures),
+    ]
 
 
 def test_narrow_table_is_unchanged():
@@ -109,7 +112,7 @@ def test_run_without_failure_has_no_first_loss():
     runs.loc[runs["tracker"] == "static", "first_loss"] = 120
     runs.loc[runs["tracker"] == "opencv-mil", "first_loss"] = [7, 7, 7, 7, 7, 120]
     wide = sequence_table(runs, PER_SEQUENCE, "T", "native")
-    column = wide.heads.index("first loss [frame]")
+    column = wide.headings.index("first loss [frame]")
     by_cell = {(row[0].text, row[1].text): row[column].text for row in wide.rows}
     assert by_cell["samples/face", "static"] == "none"
     assert by_cell["samples/bow-tie", "opencv-mil"] == "7 ±0"

@@ -63,7 +63,7 @@ def test_times_are_of_timing_runs_if_all_trackers_have_them(a, b, times, rates):
     timed = frame("a", 0.5, "timing", ms_per_frame=a)
     timed += frame("b", 0.6, "timing", ms_per_frame=b) if b else []
     summary, _ = score_tables(scored, pd.DataFrame(timed), "T")
-    assert summary.heads[-2:] == ["ms/frame", "fps"]
+    assert summary.headings[-2:] == ["ms/frame", "fps"]
     assert [row[-2].text for row in summary.rows] == times
     assert [row[-1].text for row in summary.rows] == rates
     fps = summary.data[summary.data["measure"] == "fps"]

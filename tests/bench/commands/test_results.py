@@ -163,7 +163,7 @@ def test_report_names_trackers_that_are_not_repeatable(trackmark, break_tracker)
     trackmark(*KNOB)
     trackmark(*KNOB, "--timing")
     text = " ".join(trackmark("report", "results/mine", "--no-pictures").stderr.split())
-    assert "knob.py:Knob is not repeatable: seed 0 gave other boxes on Small" in text
+    assert "knob.py:Knob is not repeatable: repetition 0 gave other boxes on Small" in text
     assert "static is not" not in text
 
 

@@ -109,7 +109,7 @@ reproduce multipart --quick --all | either --quick or --all
 show data/Small | Use --output FILE
 show data/Small --output a.gif | neither .png nor .mp4
 show data/Small --output a.png --first-frame 9 | not among 0 to 4
-show data/Small --output a.png --trace revised | requires --results
+show data/Small --output a.png --trajectory revised | requires --results
 show data/Small --live static --first-frame 1 | exclude each other
 check nowhere | baseline not found
 baseline a/b --trackers static {SMALL} | 'a/b' is not a valid name of a baseline

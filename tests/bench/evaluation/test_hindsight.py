@@ -24,7 +24,7 @@ def test_revised_boxes_are_kept_apart(make_sequence):
     assert online == tm.score(run.boxes, sequence) | {
         "absence_reported": online["absence_reported"]
     }
-    assert tm.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
+    assert tm.score(run, sequence, trajectory="revised")["centre_error"] != online["centre_error"]
 
 
 def test_revised_frames_count_the_shown_ones(make_sequence):

@@ -31,12 +31,12 @@ def test_boxes_of_any_origin_are_scored():
     assert tm.score(shifted.tolist(), face)["centre_error"] == pytest.approx(5)
 
 
-def test_unknown_preset_or_trace_is_refused(make_sequence):
+def test_unknown_preset_or_trajectory_is_refused(make_sequence):
     sequence = make_sequence()
     with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\?"):
         tm.score(sequence.boxes, sequence, "otbx")
-    with pytest.raises(ValueError, match="unknown trace"):
-        tm.score(evaluate_run("static", sequence), sequence, trace="later")
+    with pytest.raises(ValueError, match="unknown trajectory"):
+        tm.score(evaluate_run("static", sequence), sequence, trajectory="later")
 
 
 def test_run_with_restarts_is_scored_by_supervised_presets_alone(make_sequence):

@@ -200,7 +200,7 @@ def test_tables_have_columns_of_masks(stored):
         values = [scores[name].mean(), *scores[name]]
         texts = []
         for table in (tables_by_name["summary"], tables_by_name["sequences"]):
-            texts += [row[table.heads.index(column)].text for row in table.rows]
+            texts += [row[table.headings.index(column)].text for row in table.rows]
         assert texts == [text for value in values for text in ("—", f"{value:.3f}")]
     _, last = tables_by_name["segmentation"].rows  # only the tracker with masks has a row
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
@@ -214,4 +214,4 @@ def test_tables_without_masks_have_no_such_columns(stored):
     tables_without_masks = tables(runs.select(keys))
     assert [table.name for table in tables_without_masks] == ["summary", "sequences"]
     for table in tables_without_masks:
-        assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
+        assert not {"region similarity J", "contour accuracy F"} & set(table.headings)

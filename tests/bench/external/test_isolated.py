@@ -120,21 +120,21 @@ def test_run_in_a_process_equals_one_in_this_process(make_sequence, write, name,
         pytest.skip("OpenCV has no TLD")
     name = write() if name == "full.py" else name
     sequence = make_sequence(n=12, absent=(0, 1))
-    direct_run, isolated_run = (
+    in_process, isolated_run = (
         run(name, options, sequence, is_isolated=is_isolated) for is_isolated in (False, True)
     )
-    assert not direct_run.failure
-    assert content(isolated_run) == content(direct_run)
-    assert isolated_run.metadata.get("generators") == direct_run.metadata.get("generators")
+    assert not in_process.failure
+    assert content(isolated_run) == content(in_process)
+    assert isolated_run.metadata.get("generators") == in_process.metadata.get("generators")
 
 
 def test_description_is_that_of_this_process(write):
     file = write()
-    _, description = open_isolated(file, {"preset": "fast"})
-    assert description["name"] == "full.py:Full"
-    assert description["parameters"] == {"step": 2.5}
-    assert description["options"] == {"preset": "fast"}
-    assert Randomness(description["randomness"]) is Randomness.GENERATOR
+    _, fields = open_isolated(file, {"preset": "fast"})
+    assert fields["name"] == "full.py:Full"
+    assert fields["parameters"] == {"step": 2.5}
+    assert fields["options"] == {"preset": "fast"}
+    assert Randomness(fields["randomness"]) is Randomness.GENERATOR
     assert describe_isolated(file) == trackers.describe(file)
 
 

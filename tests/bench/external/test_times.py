@@ -99,6 +99,6 @@ def test_timing_runs_have_all_columns_of_times(waiting, folder, run_trial):
     trackers = ["static", waiting["file"]]
     runs = Runs.open(run_trial(folder / "timed", trackers, ["Noise"], timing=True))
     (table,) = [table for table in tables(runs) if table.name == "times"]
-    assert table.heads[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
+    assert table.headings[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
     lines = summarise_times(runs)
     assert lines[0].startswith("static is the fastest: ")

@@ -25,10 +25,10 @@ CUT = """[...document.querySelectorAll("main *")]
 
 
 def table(name, columns, rows=40):
-    heads = ["sequence", "tracker", *(f"90th percentile {n} [px]" for n in range(columns))]
+    headings = ["sequence", "tracker", *(f"90th percentile {n} [px]" for n in range(columns))]
     labels = [Cell(LONG), Cell("particle-filter:particles=200")]
     return Table(
-        name, f"Of {LONG}.", heads, 2, [[*labels, *[Cell("12.34 ±5.67")] * columns]] * rows
+        name, f"Of {LONG}.", headings, 2, [[*labels, *[Cell("12.34 ±5.67")] * columns]] * rows
     )
 
 

@@ -22,7 +22,7 @@ def measured(
     """Return a run with these estimates; `run` and `truth` hold further attributes."""
     visible = np.broadcast_to(visibility, len(boxes)).astype(float)
     run_record: Any = SimpleNamespace(
-        **{"failure": "", "details": {}, "boxes_in": lambda trace: estimates, **dict(run)}
+        **{"failure": "", "details": {}, "boxes_in": lambda trajectory: estimates, **dict(run)}
     )
     ground_truth: Any = SimpleNamespace(boxes=boxes, visibility=visible, image_size=size, **truth)
     return MeasuredRun(run_record, ground_truth, read_paper(paper).frame_rules)

@@ -40,7 +40,7 @@ def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):
 
 def test_main_table_has_the_papers_numbers_beside_both_settings(report):
     main, times = report.main
-    assert main.heads == ["sequence", "tracker", "paper", "as written", "recommended"]
+    assert main.headings == ["sequence", "tracker", "paper", "as written", "recommended"]
     first, second = ([cell.text for cell in row] for row in main.rows)
     assert first[2] == "20 of 20"
     assert first[3].endswith(" px")

@@ -156,7 +156,7 @@ def test_claims_on_times_are_judged(paper, monkeypatch):
         assert judge(claim, evidence(claim, setting, context)).cells == ROUNDS
     table = module.time_table(context)
     assert claims
-    assert {len(row) for row in table.rows} == {len(table.heads)}
+    assert {len(row) for row in table.rows} == {len(table.headings)}
 
 
 def test_clock_scales_times_to_800_mhz():

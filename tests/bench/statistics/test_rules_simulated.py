@@ -150,7 +150,7 @@ def test_looking_repeatedly_gives_false_answers_as_documented():
 
 
 def test_rare_losses_are_covered_if_the_sample_has_one():
-    """A tenth of the scores is 0 and the others are alike."""
+    """A tenth of the scores is 0 and the others are equal."""
     random = np.random.default_rng(19)
     for n in (8, 20):
         scores = np.where(random.random((INTERVALS, n)) < 0.1, 0.0, 0.7)

@@ -220,7 +220,7 @@ def test_damaged_ground_truth_costs_only_its_runs(several, store, make_sequence,
     assert len(scored_rows(several)) == 5
 
 
-def test_damaged_requests_are_named_and_restored_by_a_repetition(several, caplog):
+def test_damaged_requests_are_named_and_restored_by_repetition(several, caplog):
     requests = several.requested_runs()
     edit(several, "UPDATE metadata_of_file SET value = replace(value, 'Trial', 'Other')")
     assert len(load_table(several.folder)) == 4

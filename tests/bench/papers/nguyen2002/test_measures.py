@@ -81,7 +81,7 @@ def test_box_stays_if_most_clear_frames_after_the_switch_overlap():
 
 def test_failed_run_tracks_and_detects_nothing():
     run = SimpleNamespace(**{**vars(build_run((31, 50, 66))), "failure": "frame 3: no"})
-    run.boxes_in = lambda trace: run.boxes
+    run.boxes_in = lambda trajectory: run.boxes
     truth = build_truth((30, 45))
     assert value("kept_in_clip", run, truth) == value("detected", run, truth) == 0
 

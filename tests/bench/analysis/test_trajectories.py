@@ -42,7 +42,7 @@ class SecondThoughts(TrackerPlugin):
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory, run_trial):
     """Provide an experiment with a tracker that revises boxes and one that does not."""
-    folder = tmp_path_factory.mktemp("traces")
+    folder = tmp_path_factory.mktemp("trajectories")
     file = folder / "second_thoughts.py"
     file.write_text(SECOND_THOUGHTS)
     sequences = [f"plain/target:length=15:scene={n}" for n in (0, 1)]
@@ -51,7 +51,7 @@ def stored(tmp_path_factory, run_trial):
 
 def overlaps(table):
     """Return the mean overlap by tracker in a summary."""
-    place = table.heads.index("mean overlap")
+    place = table.headings.index("mean overlap")
     return {row[0].text: row[place].text for row in table.rows}
 
 
@@ -114,7 +114,7 @@ def test_pictures_name_the_trace_that_they_draw(trackmark, ran, blank_figures):
     show = ("show", "data/Small", "--results", "results/mine", "--output")
     trackmark(*show, "shown.png")
     np.testing.assert_array_equal(cv2.imread(str(ran / "shown.png")), online)
-    trackmark(*show, "revised.png", "--trace", "revised")
+    trackmark(*show, "revised.png", "--trajectory", "revised")
     revised = pictured(ran, "revised boxes", [0, 0.5, 1, 1.5, 2])
     np.testing.assert_array_equal(cv2.imread(str(ran / "revised.png")), revised)
     trackmark("report", "results/mine", "--output", "report")
@@ -131,9 +131,9 @@ def test_strips_have_the_colours_of_the_figures_of_a_report(ran):
     np.testing.assert_array_equal(cv2.imread(str(file)), strip)
 
 
-def test_trace_without_results_is_refused(trackmark):
-    done = trackmark("show", "data/Small", "--trace", "revised", "--output", "a.png", status=2)
-    assert "--trace" in done.stderr.splitlines()[-1]
+def test_trajectory_without_results_is_refused(trackmark):
+    done = trackmark("show", "data/Small", "--trajectory", "revised", "--output", "a.png", status=2)
+    assert "--trajectory" in done.stderr.splitlines()[-1]
     assert "requires --results" in done.stderr
 
 
