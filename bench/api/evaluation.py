@@ -329,18 +329,18 @@ def _passes(
     """Yield the runs of each pass over a sequence.
 
     Trackers share the images of a pass, unless time counts. A class of the caller can change the
-    state of the process, and therefore has a pass of its own.
+    state of the process, and therefore has a pass of its own. Repetitions of a tracker in another
+    process have different passes, so that they use one process, with one model in memory.
     """
     time_dependent = protocol_of_key(protocol_key).time_dependent
-    shared = []
+    shared: dict[int, list[tuple[TrackerSpec, int]]] = {}
     for spec, repetition in entries:
         uses_process = not spec.is_built_in or spec.randomness is Randomness.PROCESS
         if time_dependent or (uses_process and not spec.is_isolated):
             yield [(spec, repetition)]
         else:
-            shared.append((spec, repetition))
-    if shared:
-        yield shared
+            shared.setdefault(repetition if spec.is_isolated else 0, []).append((spec, repetition))
+    yield from shared.values()
 
 
 def _in_order(runs: list[Run], specs: list[TrackerSpec], sequences: list[Sequence]) -> list[Run]:

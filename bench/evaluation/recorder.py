@@ -161,6 +161,7 @@ class Recorder:
         self._state = state or SharedState(may_share=False)
         self._context: RunContext | None = None
         self._process = os.getpid()
+        self._printed = ""  # output of trackers in other processes
         self._drawn: set[str] = set()  # names of global generators
         self._update: Callable[[Any], Estimate]
 
@@ -267,6 +268,7 @@ class Recorder:
             estimate_frames=self._controller.estimate_frames,
             segments=self._frames,
             metadata=metadata,
+            tracker_output=self._printed,
         )
 
     def times(self) -> Times:
@@ -296,6 +298,7 @@ class Recorder:
             self._device = device_name(self._made) or self._device
         if isinstance(self._made, RemoteTracker):
             self._clock_name = self._made.clock or self._clock_name
+            self._printed += self._made.printed
             try:
                 self._made.close()
             except ExternalTrackerError as error:

@@ -157,6 +157,11 @@ class IsolatedTracker(RemoteTracker):
         """See `SelfTimed.device`."""
         return self._device
 
+    @property
+    def printed(self) -> str:
+        """See `RemoteTracker.printed`."""
+        return self._process.printed()
+
     def reject(self, error: MalformedEstimateError) -> Exception:
         """See `RemoteTracker.reject`."""
         return error

@@ -40,6 +40,11 @@ class RemoteTracker(SelfTimed):
     def reject(self, error: MalformedEstimateError) -> Exception:
         """Return the failure for an estimate that the harness rejects."""
 
+    @property
+    @abstractmethod
+    def printed(self) -> str:
+        """End of what the tracker has printed."""
+
     @abstractmethod
     def close(self) -> None:
         """Release the process; called when a run no longer needs the tracker.
@@ -78,6 +83,11 @@ class ExternalPlugin(AdaptedTracker, RemoteTracker):
     version: ClassVar[dict[str, Any]]
     process: LineProcess
 
+    @property
+    def printed(self) -> str:
+        """See `RemoteTracker.printed`."""
+        return self.process.printed()
+
     def reject(self, error: MalformedEstimateError) -> Exception:
         """See `RemoteTracker.reject`."""
         return self.process.fail(f"returned an invalid estimate: {error}")
@@ -97,6 +107,7 @@ def take_process(start: Callable[[], _Process], *key: object) -> _Process:
     for place, (other, process) in enumerate(_idle):
         if other == (os.getpid(), *map(repr, key)):
             del _idle[place]
+            process.forget_output()
             return process  # type: ignore[no-any-return]  # kept under its key
     return start()
 

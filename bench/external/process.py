@@ -73,8 +73,8 @@ class ExternalTrackerError(TrackerError):
 class LineProcess:
     """Process that is controlled by lines on its stdin and stdout.
 
-    Other output (stderr, and lines of stdout without `mark`) is only kept for failures, which
-    repeat its end. `close`, failures, the garbage collector and the end of this process end the
+    Of other output (stderr, and lines of stdout without `mark`), the end is kept; failures repeat
+    it. `close`, failures, the garbage collector and the end of this process end the
     process and all that it started.
 
     `command` is the program with its arguments; no shell is used. `name` replaces the command in
@@ -201,13 +201,21 @@ class LineProcess:
             text += f" Its last line: {last[:200]}"
         return ExternalTrackerError(with_output(text, output))
 
+    def printed(self) -> str:
+        """Return the end of the output since the last call of `forget_output`."""
+        return self._output.text()
+
+    def forget_output(self) -> None:
+        """Forget the output of a tracker, because the process runs another one next."""
+        self._output.clear()
+
     def end_output(self) -> str:
         """End the process; return the end of its output."""
         self._end()
         self.is_usable = False
         for reader in self._readers:
             reader.join(_DRAIN_SECONDS)
-        return self._output.text()
+        return self._output.text().strip()
 
     def counters(self) -> ProcessCounters:
         """Return the counters of the process so far; they are 0 if the system has none."""
@@ -256,9 +264,13 @@ class _Output:
         self._bytes.extend(data)
         del self._bytes[:-_MAX_TAIL]
 
+    def clear(self) -> None:
+        """Forget the output."""
+        self._bytes.clear()
+
     def text(self) -> str:
         """Return the last characters."""
-        return self._bytes.decode(errors="replace")[-TAIL_CHARACTERS:].strip()
+        return self._bytes.decode(errors="replace")[-TAIL_CHARACTERS:]
 
 
 def _start_thread(target: Callable[..., None], *arguments: object) -> threading.Thread:
