@@ -69,7 +69,7 @@ import trackmark as tm
 
 runs = tm.evaluate(["static", "knob.py"], "data/Small")
 assert len(runs) == 2
-(score,) = tm.score({"Small": np.tile([5.0, 6, 10, 12], (5, 1))}, "data/Small").table.score
+assert "success_auc" in tm.score(np.tile([5.0, 6, 10, 12], (5, 1)), "data/Small", metrics="otb")
 """
 OTHERS = """
 command("--help")
