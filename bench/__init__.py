@@ -18,12 +18,10 @@ if TYPE_CHECKING:
     from trackmark.bench.evaluation.loop import evaluate_run
     from trackmark.bench.execution.executor import run_experiment
     from trackmark.bench.experiments.experiment import Experiment, read_experiment
-    from trackmark.bench.store.data_frames import load_runs
 
 __all__ = [
     "Experiment",
     "evaluate_run",
-    "load_runs",
     "read_experiment",
     "run_experiment",
 ]
@@ -32,7 +30,6 @@ __all__ = [
 _HOMES = {
     "Experiment": "trackmark.bench.experiments.experiment",
     "evaluate_run": "trackmark.bench.evaluation.loop",
-    "load_runs": "trackmark.bench.store.data_frames",
     "read_experiment": "trackmark.bench.experiments.experiment",
     "run_experiment": "trackmark.bench.execution.executor",
 }

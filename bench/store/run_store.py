@@ -5,6 +5,7 @@ import logging
 import platform
 import socket
 from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
@@ -24,7 +25,13 @@ from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import DamagedError, Database, open_database
 from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, run_key
 from trackmark.bench.store.packing import pack, select_group, unpack
-from trackmark.bench.store.truth import TruthRow, put_truth
+from trackmark.bench.store.truth import (
+    StoredTruth,
+    TruthRow,
+    put_truth,
+    truth_row,
+    unpack_truth,
+)
 from trackmark.datasets.source_digest import library_versions
 
 MAX_RUNS = 1_000_000
@@ -58,7 +65,8 @@ class RequestedRuns:
         return RequestedRuns(later.title or self.title, versions)
 
 
-def _read_requests(database: Database) -> RequestedRuns:
+def read_requests(database: Database) -> RequestedRuns:
+    """Return the requested runs; see `RunStore.requested_runs`."""
     errors: list[DamagedError] = []
     rows = database.rows("metadata_of_file", "name = 'requests'", on_damage=errors.append)
     for row in rows:
@@ -104,7 +112,7 @@ class RunStore:
         for key in requests.versions:
             "".join(map(str, key)).encode()
         with open_database(self.folder, write=True) as database:
-            present = _read_requests(database)
+            present = read_requests(database)
             merged = present.merged_with(requests)
             if len(merged.versions) > MAX_RUNS:
                 raise ResultsError(
@@ -122,7 +130,7 @@ class RunStore:
         if the whole file is damaged.
         """
         with open_database(self.folder) as database:
-            return _read_requests(database)
+            return read_requests(database)
 
     def list_keys(self) -> list[RunKey]:
         """Return the keys of all stored runs (also of damaged ones), in order."""
@@ -166,7 +174,7 @@ class RunStore:
         with open_database(self.folder, write=True) as database:
             for key in keys:
                 database.delete("run", _KEY, *key)
-            requests, removed = _read_requests(database), set(keys)
+            requests, removed = read_requests(database), set(keys)
             kept = {k: version for k, version in requests.versions.items() if k not in removed}
             _write_requests(database, replace(requests, versions=kept))
             database.delete(
@@ -179,8 +187,30 @@ class RunStore:
         Raises `ResultsError`, which names file and run, if the run is damaged or missing.
         """
         with open_database(self.folder) as database:
-            for row in database.rows("run", _KEY, *key):
-                return _decoded_run(row)
+            return self._read(database, key)
+
+    def read_all(
+        self, keys: Iterable[RunKey], truths: Iterable[tuple[str, str]]
+    ) -> tuple[dict[RunKey, Run], dict[tuple[str, str], StoredTruth]]:
+        """Return runs, and ground truths by name and fingerprint, from one transaction.
+
+        Those that are damaged or missing are left out; `read` and `read_truth` name the reason.
+        """
+        found: dict[RunKey, Run] = {}
+        found_truths: dict[tuple[str, str], StoredTruth] = {}
+        with open_database(self.folder) as database:
+            for key in keys:
+                with suppress(DamagedError, RemovedError):
+                    found[key] = self._read(database, key)
+            for name, fingerprint in truths:
+                with suppress(DamagedError):
+                    row = truth_row(database, name, fingerprint)
+                    found_truths[name, fingerprint] = unpack_truth(row)
+        return found, found_truths
+
+    def _read(self, database: Database, key: RunKey) -> Run:
+        for row in database.rows("run", _KEY, *key):
+            return _decoded_run(row)
         raise RemovedError(
             f"{self.folder / FILE_NAME} has no run of {key[0]} on {key[1]}, repetition "
             f"{key[2]}, protocol {key[3]!r}. Run the same command again."

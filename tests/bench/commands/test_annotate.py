@@ -19,9 +19,9 @@ import cv2
 import numpy as np
 import pytest
 
+import trackmark as tm
 from tests.bench.pages.test_page_rules import violations
 from tests.browser import needs_browser
-from trackmark import bench
 from trackmark.bench.commands import _box_picker, _drawing
 from trackmark.datasets.annotation import check_marks, interpolate
 
@@ -35,7 +35,7 @@ def test_annotate_writes_a_ground_truth_that_runs(trackmark, workspace):
     assert "interpolated" in (workspace / "truth.csv").read_text()
     run = ("run", "--trackers", "static", "--sequences", source, "--truth", "truth.csv")
     assert "read as " in trackmark(*run).stderr
-    scores = bench.load_runs(workspace / "results").iloc[0]
+    scores = tm.load_runs(workspace / "results").table.iloc[0]
     assert scores["centre_error"] == pytest.approx(statistics.mean([1, 2, 3, 4]))
     assert (workspace / "truth-check.png").is_file()
 

@@ -110,5 +110,5 @@ def test_experiment_file_sets_its_protocol(trackmark, workspace):
     assert "protocol sre:shift=0.2" in trackmark("run", "mine.toml").stdout
     assert "protocol tre" in trackmark("run", "mine.toml", "--protocol", "tre").stdout
     assert "protocol" not in trackmark("run", "mine.toml", "--protocol", "one-pass").stdout
-    (run,) = bench.load_runs(workspace / "results/mine").query("protocol == 'tre'").itertuples()
+    (run,) = tm.load_runs(workspace / "results/mine").table.query("protocol == 'tre'").itertuples()
     assert run.mean_overlap == 1
