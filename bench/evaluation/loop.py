@@ -67,9 +67,6 @@ class Observer:
     def on_frames_done(self, frames: int) -> None:
         """Handle the event that all trackers have processed a number of frames."""
 
-    def on_loop_end(self) -> None:
-        """Handle the end of the loop."""
-
 
 NULL_OBSERVER = Observer()
 

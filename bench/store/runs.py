@@ -14,7 +14,7 @@ from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import to_data_frame, with_missing, with_one_version
-from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, run_key
+from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, refuse_empty_file, run_key
 from trackmark.bench.store.run_rows import (
     BATCH,
     NUMBER_FIELDS,
@@ -150,6 +150,7 @@ class Runs(Mapping[RunName, Run]):
             raise ResultsError(
                 f"{folder}: this folder contains no results. Create results by `trackmark run`."
             )
+        refuse_empty_file(folder)
         rows, requests = scored_rows_and_requests(RunStore(folder), progress)
         title = requests.title or folder.absolute().name
         return cls(rows, requests.versions, RunSource(folder), title)

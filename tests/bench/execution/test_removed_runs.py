@@ -2,12 +2,12 @@
 
 import pytest
 
-from trackmark import bench
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.database import open_database
 from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def test_removal_during_a_command_loses_only_removed_runs(execution):
     later = [row["tracker"] for row in rows]
     assert first["tracker"] not in later
     assert later
-    runs = bench.load_runs(execution.folder)
+    runs = Runs.open(execution.folder).table
     assert runs[runs["status"] == "finished"]["tracker"].tolist() == later
     assert find_damage(execution.folder) == []
 
@@ -52,7 +52,7 @@ def test_missing_ground_truth_costs_only_its_runs(run_trial, workspace, otb, cap
     folder = run_trial(workspace, ["static"], sequences)
     with open_database(folder, write=True) as database:
         database.delete("truth", "sequence = ?", "Other")
-    runs = bench.load_runs(folder).set_index("sequence")
+    runs = Runs.open(folder).table.set_index("sequence")
     assert runs["status"].to_dict() == {"Small": "finished", "Other": "missing"}
     assert "no ground truth of Other" in caplog.text
     assert len(find_damage(folder)) == 1

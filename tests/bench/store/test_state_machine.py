@@ -182,7 +182,7 @@ class Experimenter(RuleBasedStateMachine):
     def each_run_has_the_expected_status(self):
         if not self.requested:
             return
-        table = bench.load_runs(self.results.folder)
+        table = Runs.open(self.results.folder).table
         columns = ["tracker", "sequence", "repetition", "protocol"]
         rows = {tuple(row[column] for column in columns): row for _, row in table.iterrows()}
         stored_rows = table[table["status"] != "missing"].sort_values("date")
