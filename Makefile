@@ -82,7 +82,7 @@ lint: $(READY)
 
 # Check whether our trackers score as in tests/baseline.toml, on one of its sequences.
 check: $(READY)
-	@$(BIN)/trackmark check tests/baseline.toml --repetitions 6 --sequences 'plain/*' --output "$$(mktemp -d)"
+	@$(BIN)/trackmark check tests/baseline.toml --repetitions 6 --sequences 'plain/*' --results-root "$$(mktemp -d)"
 
 # Compare the output of changed scenes and trackers with the stored digests. NEW=name accepts a change.
 seal: $(READY)

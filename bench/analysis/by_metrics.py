@@ -145,7 +145,7 @@ def summary_text(runs: Runs, metrics: Sequence[str], *, only_means: bool) -> str
     With `only_means`, a table that has means over all sequences has no other rows.
     """
     option = "" if tuple(metrics) == (DEFAULT_METRICS,) else f" --metrics {','.join(metrics)}"
-    more = f"`trackmark report {runs.folder}{option} --wide`"
+    more = f"`trackmark report {runs.folder}{option} --verbose`"
     texts = []
     for table in metric_tables(runs, metrics).tables:
         lines = terminal_lines(_only_means(table) if only_means else table, more)

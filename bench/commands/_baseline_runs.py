@@ -20,7 +20,7 @@ from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
-    from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.execution.plan import OpenedSequences, Plan
     from trackmark.bench.regression.baseline import BaselineEntries
 
 _HASH_SEED = "PYTHONHASHSEED"
@@ -37,12 +37,12 @@ class BaselineRunner:
     digests: Mapping[str, str] = field(
         default_factory=dict
     )  # expected digests of the sequences, by name
-    opened_sequences: "KnownSequences" = field(default_factory=dict)
+    opened_sequences: "OpenedSequences" = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
         """Results folder."""
-        return self.options.output / self.name
+        return self.options.results_root / self.name
 
     def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineEntries":
         """Run repetition 0 again in new local processes with another hash seed for strings.
@@ -52,7 +52,7 @@ class BaselineRunner:
         if not sequences:
             return {}
         with temporary_folder() as folder, _other_hash_seed():
-            local = replace(self.options, output=folder, backend="local", address=None)
+            local = replace(self.options, results_root=folder, backend="local", address=None)
             return replace(self, options=local).run(sequences, 1, temporary=True)
 
     def run(

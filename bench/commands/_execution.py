@@ -17,7 +17,7 @@ from trackmark.bench.experiments.experiment import Experiment
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.execution.plan import OpenedSequences, Plan
 
 
 def plan_experiment(
@@ -25,7 +25,7 @@ def plan_experiment(
     options: EngineOptions,
     *,
     retry_failed: bool = False,
-    opened_sequences: "KnownSequences | None" = None,
+    opened_sequences: "OpenedSequences | None" = None,
 ) -> "Execution":
     """Plan an experiment in the results folder of the options.
 
@@ -36,10 +36,10 @@ def plan_experiment(
     with patience("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
-            options.output,
+            options.results_root,
             retry_failed=retry_failed,
-            known_sequences={} if opened_sequences is None else opened_sequences,
-            on_opened=opened,
+            opened_sequences={} if opened_sequences is None else opened_sequences,
+            progress=opened,
             **options.engine_settings,
         )
 
@@ -88,21 +88,21 @@ def execute_runs(
 
 def run_title(execution: "Execution") -> str:
     """Return the numbers of trackers, sequences and runs of an execution."""
-    from trackmark.bench.execution.plan import State
+    from trackmark.bench.execution.plan import RunStatus
 
     plan, missing = execution.plan, execution.tasks.n_runs
     stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
-    stale = plan.count(State.STALE)
+    stale = plan.count(RunStatus.STALE)
     replaced = f" (replacing stale runs: {stale})" if stale else ""
     numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
     trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
     return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored}"
 
 
-def run_experiment(
+def plan_and_execute(
     experiment: Experiment,
     options: EngineOptions,
-    opened_sequences: "KnownSequences | None" = None,
+    opened_sequences: "OpenedSequences | None" = None,
     progress: RunProgress | None = None,
 ) -> "Execution":
     """Plan an experiment and execute its missing runs; see `execute_runs`."""
@@ -129,17 +129,17 @@ def print_remarks(*executions: "Execution") -> None:
 def progress_since(
     execution: "Execution", rows: "Iterable[Mapping[str, Any]]"
 ) -> "tuple[Plan, str]":
-    """Return the plan with the states of stored runs, and a sentence with their numbers.
+    """Return the plan with the statuses of stored runs, and a sentence with their numbers.
 
     The rows must have been read after the execution: another command may have stored runs in the
     meantime.
     """
-    from trackmark.bench.execution.plan import State
+    from trackmark.bench.execution.plan import RunStatus
 
-    plan = execution.plan.seen_in(rows)
-    failed = plan.count(State.FAILED)
-    disturbed = plan.count(State.DISTURBED)
+    plan = execution.plan.with_stored(rows)
+    failed = plan.count(RunStatus.FAILED)
+    disturbed = plan.count(RunStatus.DISTURBED)
     end = f", {failed} failed" if failed else ""
     end += f", {disturbed} disturbed by other load" if disturbed else ""
-    n_finished = plan.count(State.DONE) + disturbed
+    n_finished = plan.count(RunStatus.FINISHED) + disturbed
     return plan, f"{n_finished} of {len(plan)} runs are in {execution.folder}{end}."

@@ -270,7 +270,7 @@ class ScreenOptions(JsonOptions):
 class EngineOptions:
     """Options of commands that execute runs."""
 
-    output: Path = output_option(
+    results_root: Path = output_option(
         "Folder that contains one results folder per experiment.", default=Path("results")
     )
     jobs: int | None = execution_option(

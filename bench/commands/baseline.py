@@ -92,7 +92,7 @@ def command(options: BaselineOptions) -> int:
     check_outputs({"NAME": path}, input_files(trackers, sequences))
     requested = Experiment(experiment, tuple(trackers), sequences)
     environment = current_environment()  # before the runs: a library that is missing costs no runs
-    plan = make_plan(requested, RunStore(options.output / experiment), {})
+    plan = make_plan(requested, RunStore(options.results_root / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
     runner = BaselineRunner(experiment, texts, sources, options)

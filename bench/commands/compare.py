@@ -10,7 +10,7 @@ import click
 
 from trackmark.bench.analysis import MARGINS
 from trackmark.bench.commands import EXIT_NEGATIVE
-from trackmark.bench.commands._execution import run_experiment
+from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._imported_results import (
     imported_option,
     imported_runs,
@@ -89,7 +89,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
         type=EXISTING_FILE,
     )
     name: str | None = name_option("Name of the results folder; as in `run`.")
-    folder: Path | None = output_option(
+    output: Path | None = output_option(
         "Write tables, a figure and a paragraph for a paper to this folder."
     )
 
@@ -107,7 +107,7 @@ def command(options: CompareOptions) -> int:
 
     For example:
       trackmark compare camshift opencv-mil --sequences 'samples/*' --repetitions 5
-      trackmark compare --results results/windows --folder paper
+      trackmark compare --results results/windows --output paper
 
     Exit codes: 0 success; 1 all runs of a tracker failed, which is left out; 2 invalid usage or
     input, or a missing run in --results; 130 interrupted.
@@ -121,9 +121,9 @@ def command(options: CompareOptions) -> int:
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
     if options.published is not None and options.published.stem.startswith("comparison"):
-        # The tables in --folder are called comparison.csv and so on.
-        written = options.folder and options.folder / options.published.name
-        check_outputs({"--folder": written}, [options.published])
+        # The tables in --output are called comparison.csv and so on.
+        written = options.output and options.output / options.published.name
+        check_outputs({"--output": written}, [options.published])
     if options.families is not None and options.unit is not None:
         raise click.UsageError("Give either --families or --unit.")
     families = None if options.families is None else read_families(options.families)
@@ -236,7 +236,7 @@ def _run(
         repetitions=options.repetitions or Experiment.repetitions,
         protocol=options.protocol or Experiment.protocol,
     )
-    execution = run_experiment(experiment, options)
+    execution = plan_and_execute(experiment, options)
     print_hint(f"Runs are in {execution.folder}.")
     requested = execution.plan.requested_runs().versions
     runs = open_runs(execution.folder).select(requested)
@@ -265,7 +265,7 @@ def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
     """Print and write the comparisons by all metrics; return the exit status."""
     from trackmark.bench.analysis.comparison_tables import as_data, screen_lines
 
-    folder = options.folder
+    folder = options.output
     for metrics, comparison in compared.items():
         if options.as_json:
             data = {"metrics": metrics, **as_data(comparison)}

@@ -56,7 +56,7 @@ def command(options: DemoOptions) -> int:
 
     experiment = read_experiment("demo")
     results = options.output / "results" / experiment.name
-    engine_options = EngineOptions(output=results.parent, jobs=options.jobs)
+    engine_options = EngineOptions(results_root=results.parent, jobs=options.jobs)
     # Timing runs come first: the table of scores includes their times.
     timed = replace(experiment, timing=True, repetitions=1)
     executions = [plan_experiment(runs, engine_options) for runs in (timed, experiment)]
@@ -87,6 +87,6 @@ def command(options: DemoOptions) -> int:
     print_hint(
         "Next    try your own tracker or video, as README.md shows:\n"
         f"        {program} run --trackers matcher.py,camshift --sequences 'samples/*'\n"
-        f"        {program} annotate cup.mp4 --pick"
+        f"        {program} annotate cup.mp4 --draw"
     )
     return 0

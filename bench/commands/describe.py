@@ -95,7 +95,7 @@ def _tracker(name: str) -> Description | None:
         changed = ", ".join(f"{key}={value}" for key, value in values.items())
         default = " (the default)" if preset == data["default_preset"] else ""
         lines.append(f"  {preset:14} {changed or 'the defaults'}{default}")
-    return data, lines + _setting_lines("parameters", data["parameters"])
+    return data, lines + _parameter_lines(data["parameters"])
 
 
 def _named(name: str) -> Description | None:
@@ -106,8 +106,8 @@ def _named(name: str) -> Description | None:
     if metrics.are_metrics(name):
         data, lines = _metrics(name)
         if name in protocols.names():  # metrics and a protocol have this name
-            data["protocol_of_this_name"] = protocols.describe(name)
-            lines += ["", *_protocol_lines(data["protocol_of_this_name"])]
+            data["protocol"] = protocols.describe(name)
+            lines += ["", *_protocol_lines(data["protocol"])]
         return data, lines
     if bare in protocols.names():
         data = protocols.describe(name)
@@ -148,19 +148,19 @@ def _metrics(name: str) -> Description:
 def _protocol_lines(data: dict[str, Any]) -> list[str]:
     lines = [f"protocol {data['name']}", "", data["summary"], "", data["definition"], ""]
     lines.append(f"metrics      {data['metrics']} (of its runs by default)")
-    return lines + _setting_lines("parameters", data["parameters"])
+    return lines + _parameter_lines(data["parameters"])
 
 
-def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
-    """Return lines on parameters: default, meaning and type."""
-    if not settings:
+def _parameter_lines(parameters: list[dict[str, Any]]) -> list[str]:
+    """Return a heading and one line per parameter with its default, meaning and type."""
+    if not parameters:
         return []
-    texts = [f"{setting['name']}={setting['default']}" for setting in settings]
+    texts = [f"{parameter['name']}={parameter['default']}" for parameter in parameters]
     width = max(len(text) for text in texts)
-    return [heading] + [
-        f"  {text:{width}}  {setting['meaning']}"
-        + (f" ({setting['type']})" if "|" in setting.get("type", "") else "")
-        for text, setting in zip(texts, settings, strict=True)
+    return ["parameters"] + [
+        f"  {text:{width}}  {parameter['meaning']}"
+        + (f" ({parameter['type']})" if "|" in parameter.get("type", "") else "")
+        for text, parameter in zip(texts, parameters, strict=True)
     ]
 
 
@@ -193,10 +193,10 @@ def _several(name: str) -> Description | None:
     if names == [name]:
         return None
     formats = dict.fromkeys(filter(None, map(datasets.path_format, names)))
-    data = {
+    data: dict[str, Any] = {
         "name": name,
         "sequences": len(names),
-        "taken for": "; ".join(formats) or "built-in sequences",
+        "format": "; ".join(formats) or "built-in sequences",
     }
     lines = [f"{key:12} {value}" for key, value in data.items()]
     coverages = [entry for text in formats for entry in _coverages(text, names)]
@@ -210,7 +210,9 @@ def _several(name: str) -> Description | None:
         }
         for entry in coverages
     ]
-    return {**data, "official": official, "of them": names}, lines + [f"  {x}" for x in names]
+    return {**data, "official": official, "sequence_names": names}, lines + [
+        f"  {x}" for x in names
+    ]
 
 
 def _coverages(expected: str, paths: list[str]) -> "list[Coverage]":
@@ -229,42 +231,42 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
 
     try:
         with patience(f"Opening {name}"):
-            outline = datasets.describe(name, truth)
+            metadata = datasets.describe(name, truth)
     except datasets.SequenceError as error:
         close = closest_match(name.partition(":")[0], trackers.names())
         if not close or Path(name).expanduser().exists():
             raise
         raise datasets.SequenceError(f"{error} Did you mean the tracker {close!r}?") from None
-    width, height = outline.size
-    none = f"none {outline.truth_missing}".strip()
-    origin = outline.origin
+    width, height = metadata.size
+    none = f"none {metadata.truth_missing}".strip()
+    origin = metadata.origin
     data: dict[str, Any] = {
-        "name": outline.name,
-        "frames": outline.length,
+        "name": metadata.name,
+        "frames": metadata.length,
         "size": f"{width}x{height} pixels",
-        "fps": outline.fps,
-        "truth": f"{outline.present} of {outline.length} frames" if outline.present else none,
-        "truth from": outline.truth_source if outline.present else "",
-        "remarks": " ".join(outline.remarks),
-        "regions": ", ".join(outline.regions),
-        "attributes": ", ".join(f"{key} ({n} frames)" for key, n in outline.attributes.items()),
-        "taken for": origin.format,
-        "says": origin.description,
+        "fps": metadata.fps,
+        "truth": f"{metadata.present} of {metadata.length} frames" if metadata.present else none,
+        "truth_source": metadata.truth_source if metadata.present else "",
+        "remarks": " ".join(metadata.remarks),
+        "regions": ", ".join(metadata.regions),
+        "attributes": ", ".join(f"{key} ({n} frames)" for key, n in metadata.attributes.items()),
+        "format": origin.format,
+        "description": origin.description,
         "licence": origin.licence or "not stated with the data" * bool(origin.format),
-        "cite": origin.citation,
-        "fingerprint": outline.fingerprint,
+        "citation": origin.citation,
+        "fingerprint": metadata.fingerprint,
     }
-    fields = data | ({"fps": f"{outline.fps:.5g}"} if outline.fps else {})
-    lines = [f"{key:12} {value}" for key, value in fields.items() if value]
+    fields = data | ({"fps": f"{metadata.fps:.5g}"} if metadata.fps else {})
+    lines = [f"{key.replace('_', ' '):12} {value}" for key, value in fields.items() if value]
     data["parameters"] = datasets.options(name)
-    lines += _setting_lines("parameters", data["parameters"])
+    lines += _parameter_lines(data["parameters"])
     if measure:
-        data["measured"] = _measured(name, truth)
+        data["measured_attributes"] = _measured(name, truth)
         lines.append("measured (`trackmark describe NAME` defines each)")
-        for attribute, entry in data["measured"].items():
+        for attribute, entry in data["measured_attributes"].items():
             value = "none" if entry["value"] is None else f"{entry['value']:.3g}"
             lines.append(
-                f"  {attribute:18} {value:>8} {entry['unit']:14} {entry['over']} of frames"
+                f"  {attribute:18} {value:>8} {entry['unit']:14} {entry['statistic']} of frames"
             )
     return data, lines
 
@@ -284,7 +286,7 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
         attribute.name: {
             "value": finite(overall[attribute.name]),
             "unit": attribute.unit,
-            "over": attribute.statistic,
+            "statistic": attribute.statistic,
             "frames": [finite(value) for value in series[attribute.name].tolist()],
         }
         for attribute in map(attributes.find, attributes.names())

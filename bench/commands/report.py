@@ -53,11 +53,11 @@ class ReportOptions(ScreenOptions):
 
     results: Path | None = argument(required=False)
     form: str | None = output_option(
-        "Format of the printed tables or, with --folder, of the plots.",
+        "Format of the printed tables or, with --output, of the plots.",
         "--format",
         choices=TEXTS + FIGURES,
     )
-    folder: Path | None = output_option(
+    output: Path | None = output_option(
         "Write the page, tables in every format, plots and film strips to this folder.  "
         "[default: only the page, to RESULTS]"
     )
@@ -70,13 +70,13 @@ class ReportOptions(ScreenOptions):
     by_attribute: bool = output_option(
         "Add scores by attribute of the sequences; see docs/attributes.md."
     )
-    wide: bool = output_option("Print all tables with all columns.")
+    verbose: bool = output_option("Print all tables with all columns.")
     no_pictures: bool = output_option("Write tables only: no page, no plots.")
 
     @property
     def has_page(self) -> bool:
         """True if a page is written."""
-        return not self.no_pictures and (self.folder is not None or not (self.as_json or self.form))
+        return not self.no_pictures and (self.output is not None or not (self.as_json or self.form))
 
 
 @click.command("report", cls=Command)
@@ -86,14 +86,14 @@ def command(options: ReportOptions) -> int:
 
     RESULTS is the results folder of an experiment, or a folder that contains several. The command
     prints an answer and a short table, and writes report.html, a page with all tables and a player
-    of the frames. With --json or a text --format and without --folder, it prints all tables only.
+    of the frames. With --json or a text --format and without --output, it prints all tables only.
     No tracker is run: --metrics scores stored runs by other presets, and --results-of adds results
     of other toolkits on the same sequences. Film strips, the page and --by-attribute read the
     frames of the sequences.
 
     For example:
       trackmark report results/windows
-      trackmark report results/windows --metrics native,otb --folder paper --format pdf
+      trackmark report results/windows --metrics native,otb --output paper --format pdf
 
     Exit codes: 0 success; 1 all runs of a tracker failed; 2 invalid usage or input; 130
     interrupted.
@@ -107,10 +107,10 @@ def command(options: ReportOptions) -> int:
         raise click.UsageError("--sequences cannot be combined with RESULTS.")
     if options.as_json and options.form is not None:
         raise click.UsageError("--json and --format exclude each other. Give one.")
-    if options.form in FIGURES and (options.folder is None or options.no_pictures):
-        raise click.UsageError(f"--format {options.form} is a format of plots. Give --folder.")
+    if options.form in FIGURES and (options.output is None or options.no_pictures):
+        raise click.UsageError(f"--format {options.form} is a format of plots. Give --output.")
     if options.frames and not options.has_page:
-        raise click.UsageError("--frames requires a page, which is not written. Give --folder.")
+        raise click.UsageError("--frames requires a page, which is not written. Give --output.")
     imported = parse_imported(options.results_of)
     if results is None:
         experiments = [imported_runs(imported, sequences or "")]
@@ -129,7 +129,7 @@ def _report(runs: "Runs", options: ReportOptions, *, several: bool) -> None:
     from trackmark.bench.commands._table_files import list_written_files, write_tables
     from trackmark.bench.pages.report import Commands
 
-    metrics, folder = options.metrics, options.folder
+    metrics, folder = options.metrics, options.output
     title = runs.title
     if several and runs.folder is not None and title != runs.folder.name:
         title = f"{runs.folder.name}: {title}"
@@ -194,7 +194,7 @@ def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, 
         click.echo("\n".join(summary.lines(quiet=options.quiet)))
         for warning in summary.warnings:
             print_event("warning", warning)
-    short = summary is not None and not (options.verbose or options.wide)
+    short = summary is not None and not options.verbose
     further = [table for table in tables if not (short and table.name in NATIVE_TABLES)]
     if further and not (options.quiet and summary is not None):
         click.echo("" if summary is not None else None, nl=summary is not None)
@@ -219,11 +219,11 @@ def _print(tables: "list[Table]", options: ReportOptions) -> None:
 
     if options.as_json:
         texts = [*map(to_json, tables)]
-    elif options.form in TEXTS or options.wide:
+    elif options.form in TEXTS or options.verbose:
         _, render = RENDERERS[options.form if options.form in TEXTS else "text"]
         texts = [*map(render, tables)]
     else:
-        texts = ["\n".join([*terminal_lines(table, "--wide"), ""]) for table in tables]
+        texts = ["\n".join([*terminal_lines(table, "--verbose"), ""]) for table in tables]
     if texts:
         click.echo("\n".join(texts))
 
@@ -248,7 +248,7 @@ def _write_page(
             )
     except OSError as error:
         raise ResultsError(
-            f"{error.filename}: {error.strerror}. Choose another folder with --folder, or write no "
+            f"{error.filename}: {error.strerror}. Choose another folder with --output, or write no "
             "page with --no-pictures."
         ) from error
 

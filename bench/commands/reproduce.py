@@ -24,7 +24,7 @@ from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import RunProgress, print_hint, print_message, progress_bar
 
 if TYPE_CHECKING:
-    from trackmark.bench.execution.plan import KnownSequences
+    from trackmark.bench.execution.plan import OpenedSequences
     from trackmark.bench.papers import ReproductionOptions
     from trackmark.bench.papers.reproduction import Report, Reproduction
     from trackmark.bench.store.keys import RunKey
@@ -52,7 +52,7 @@ def command(options: ReproduceOptions) -> int:
 
     Every claim is tested on synthetic sequences in two settings: `as-written` takes the paper
     literally, `recommended` differs in a few values that the paper leaves open. Runs are stored in
-    folders in --output, the report in the folder OUTPUT/PAPER. Stored runs are not repeated.
+    folders in --results-root, the report in its folder PAPER. Stored runs are not repeated.
 
     For example:
       trackmark reproduce wang2010 --quick
@@ -76,7 +76,7 @@ def command(options: ReproduceOptions) -> int:
     if quick and options.with_sensitivity:
         raise click.UsageError("Give either --quick or --all.")
     if page is not None:
-        folder = options.output / str(options.paper)
+        folder = options.results_root / str(options.paper)
         reports = {str(folder / name): folder / name for name in ("report.html", "report.json")}
         check_outputs({"--page": page, **reports})
     reproduced = ReproductionOptions(
@@ -93,7 +93,7 @@ def command(options: ReproduceOptions) -> int:
         if options.all_papers:
             from trackmark.bench.papers.index_page import write_front_page
 
-            print_message(f"All papers: {write_front_page(options.output)}")
+            print_message(f"All papers: {write_front_page(options.results_root)}")
         verdicts = [row.verdicts["recommended"].verdict for row in report.verdicts]
         fails |= "does not hold" in verdicts
     return EXIT_NEGATIVE if options.strict and fails else 0
@@ -107,9 +107,9 @@ def _reproduce(
     from trackmark.bench.papers.terminal_report import report_lines
 
     started_at, paper = time.monotonic(), reproduction.paper
-    folder = options.output / paper.name
+    folder = options.results_root / paper.name
     requested: dict[str, Collection[RunKey]] = {}
-    opened_sequences: KnownSequences = {}
+    opened_sequences: OpenedSequences = {}
     executions = [
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
         for experiment in reproduction.experiments(reproduced)
@@ -122,7 +122,7 @@ def _reproduce(
             execute_runs(execution, progress=progress)
             requested[execution.experiment.name] = execution.plan.requested_runs().versions
     with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
-        report = reproduction.report(options.output, folder, reproduced, requested, progress)
+        report = reproduction.report(options.results_root, folder, reproduced, requested, progress)
     content = report_data(report, time.monotonic() - started_at)
     _write(report, content, folder)
     if options.as_json:

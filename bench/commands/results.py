@@ -288,7 +288,7 @@ class ImportOptions:
         "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
     )
     name: str = name_option(default="published")
-    output: Path = output_option(
+    results_root: Path = output_option(
         "Folder that contains the results folder.", default=Path("results")
     )
 
@@ -306,7 +306,7 @@ def import_results(options: ImportOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
-    folder = options.output / options.name
+    folder = options.results_root / options.name
     number = store_imported(parse_imported(options.results), options.sequences, folder)
     click.echo(f"{number} {'run is' if number == 1 else 'runs are'} in {folder}.")
 

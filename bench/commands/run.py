@@ -158,7 +158,7 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
     """Execute a plan, print its scores by the chosen metrics and return the exit status."""
-    from trackmark.bench.execution.plan import State
+    from trackmark.bench.execution.plan import RunStatus
     from trackmark.bench.store.keys import run_key
     from trackmark.bench.store.runs import Runs, RunSource
     from trackmark.datasets import SequenceError
@@ -173,7 +173,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             _print_row(Runs([dict(row)], {}, RunSource(execution.folder)), row, metrics)
             printed.add(run_key(row))
 
-    if stale := execution.plan.count(State.STALE):
+    if stale := execution.plan.count(RunStatus.STALE):
         print_message(
             f"trackmark: replaces {stale} stale run{'s' * (stale != 1)}, because the tracker or "
             "the sequence has changed. To keep them, stop and add --name."
@@ -182,7 +182,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     stored = open_runs(execution.folder)
     now, message = progress_since(execution, stored.stored_rows)
     runs = stored.select(execution.plan.requested_runs().versions)
-    failed = now.count(State.FAILED)
+    failed = now.count(RunStatus.FAILED)
     try:
         execution.raise_errors()
     except (SequenceError, TrackerError) as error:
@@ -191,7 +191,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     if as_json:
         for row in stored.stored_rows:
             key = run_key(row)
-            if key in now.requested and key not in printed and now.state(key) >= State.FAILED:
+            if key in now.requested and key not in printed and now.status(key) >= RunStatus.FAILED:
                 _print_row(stored, row, metrics)
         print_message(message)
     else:
@@ -293,17 +293,17 @@ def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     """Print the numbers of stored and missing runs, and the estimated time of the missing runs."""
     from trackmark.bench.execution.estimate import estimate_time
-    from trackmark.bench.execution.plan import State
+    from trackmark.bench.execution.plan import RunStatus
     from trackmark.trackers.base.interface import Randomness
 
     plan, tasks = execution.plan, execution.tasks
     estimate = estimate_time(tasks, execution.output)
-    kinds = [State.DONE, State.FAILED, State.STALE, State.LEFT]
+    kinds = [RunStatus.FINISHED, RunStatus.FAILED, RunStatus.STALE, RunStatus.MISSING]
     if execution.experiment.timing:
-        kinds.insert(2, State.DISTURBED)
-    states = [state.name.lower() for state in kinds]
+        kinds.insert(2, RunStatus.DISTURBED)
+    statuses = [status.name.lower() for status in kinds]
     by_tracker = {
-        spec.label: {state.name.lower(): counts[state] for state in kinds}
+        spec.label: {status.name.lower(): counts[status] for status in kinds}
         for spec, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
     }
     if as_json:
@@ -320,11 +320,11 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
         }
         click.echo(json.dumps(data))
         return
-    total = {state: sum(counts[state] for counts in by_tracker.values()) for state in states}
+    total = {status: sum(counts[status] for counts in by_tracker.values()) for status in statuses}
     width = max(len(label) for label in [*by_tracker, "in all"])
-    click.echo(f"{'tracker':{width}}" + "".join(f"{state:>10}" for state in states))
+    click.echo(f"{'tracker':{width}}" + "".join(f"{status:>10}" for status in statuses))
     for label, counts in [*by_tracker.items(), ("in all", total)]:
-        click.echo(f"{label:{width}}" + "".join(f"{counts[state]:10}" for state in states))
+        click.echo(f"{label:{width}}" + "".join(f"{counts[status]:10}" for status in statuses))
     randomness = {spec.randomness for spec in plan.trackers.values()}
     if execution.experiment.repetitions > 1 and Randomness.NONE in randomness:
         click.echo("\nDeterministic trackers run once on each sequence.")

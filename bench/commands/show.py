@@ -45,8 +45,8 @@ class ShowOptions:
     count: int = output_option(
         "Number of frames of a film strip.", "--frames", default=10, minimum=1
     )
-    first: int = output_option("First frame to draw.", default=0, minimum=0)
-    last: int | None = output_option(
+    first_frame: int = output_option("First frame to draw.", default=0, minimum=0)
+    last_frame: int | None = output_option(
         "Last frame to draw.  [default: last of the sequence]", minimum=0
     )
 
@@ -72,7 +72,7 @@ def command(options: ShowOptions) -> int:
     if options.live is not None:
         return _live(options, split_list(options.live))
     sequence, output, results = options.sequence, options.output, options.results
-    first, last = options.first, options.last
+    first, last = options.first_frame, options.last_frame
     if output is None:
         raise click.UsageError("The output is missing. Use --output FILE (.png or .mp4) or --live.")
     if output.suffix not in (".png", ".mp4"):
@@ -91,7 +91,8 @@ def command(options: ShowOptions) -> int:
     end = len(opened) - 1 if last is None else last
     if not first <= end < len(opened):
         raise click.BadParameter(
-            f"frames {first} to {end} are not among 0 to {len(opened) - 1}.", param_hint="--last"
+            f"frames {first} to {end} are not among 0 to {len(opened) - 1}.",
+            param_hint="--last-frame",
         )
     boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
@@ -110,9 +111,9 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
 
     output = options.output or Path("live.html")
     context = click.get_current_context()
-    for name in ("results", "trace", "count", "first", "last"):
+    for name in ("results", "trace", "count", "first_frame", "last_frame"):
         if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
-            option = "--frames" if name == "count" else f"--{name}"
+            option = "--frames" if name == "count" else f"--{name.replace('_', '-')}"
             raise click.UsageError(f"{option} and --live exclude each other.")
     if output.suffix != ".html":
         raise click.BadParameter(f"{output} is not an .html file.", param_hint="--output")

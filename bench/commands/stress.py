@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._execution import run_experiment
+from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
@@ -32,7 +32,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 if TYPE_CHECKING:
     import pandas as pd
 
-    from trackmark.bench.execution.plan import KnownSequences
+    from trackmark.bench.execution.plan import OpenedSequences
     from trackmark.bench.stress.breaking_points import StressTest
 
 
@@ -59,7 +59,7 @@ class StressOptions(ScreenOptions, EngineOptions):
         "Tracker by whose breaking points the others are divided.", default="camshift"
     )
     name: str = name_option(default="stress")
-    folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
+    output: Path | None = output_option("Write tables, curves and all runs to this folder.")
 
 
 @click.command("stress", cls=Command)
@@ -73,7 +73,7 @@ def command(options: StressOptions) -> int:
 
     For example:
       trackmark stress multipart --difficulty noise,occlusion
-      trackmark stress matcher.py --difficulty speed=2..8 --sequences plain/target --folder out
+      trackmark stress matcher.py --difficulty speed=2..8 --sequences plain/target --output out
 
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
@@ -110,7 +110,7 @@ def command(options: StressOptions) -> int:
     ]
     names = ", ".join(difficulty.name for difficulty in difficulties)
     title = f"{options.name}: {len(texts)} trackers, {names}"
-    with RunProgress(title, options.output / options.name) as progress:
+    with RunProgress(title, options.results_root / options.name) as progress:
         runner = _Runner(options, progress, texts)
         stress_tests = _complete_tests(runner, stress_tests)
     result = BreakingPoints(stress_tests, specs[options.against].label)
@@ -120,9 +120,9 @@ def command(options: StressOptions) -> int:
         click.echo("\n".join(breaking_point_lines(result)))
         if not options.quiet:
             for table in stress_tables(result):
-                click.echo("\n".join(["", *terminal_lines(table, "--folder")]))
-    print_corner_hints(open_runs(options.output / options.name))
-    if (folder := options.folder) is not None:
+                click.echo("\n".join(["", *terminal_lines(table, "--output")]))
+    print_corner_hints(open_runs(options.results_root / options.name))
+    if (folder := options.output) is not None:
         paths = [
             *write_tables(folder, stress_tables(result, whole=True)),
             *write_curves(result, folder),
@@ -138,7 +138,7 @@ class _Runner:
     options: StressOptions
     progress: RunProgress
     texts: Mapping[str, str]  # specifications of the trackers, by label
-    opened_sequences: "KnownSequences" = field(default_factory=dict)
+    opened_sequences: "OpenedSequences" = field(default_factory=dict)
 
     def run(
         self, labels: Sequence[str], sequences: Sequence[str]
@@ -154,7 +154,7 @@ class _Runner:
             title="Breaking points",
         )
         try:
-            execution = run_experiment(
+            execution = plan_and_execute(
                 experiment, self.options, self.opened_sequences, progress=self.progress
             )
         except UnusableSequencesError as error:  # the user did not choose each of them

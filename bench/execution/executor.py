@@ -13,7 +13,7 @@ import numpy as np
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.execution.backend import Executor, create_executor
-from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
+from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
 from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
@@ -86,7 +86,8 @@ def run_experiment(
 class Execution:
     """Execution of an experiment.
 
-    `folder` is the folder of the results. `plan` holds the states of the runs before the execution.
+    `folder` is the folder of the results. `plan` holds the statuses of the runs before the
+    execution.
     """
 
     experiment: Experiment  # this field and the next five are parameters of `run_experiment`
@@ -96,8 +97,8 @@ class Execution:
     backend: str = "local"
     address: str | None = None
     limits: Limits = field(default_factory=Limits)
-    known_sequences: KnownSequences = field(default_factory=dict)  # sequences that are already open
-    on_opened: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
+    opened_sequences: OpenedSequences = field(default_factory=dict)  # by other plans
+    progress: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
     # message on each sequence that could not be read, by its specification
     errors: dict[str, str] = field(default_factory=dict)
     tracker_errors: list[str] = field(default_factory=list)  # of workers, each once
@@ -108,7 +109,7 @@ class Execution:
         self._results = RunStore(self.folder)
         jobs = self.jobs or os.cpu_count() or 1
         self.plan: Plan = make_plan(
-            self.experiment, self._results, self.known_sequences, self.on_opened, jobs
+            self.experiment, self._results, self.opened_sequences, self.progress, jobs
         )
         self._truths: dict[tuple[SequenceSource, str], TruthRow] = {}
 
@@ -141,12 +142,12 @@ class Execution:
             work += self.tasks.work
             if not drew:
                 return
-            before, self.plan = self.plan, self.plan.seen_in(list_runs(self._results))
+            before, self.plan = self.plan, self.plan.with_stored(list_runs(self._results))
             if len(self.plan) == len(before):
                 return
             new = [key not in before.requested for key in self.plan.requested]
-            requested = np.array(new).reshape(self.plan.states.shape) & (
-                self.plan.states <= State.STALE
+            requested = np.array(new).reshape(self.plan.statuses.shape) & (
+                self.plan.statuses <= RunStatus.STALE
             )
             self.tasks = Tasks(self.plan, requested, self.executor.n_workers)
 

@@ -1,4 +1,4 @@
-"""Plan of an experiment: its runs and their states. `scheduling.py` groups them into tasks."""
+"""Plan of an experiment: its runs and their statuses. `scheduling.py` groups them into tasks."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -29,10 +29,10 @@ MIN_SEQUENCES_FOR_WORKERS = 12
 """Minimum number of sequences for which worker processes are started to open them."""
 
 
-class State(IntEnum):
-    """State of a requested run."""
+class RunStatus(IntEnum):
+    """Status of a requested run."""
 
-    LEFT = 0
+    MISSING = 0
     """No run is stored."""
 
     STALE = 1
@@ -44,7 +44,7 @@ class State(IntEnum):
     FAILED = 3
     """The run is stored, and its tracker failed."""
 
-    DONE = 4
+    FINISHED = 4
     """The run is stored and finished."""
 
 
@@ -60,13 +60,13 @@ class PlannedSequence:
     starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
 
 
-KnownSequences = dict[tuple[SequenceSource, str], PlannedSequence]
+OpenedSequences = dict[tuple[SequenceSource, str], PlannedSequence]
 """Sequences that were already opened, by source and protocol."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """All runs of an experiment and their states.
+    """All runs of an experiment and their statuses.
 
     On each sequence, the runs are the repetitions of the first tracker, then those of the second, …
     """
@@ -109,41 +109,42 @@ class Plan:
         }
 
     @cached_property
-    def states(self) -> NDArray[np.uint8]:
-        """States of the runs (`State`), shape (sequences, runs on a sequence)."""
-        states = [self.state(cell) for cell in self.requested]
-        return np.array(states, np.uint8).reshape(len(self.sequences), len(self.run_trackers))
+    def statuses(self) -> NDArray[np.uint8]:
+        """Statuses of the runs (`RunStatus`), shape (sequences, runs on a sequence)."""
+        statuses = [self.status(cell) for cell in self.requested]
+        return np.array(statuses, np.uint8).reshape(len(self.sequences), len(self.run_trackers))
 
-    def state(self, cell: RunKey) -> State:
-        """Return the state of a requested run."""
+    def status(self, cell: RunKey) -> RunStatus:
+        """Return the status of a requested run."""
         version, status = self.stored.get(cell, ("", ""))
         if not version:
-            return State.LEFT
+            return RunStatus.MISSING
         if version != self.requested[cell]:
-            return State.STALE
-        return _STATES.get(status, State.DONE)
+            return RunStatus.STALE
+        return _STORED_STATUSES.get(status, RunStatus.FINISHED)
 
     @property
     def n_frames(self) -> NDArray[np.int64]:
         """Number of frames of a run, by sequence."""
         return np.array([sequence.n_frames for sequence in self.sequences], np.int64)
 
-    def count(self, state: State) -> int:
-        """Return the number of runs in a state."""
-        return int((self.states == state).sum())
+    def count(self, status: RunStatus) -> int:
+        """Return the number of runs in a status."""
+        return int((self.statuses == status).sum())
 
     def counts(self) -> NDArray[np.int64]:
-        """Return the numbers of runs, shape (trackers, states)."""
-        counts = np.zeros((len(self.repetitions), len(State)), np.int64)
-        np.add.at(counts, (np.tile(self.run_trackers, len(self.sequences)), self.states.ravel()), 1)
+        """Return the numbers of runs, shape (trackers, statuses)."""
+        counts = np.zeros((len(self.repetitions), len(RunStatus)), np.int64)
+        trackers = np.tile(self.run_trackers, len(self.sequences))
+        np.add.at(counts, (trackers, self.statuses.ravel()), 1)
         return counts
 
     def requested_runs(self) -> RequestedRuns:
         """Return the requested runs, to be stored with the results."""
         return RequestedRuns(self.experiment.title or self.experiment.name, self.requested)
 
-    def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
-        """Return the plan with states determined from the stored runs (`rows` of `list_runs`).
+    def with_stored(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
+        """Return the plan with statuses determined from the stored runs (`rows` of `list_runs`).
 
         A tracker that drew from global generators in a stored run is stochastic from then on.
         Raises `ExperimentError` for too many runs.
@@ -164,7 +165,7 @@ class Plan:
         )
 
 
-_STATES = {"failed": State.FAILED, "disturbed": State.DISTURBED}
+_STORED_STATUSES = {"failed": RunStatus.FAILED, "disturbed": RunStatus.DISTURBED}
 
 
 def _stored_status(row: Mapping[str, Any]) -> str:
@@ -176,14 +177,14 @@ def _stored_status(row: Mapping[str, Any]) -> str:
 def make_plan(
     experiment: Experiment,
     results: RunStore,
-    known_sequences: KnownSequences | None = None,
-    on_opened: Callable[[int, int], None] = lambda *_: None,
+    opened_sequences: OpenedSequences | None = None,
+    progress: Callable[[int, int], None] = lambda *_: None,
     jobs: int = 1,
 ) -> Plan:
-    """Resolve trackers and sequences, and read the states of the runs.
+    """Resolve trackers and sequences, and read the statuses of the runs.
 
-    `known_sequences` contains sequences that were opened for another plan; the sequences of this
-    plan are added. `on_opened` is called with the numbers of opened and of all sequences. `jobs` is
+    `opened_sequences` contains sequences that were opened for another plan; the sequences of this
+    plan are added. `progress` is called with the numbers of opened and of all sequences. `jobs` is
     the number of processes that open sequences, if there are many.
 
     Raises `TrackerError`, `SequenceError`, `ExperimentError` or `ResultsError` for every error that
@@ -193,13 +194,13 @@ def make_plan(
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
     protocol = experiment.protocol_key
-    known_sequences = {} if known_sequences is None else known_sequences
+    opened_sequences = {} if opened_sequences is None else opened_sequences
     # Timing runs have the frames of one-pass runs.
     frame_protocol = ONE_PASS if experiment.timing else protocol
     keys = dict.fromkeys((source, frame_protocol) for source in experiment.sequences)
-    unopened = [key for key in keys if key not in known_sequences]
-    _open_all(unopened, known_sequences, on_opened, jobs)
-    for sequence in _distinct_sequences([known_sequences[key] for key in keys]):
+    unopened = [key for key in keys if key not in opened_sequences]
+    _open_all(unopened, opened_sequences, progress, jobs)
+    for sequence in _distinct_sequences([opened_sequences[key] for key in keys]):
         for spec in trackers.values():
             if spec.init not in sequence.starts:  # raises the error that explains why
                 select_ground_truth(_open(sequence.source), spec.init, sequence.name)
@@ -209,7 +210,7 @@ def make_plan(
         )
     rows = list_runs(results)
     counts = _repetitions(experiment, trackers, len(sequences))
-    plan = Plan(experiment, trackers, counts, sequences, versions, {}).seen_in(rows)
+    plan = Plan(experiment, trackers, counts, sequences, versions, {}).with_stored(rows)
     _check_names(plan, rows, results.folder)
     return plan
 
@@ -251,11 +252,11 @@ def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
 
 def _open_all(
     keys: list[tuple[SequenceSource, str]],
-    known_sequences: KnownSequences,
-    on_opened: Callable[[int, int], None],
+    opened_sequences: OpenedSequences,
+    progress: Callable[[int, int], None],
     jobs: int,
 ) -> None:
-    """Open sequences and add them to `known_sequences`.
+    """Open sequences and add them to `opened_sequences`.
 
     Raises one `SequenceError` that names all sequences that cannot be used.
     """
@@ -266,11 +267,11 @@ def _open_all(
         results = map_in_workers(_try_open, keys, jobs)
     errors: dict[str, str] = {}
     for number, (key, result) in enumerate(zip(keys, results, strict=True)):
-        on_opened(number, len(keys))
+        progress(number, len(keys))
         if isinstance(result, str):
             errors[key[0].text] = result
         else:
-            known_sequences[key] = result
+            opened_sequences[key] = result
     if errors:
         raise UnusableSequencesError(errors, len(keys))
 
@@ -308,7 +309,7 @@ def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
             raise ExperimentError(
                 f"{folder} contains runs on another sequence that is also called "
                 f"{sequence.name!r}: {other}. Store runs on {data} in another folder, with --name "
-                "or --output."
+                "or --results-root."
             )
 
 

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import partial
@@ -46,14 +46,20 @@ class Worker:
     """Process that answers one request at a time, and puts its messages into a queue.
 
     `work` is the work that it has reported for the current request, and `has_begun` whether it has
-    reported anything.
+    reported anything. `environment` is added to the environment of this process.
     """
 
-    def __init__(self, messages: _Messages, memory_bytes: int) -> None:
+    def __init__(
+        self,
+        messages: _Messages,
+        memory_bytes: int,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         self._output = temporary_file()
         self._tree = ProcessTree.run_module(
             "trackmark.bench.execution.worker",
             [os.getpid(), memory_bytes],
+            environment=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._output,
@@ -70,7 +76,7 @@ class Worker:
                 messages.put((self, *pickle.load(pipe)))  # noqa: S301  # written by trackmark
         messages.put((self, "end", None))
 
-    def send(self, function: Callable[..., object], *arguments: object) -> None:
+    def send(self, call: "partial[Any]") -> None:
         """Send a request; if the worker has ended, the message `end` follows."""
         self.has_begun = False
         self.on_progress(OPENING_SECONDS, 0)
@@ -79,7 +85,7 @@ class Worker:
         self._output.truncate()
         assert self.process.stdin is not None
         with suppress(OSError):
-            pickle.dump(pickle.dumps((function, arguments)), self.process.stdin)
+            pickle.dump(pickle.dumps(call), self.process.stdin)
             self.process.stdin.flush()
 
     def on_progress(self, silence: float, work: int) -> None:
@@ -125,9 +131,15 @@ class Pool:
     tracker. Only the tracker that fails then is stored as failed.
     """
 
-    def __init__(self, n_workers: int, limits: Limits | None = None) -> None:
+    def __init__(
+        self,
+        n_workers: int,
+        limits: Limits | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
         self._n_workers, self._limits, self._memory_bytes = n_workers, limits or Limits(), 0
+        self._environment = environment
         if limits is not None:
             share = machine_memory() // (os.cpu_count() or 1)
             self._memory_bytes = limits.memory_bytes or share
@@ -199,9 +211,9 @@ class Pool:
         if worker is not None and worker.process.poll() is not None:  # idle for too long
             worker.end()
             worker = None
-        worker = worker or Worker(self._messages, self._memory_bytes)
+        worker = worker or Worker(self._messages, self._memory_bytes, self._environment)
         self._busy[worker] = call
-        worker.send(call.func, *call.args)
+        worker.send(call)
 
     def _answers(self) -> Iterator[tuple["partial[Any]", Any]]:
         """Wait for a message; yield the calls that have ended, with their results."""
@@ -249,15 +261,21 @@ class Pool:
         self._begin(call)
 
 
-def map_in_workers(function: Callable[[T], R], items: Iterable[T], n_workers: int) -> Iterator[R]:
+def map_in_workers(
+    function: Callable[[T], R],
+    items: Iterable[T],
+    n_workers: int,
+    environment: Mapping[str, str] | None = None,
+) -> Iterator[R]:
     """Yield the results of a function, in the order of the items, which workers compute.
 
+    `environment` is added to the environment of the workers, which libraries read when they load.
     Raises `SequenceError` if the function raises one, `MachineError` if a worker ends, and
     `RuntimeError` for all other exceptions of the function.
     """
     calls = [partial(function, item) for item in items]
     results: dict[int, Any] = {}
-    with closing(Pool(n_workers)) as pool:
+    with closing(Pool(n_workers, environment=environment)) as pool:
         remaining = iter(calls)
         answers = pool.run(lambda: next(remaining, None))
         for call in calls:

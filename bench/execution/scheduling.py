@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.execution.plan import Plan, State
+from trackmark.bench.execution.plan import Plan, RunStatus
 from trackmark.bench.execution.task import PlannedRun, Task
 from trackmark.bench.experiments.tracker_spec import run_identity
 
@@ -99,5 +99,5 @@ def missing_tasks(plan: Plan, *, n_workers: int = 1, retry_failed: bool = False)
     `n_workers` is the number of tasks that run at the same time. `retry_failed` is whether failed
     runs count as missing.
     """
-    highest = State.FAILED if retry_failed else State.DISTURBED
-    return Tasks(plan, plan.states <= highest, n_workers)
+    highest = RunStatus.FAILED if retry_failed else RunStatus.DISTURBED
+    return Tasks(plan, plan.statuses <= highest, n_workers)

@@ -85,7 +85,7 @@ _channel: _Channel | None = None  # of a worker
 def main() -> None:
     """Answer the parent's requests until it has ended, or has sent none for a while.
 
-    A request is a function with its arguments. The command-line arguments are the parent's process
+    A request is a `functools.partial`. The command-line arguments are the parent's process
     id and a memory limit [bytes], 0 for none.
     """
     global _channel  # set once, before the first request
@@ -108,8 +108,8 @@ def main() -> None:
             os._exit(0)
         _channel.send("silence", (OPENING_SECONDS, 0))
         try:
-            function, arguments = pickle.loads(request)  # noqa: S301  # written by the parent
-            _channel.send("result", function(*arguments))
+            call = pickle.loads(request)  # noqa: S301  # written by the parent
+            _channel.send("result", call())
         except Exception as error:  # noqa: BLE001  # the parent raises it
             _channel.send("error", _simplified(error))
 

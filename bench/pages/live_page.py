@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from trackmark.bench.execution.executor import Execution
-from trackmark.bench.execution.plan import State
+from trackmark.bench.execution.plan import RunStatus
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
@@ -41,7 +41,8 @@ def write_live_page(
         execution = Execution(experiment, folder)
         plan = execution.plan
         last = plan.repetitions[plan.run_trackers] - 1
-        plan.states[:, plan.run_repetitions < last] = State.DONE  # run only the last repetition
+        # Run only the last repetition.
+        plan.statuses[:, plan.run_repetitions < last] = RunStatus.FINISHED
         specs = [*plan.trackers.values()]
         for _ in execution.rows(lambda done: progress(done, execution.tasks.work)):
             pass

@@ -347,7 +347,7 @@ class _Content:
                 pd.DataFrame(hosts, columns=["host", "date", "platform", "python", "libraries"]),
             ),
         ]
-        commands = [self.commands.text("report", "--folder", "report")]
+        commands = [self.commands.text("report", "--output", "report")]
         commands.append(self.commands.text("compare"))
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")

@@ -51,7 +51,7 @@ def player_content(
 ) -> PlayerContent:
     """Read runs and those drawn next to them; render the frames around their worst frames."""
     runs = list(dict.fromkeys(filter(None, linked_runs)))
-    shown = {
+    stored_runs = {
         run_key(stored.row): stored
         for run in runs
         for tracker in (run.tracker, *run.beside)
@@ -61,7 +61,7 @@ def player_content(
         # The specification of a synthetic scene is its source.
         (
             stored._replace(row={**row, "source": row["source"] or row["sequence"]})
-            for stored in shown.values()
+            for stored in stored_runs.values()
             for row in [stored.row]
         ),
         [],
@@ -70,7 +70,7 @@ def player_content(
     links |= {run: position for run in runs if (position := _position(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
     frames = _frames(reading, list(links.values()), limit)
-    sequences = [*player_sequences(reading, progress, selected=frames)] if shown else []
+    sequences = [*player_sequences(reading, progress, selected=frames)] if stored_runs else []
     return PlayerContent(reading, sequences, links)
 
 

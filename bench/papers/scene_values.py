@@ -4,14 +4,15 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from loky import get_reusable_executor
 from numpy.typing import NDArray
 
 from trackmark import datasets, trackers
+from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.output_files import write_file
 from trackmark.datasets.source_digest import source_digest
 
@@ -45,9 +46,11 @@ def scene_values(
     file = folder / "scenes" / f"{key}.json"
     if file.is_file():
         return np.array(json.loads(file.read_bytes()))
-    # Its processes also compute the next function: starting them takes seconds.
-    pool = get_reusable_executor(max_workers=jobs)
-    values = [*pool.map(function, scenes, *([tracker] * len(scenes) for tracker in trackers))]
+    values = [*map_in_workers(partial(_call, function, trackers), scenes, jobs)]
     content = json.dumps(values)
     write_file(file, lambda path: path.write_text(content, "utf-8"))
     return np.array(values)
+
+
+def _call(function: SceneFunction, trackers: Sequence[str], scene: str) -> float:
+    return function(scene, *trackers)

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from loky import ProcessPoolExecutor
 from numpy.typing import NDArray
 
 from trackmark import datasets, trackers
@@ -31,6 +30,7 @@ from trackmark.bench.evaluation.interleaved_timing import (
     take_turns,
     time_updates,
 )
+from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
 from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.runs import Context
@@ -162,9 +162,11 @@ def kept_times(
         content = json.loads(file.read_bytes())
         _measured[file] = {k: {n: np.array(v) for n, v in t.items()} for k, t in content.items()}
     if file not in _measured:
-        with ProcessPoolExecutor(1, env=ONE_THREAD) as process:
-            job = process.submit(measure_scenes, methods, specs, scenes, n_frames, stretches)
-            times = _measured[file] = job.result()
+        measure_all = partial(
+            measure_scenes, methods, specs, n_frames=n_frames, stretches=stretches
+        )
+        (times,) = map_in_workers(measure_all, [scenes], 1, ONE_THREAD)
+        _measured[file] = times
         machine: Values = np.sum(
             [sequence_times["reference"] for sequence_times in times.values()], axis=0
         )

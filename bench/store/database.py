@@ -197,7 +197,8 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ResultsError(
-                f"{path} cannot be written: {error.strerror}. Choose another folder with --output."
+                f"{path} cannot be written: {error.strerror}. "
+                "Choose another folder with --results-root."
             ) from error
     # `rw` also opens write-protected files for reading. `immutable=1` must not be used: it ignores
     # the journal of an interrupted transaction and returns half of its changes.
@@ -277,20 +278,22 @@ def _to_results_error(path: Path, error: Exception) -> ResultsError:
     return ResultsError(f"{path} cannot be read or written: {error}. {remedy}")
 
 
-_PERMISSIONS = "Correct the permissions, or choose another folder with --output."
+_PERMISSIONS = "Correct the permissions, or choose another folder with --results-root."
 _REMEDIES = {
-    "SQLITE_FULL": "Free disk space, or choose another folder with --output.",
+    "SQLITE_FULL": "Free disk space, or choose another folder with --results-root.",
     "SQLITE_READONLY": _PERMISSIONS,
     "SQLITE_CANTOPEN": _PERMISSIONS,
     "SQLITE_PERM": _PERMISSIONS,
     "SQLITE_AUTH": _PERMISSIONS,
     "SQLITE_IOERR_NOMEM": "Free some memory, and run the same command again.",
-    "SQLITE_IOERR": "Free disk space, check the disk, or choose another folder with --output.",
+    "SQLITE_IOERR": (
+        "Free disk space, check the disk, or choose another folder with --results-root."
+    ),
     "SQLITE_NOMEM": "Free some memory, and run the same command again.",
     "SQLITE_PROTOCOL": (
         "The file system does not lock files reliably. Run the same command again, or choose a "
-        "folder on a local disk with --output."
+        "folder on a local disk with --results-root."
     ),
-    "SQLITE_NOLFS": "Choose a folder on another file system with --output.",
+    "SQLITE_NOLFS": "Choose a folder on another file system with --results-root.",
 }
 """Remedies by start of the name of SQLite's error; the longer of two starts comes first."""

@@ -196,17 +196,17 @@ class RunStore:
 
         Those that are damaged or missing are left out; `read` and `read_truth` name the reason.
         """
-        found: dict[RunKey, Run] = {}
-        found_truths: dict[tuple[str, str], StoredTruth] = {}
+        runs: dict[RunKey, Run] = {}
+        truths_by_key: dict[tuple[str, str], StoredTruth] = {}
         with open_database(self.folder) as database:
             for key in keys:
                 with suppress(DamagedError, RemovedError):
-                    found[key] = self._read(database, key)
+                    runs[key] = self._read(database, key)
             for name, fingerprint in truths:
                 with suppress(DamagedError):
                     row = truth_row(database, name, fingerprint)
-                    found_truths[name, fingerprint] = unpack_truth(row)
-        return found, found_truths
+                    truths_by_key[name, fingerprint] = unpack_truth(row)
+        return runs, truths_by_key
 
     def _read(self, database: Database, key: RunKey) -> Run:
         for row in database.rows("run", _KEY, *key):

@@ -126,7 +126,7 @@ class InProcessPool:
 
     lock = threading.Lock()
 
-    def __init__(self, n_workers, limits=None):
+    def __init__(self, n_workers, limits=None, environment=None):
         self.limits = limits
 
     def run(self, next_call):
@@ -151,7 +151,7 @@ class InProcessPool:
 
 @pytest.fixture(scope="session")
 def without_processes():
-    """Run trackers in this process. The engine tests check that workers give equal results."""
+    """Run trackers in this process. The tests of the pool check that workers give equal results."""
 
     @contextmanager
     def within():

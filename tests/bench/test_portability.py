@@ -68,7 +68,7 @@ import numpy as np
 import trackmark as tm
 
 runs = tm.evaluate(["static", "knob.py"], "data/Small")
-assert len(runs.runs) == 2
+assert len(runs) == 2
 (score,) = tm.score({"Small": np.tile([5.0, 6, 10, 12], (5, 1))}, "data/Small").table.score
 """
 OTHERS = """

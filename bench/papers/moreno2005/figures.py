@@ -9,12 +9,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
-from loky import ProcessPoolExecutor
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.moreno2005.example import (
@@ -145,7 +145,7 @@ def step_figures(context: Context) -> dict[str, Figure]:
 
 def film_strips(context: Context) -> dict[str, Strip]:
     """Draw Fig. 7 to 10: contours of the method and of the baseline, and posterior maps."""
-    jobs = {}
+    requests = []
     for number, sequence in STRIPS.items():
         scene = context.paper.first_scene(sequence)
         trackers = ["full", *(["smooth colour"] if sequence in COMPARED else [])]
@@ -154,14 +154,17 @@ def film_strips(context: Context) -> dict[str, Strip]:
             for tracker in trackers
             for setting in SETTINGS
         }
-        jobs[number] = scene, texts
-    with ProcessPoolExecutor(max_workers=context.jobs) as pool:
-        futures = {number: pool.submit(_strip, number, *job) for number, job in jobs.items()}
-        return {f"figure-{number}": future.result() for number, future in futures.items()}
+        requests.append((number, scene, texts))
+    strips = map_in_workers(_strip, requests, context.jobs)
+    return {f"figure-{number}": strip for number, strip in zip(STRIPS, strips, strict=True)}
 
 
-def _strip(figure: int, scene: str, texts: Mapping[str, str]) -> Strip:
-    """Draw frames of a scene: one row of contours per tracker, one row of maps per setting."""
+def _strip(request: tuple[int, str, Mapping[str, str]]) -> Strip:
+    """Draw frames of a scene: one row of contours per tracker, one row of maps per setting.
+
+    A request has the number of the figure, the scene, and trackers by their labels.
+    """
+    figure, scene, texts = request
     sequence = datasets.load(scene)
     frames = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {frame: true_contour(sequence, frame) for frame in frames}

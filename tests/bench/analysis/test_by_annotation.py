@@ -25,7 +25,7 @@ def tagged(workspace, otb):
 @pytest.mark.slow
 def test_report_has_table_and_radar_plot_of_annotations(trackmark, workspace, tagged):
     trackmark("run", "--trackers", "static,camshift", "--sequences", tagged, "--name", "tagged")
-    trackmark("report", "results/tagged", "--by-attribute", "--folder", "paper")
+    trackmark("report", "results/tagged", "--by-attribute", "--output", "paper")
     assert_tables_have_rows(workspace / "paper")
     table = pd.read_csv(workspace / "paper" / "annotated-native.csv")
     rows = pd.read_csv(workspace / "paper" / "sequences.csv")
@@ -42,7 +42,7 @@ def test_scores_without_finite_value_have_neither_rows_nor_plot(trackmark, works
     folder = otb(workspace / "short" / "one", 12)
     (folder / "attrs.txt").write_text("OCC, SV, FM")
     trackmark("run", "--trackers", "static", "--sequences", "short", "--name", "short")
-    arguments = "--by-attribute", "--metrics", "vot", "--folder", "paper"
+    arguments = "--by-attribute", "--metrics", "vot", "--output", "paper"
     text = trackmark("report", "results/short", *arguments).stdout
     assert "The table is empty: no tracker has a finite EAO on these sequences." in text
     assert not list((workspace / "paper").glob("annotated-*.png"))

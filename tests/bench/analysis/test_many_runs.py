@@ -32,7 +32,7 @@ def test_report_of_130_trackers_or_sequences(
 def test_report_of_1000_sequences(store_many, trackmark, workspace, blank_figures):
     store_many(workspace / "many", 1000, 2)
     report_all(trackmark, workspace / "many", 1000, 2, ["text", "markdown", "csv", "latex"])
-    trackmark("report", "many", "--folder", "report", "--metrics", "native,otb")
+    trackmark("report", "many", "--output", "report", "--metrics", "native,otb")
 
 
 @pytest.mark.slow
@@ -67,7 +67,7 @@ def test_file_is_opened_equally_often_for_any_number_of_runs(
     for name in ("First", "Second", "Third"):
         otb(workspace / "data" / name, 3)
         trackmark(*run, f"data/{name}")
-        for command in ("report results/many --folder report", "compare --results results/many"):
+        for command in ("report results/many --output report", "compare --results results/many"):
             opened.clear()
             trackmark(*command.split())
             counts.append(len(opened))

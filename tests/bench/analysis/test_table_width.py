@@ -46,14 +46,14 @@ def scored(measures, failed=()):
 @pytest.mark.parametrize("failed", [(), ("static", "opencv-mil")])
 def test_wide_table_omits_columns_and_names_them(table, measures, failed):
     wide = table(scored(measures, failed), measures, "A title of some length", "native")
-    narrow = on_terminal(wide, "--wide")
+    narrow = on_terminal(wide, "--verbose")
     assert max(map(len, narrow.splitlines())) <= MAX_WIDTH
     assert max(map(len, to_text(wide).splitlines())) > MAX_WIDTH
     _, _, left_out = narrow.replace("\n", " ").partition("Left out: ")
     heads = narrow.partition(TRACKERS[0])[0].split()[len(wide.caption.split()) :]
     for measure in measures:
         assert (measure.head in left_out) or not {*measure.head.split()} - {*heads}
-    assert left_out.strip().endswith("(--wide).") == bool(left_out)
+    assert left_out.strip().endswith("(--verbose).") == bool(left_out)
     assert narrow.count("3 of 3 failed") + narrow.count("6 of 6 failed") == len(failed) * (
         2 if table is sequence_table else 1
     )

@@ -116,7 +116,7 @@ def test_pictures_name_the_trace_that_they_draw(trackmark, ran, blank_figures):
     trackmark(*show, "revised.png", "--trace", "revised")
     revised = pictured(ran, "revised boxes", [0, 0.5, 1, 1.5, 2])
     np.testing.assert_array_equal(cv2.imread(str(ran / "revised.png")), revised)
-    trackmark("report", "results/mine", "--folder", "report")
+    trackmark("report", "results/mine", "--output", "report")
     strip = cv2.imread(str(ran / "report" / "strip-Small.png"))
     np.testing.assert_array_equal(strip, online)
 

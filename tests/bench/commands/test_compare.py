@@ -16,7 +16,7 @@ SCENES = ",".join(SIX_SCENES.split(",")[:2])
 
 def test_compare_runs_missing_runs_and_writes_files(trackmark, workspace):
     names = ("static", "camshift", "knob.py:Knob")
-    done = trackmark("compare", *names, "--sequences", SIX_SCENES, "--folder", "paper")
+    done = trackmark("compare", *names, "--sequences", SIX_SCENES, "--output", "paper")
     printed = done.stdout
     (results,) = (workspace / "results").iterdir()
     assert f"Runs are in results/{results.name}." in done.stderr.splitlines()
@@ -146,7 +146,7 @@ def test_sequences_with_the_same_boxes_are_counted(trackmark, workspace, otb):
 
 def test_differently_averaged_score_is_named_mean_of_sequences(trackmark, workspace):
     compare = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
-    printed = trackmark(*compare, "got10k", "--folder", "paper").stdout
+    printed = trackmark(*compare, "got10k", "--output", "paper").stdout
     title = "mean of sequences' AO (got10k)"
     assert title in unwrapped(printed)
     assert title in (workspace / "paper/paragraph.txt").read_text()

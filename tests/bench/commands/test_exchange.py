@@ -43,7 +43,7 @@ def test_more_published_boxes_give_the_published_overlap(tracker, trackmark, wor
     files = sorted((PUBLISHED / "boxes-more" / tracker).glob("*.json"))
     sequences = ",".join(str(SHARED / "sequences/otb-more" / file.stem) for file in files)
     results = ("--results-of", f"{tracker}={files[0].parent}", "--sequences", sequences)
-    trackmark("report", *results, "--metrics", "otb", "--folder", "report", "--no-pictures")
+    trackmark("report", *results, "--metrics", "otb", "--output", "report", "--no-pictures")
     with (PUBLISHED / "otb100-per-sequence.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["tracker"] == tracker]
     published = {(tracker, row["sequence"]): float(row["mean_overlap"]) for row in rows}
@@ -60,7 +60,7 @@ def test_published_boxes_give_the_published_scores(trackmark, workspace):
     trackers = [f"{name}={PUBLISHED}/boxes/{name}" for name in ("STRUCK", "MEEM", "MUSTer")]
     options = [part for text in trackers for part in ("--results-of", text)]
     where = ("--sequences", f"{SHARED}/sequences/otb/*", "--metrics", "otb")
-    trackmark("report", *options, *where, "--folder", "report", "--no-pictures")
+    trackmark("report", *options, *where, "--output", "report", "--no-pictures")
     overlaps = scores(workspace, "otb", "mean_overlap")
     successes = scores(workspace, "otb", "success_published")
     with (PUBLISHED / "otb-per-sequence.csv").open() as file:
@@ -77,7 +77,7 @@ def test_published_boxes_give_the_published_scores(trackmark, workspace):
 def test_report_adds_imported_results_and_stores_nothing(trackmark, workspace, imported):
     trackmark(*STATIC, TWO, "--name", "ours")
     before = sorted(path.name for path in (workspace / "results" / "ours").rglob("*"))
-    options = ("--results-of", f"MINE={imported}", "--metrics", "native,otb", "--folder", "report")
+    options = ("--results-of", f"MINE={imported}", "--metrics", "native,otb", "--output", "report")
     done = trackmark("report", "results/ours", *options)
     assert "not requested are not imported: Unused" in done.stderr
     overlaps = scores(workspace, "otb", "mean_overlap")
@@ -134,7 +134,7 @@ def test_imported_restarted_runs_need_presets_of_protocol(trackmark, workspace, 
     lines = ["1", "4,5,10,12", "2", *["0"] * 4, "1", *["4,5,10,12"] * 4]
     file.write_text("".join(f"{line}\n" for line in lines))
     report = ("report", "--results-of", "MINE=theirs", "--sequences", "data/Other")
-    done = trackmark(*report, "--metrics", "native,vot,otb", "--folder", "report", "--no-pictures")
+    done = trackmark(*report, "--metrics", "native,vot,otb", "--output", "report", "--no-pictures")
     assert scores(workspace, "vot-supervised", "failures", "supervised-") == {("MINE", "Other"): 1}
     assert "otb cannot score runs of the protocol supervised" in done.stdout
     assert "nan" not in done.stdout

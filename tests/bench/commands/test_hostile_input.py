@@ -107,7 +107,7 @@ def test_control_characters_do_not_reach_the_terminal(trackmark, break_tracker, 
     run = ("run", "--trackers", "knob.py:Knob", "--sequences", f"data/{RED}\nline")
     table = trackmark(*run, status=1)
     failures = trackmark("results", "failures")
-    files = trackmark("report", "results", "--folder", "report", "--no-pictures", status=1)
+    files = trackmark("report", "results", "--output", "report", "--no-pictures", status=1)
     outputs = (table, failures, files)
     texts = [text for done in outputs for text in (done.stdout, done.stderr)]
     texts += [file.read_text() for file in (workspace / "report").iterdir()]
@@ -165,7 +165,7 @@ def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, workspace, two):
     run = ("run", "--trackers", "static,knob.py:Knob", *BOTH, "--repetitions", 1, "--name")
     assert "4 of 4 runs" in trackmark(*run, "ours").stdout
     presets = "native,otb,lasot,got10k,trackingnet,long-term"
-    trackmark("report", "results/ours", "--metrics", presets, "--folder", "report")
+    trackmark("report", "results/ours", "--metrics", presets, "--output", "report")
     assert "static" in trackmark("compare", "--results", "results/ours").stdout
     trackmark(*run, "anchors", "--protocol", "anchors")
     trackmark("report", "results/anchors", "--metrics", "vot-anchor", "--format", "text")

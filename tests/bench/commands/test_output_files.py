@@ -28,8 +28,8 @@ check own.toml --junit knob.py | knob.py is an input of this command
 check own.toml --junit linked.xml | linked.xml is an input of this command
 check own.toml --junit data/Small/groundtruth_rect.txt | groundtruth_rect.txt is an input
 reproduce multipart --page results/multipart/report.json | --page and results/multipart/report.json
-annotate data/Small/img --keys keys.csv --output keys.csv --force | keys.csv is an input
-compare static camshift {SMALL} --published comparison.csv --folder . | comparison.csv is an input
+annotate data/Small/img --key-frames keys.csv --output keys.csv --force | keys.csv is an input
+compare static camshift {SMALL} --published comparison.csv --output . | comparison.csv is an input
 """.strip().splitlines()
 
 

@@ -64,7 +64,7 @@ def test_stored_runs_of_a_protocol_are_not_repeated(both, trackmark):
 
 def test_report_on_one_protocol_names_its_files(trackmark, workspace):
     trackmark(*RUN, "--protocol", "anchors:spacing=4")
-    trackmark("report", "results/trial", "--folder", "paper")
+    trackmark("report", "results/trial", "--output", "paper")
     with (workspace / "paper" / "anchors-spacing-4-metrics-vot-anchor.csv").open() as file:
         rows = {(row["tracker"], row["measure"]): row["mean"] for row in csv.DictReader(file)}
     assert float(rows["static", "robustness"]) == 1

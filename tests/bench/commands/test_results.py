@@ -74,7 +74,7 @@ def test_failures_are_listed_by_their_first_line(trackmark, break_tracker):
 
 def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
     trackmark(*MINE, "static,camshift,knob.py:Knob", *SMALL)
-    done = trackmark("report", "results/mine", "--folder", "report", "--format", "svg")
+    done = trackmark("report", "results/mine", "--output", "report", "--format", "svg")
     page, others = done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
     tables = ", ".join(f"1 {suffix}" for suffix in (".txt", ".md", ".csv", ".tex"))
@@ -120,7 +120,7 @@ def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, w
     trackmark(*STATIC, "data/Small")
     for name in ("datasets.load", "bench.store.run_store.RunStore.read"):
         monkeypatch.setattr(f"trackmark.{name}", lambda *_, **__: pytest.fail("it was opened"))
-    trackmark("report", "results/mine", "--folder", "report", "--no-pictures")
+    trackmark("report", "results/mine", "--output", "report", "--no-pictures")
     suffixes = {file.suffix for file in (workspace / "report").iterdir()}
     assert suffixes == {".txt", ".md", ".csv", ".tex"}
 
@@ -129,13 +129,13 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, works
     for name in ("a|b", "a-b"):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / name)
     trackmark(*STATIC, "data/Small,data/a|b,data/a-b")
-    trackmark("report", "results/mine", "--folder", "first")
+    trackmark("report", "results/mine", "--output", "first")
     assert len(list((workspace / "first").glob("strip-a-b-*.png"))) == 2
     assert (workspace / "first" / "strip-Small.png").is_file()
     truth = workspace / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
     monkeypatch.setattr("trackmark.bench.pages.report_figures.write_file", lambda file, _: file)
-    errors = trackmark("report", "results/mine", "--folder", "second").stderr
+    errors = trackmark("report", "results/mine", "--output", "second").stderr
     assert "no film strip: Small " in errors
     assert not (workspace / "second" / "strip-Small.png").exists()
     done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
@@ -171,7 +171,7 @@ def test_show_draws_a_film_strip_and_an_h264_video(trackmark, workspace):
     show = ("show", "samples/face", "--results", "results/mine", "--output")
     trackmark(*show, "strip.png")
     assert cv2.imread(str(workspace / "strip.png")).shape[1] > 800
-    trackmark(*show, "video.mp4", "--last", 29)
+    trackmark(*show, "video.mp4", "--last-frame", 29)
     with av.open(str(workspace / "video.mp4")) as video:
         assert video.streams.video[0].codec_context.name == "h264"
         assert sum(1 for _ in video.decode(video=0)) == 30
@@ -193,7 +193,7 @@ def test_report_by_attribute_measures_each_sequence_once(trackmark, workspace, o
         (folder / "groundtruth_rect.txt").write_text("".join(boxes))
     trackmark("run", "--trackers", "static,camshift", "--sequences", "twelve", "--name", "twelve")
     report = ("report", "results/twelve", "--by-attribute", "--metrics", "otb")
-    first = trackmark(*report, "--folder", "paper").stdout
+    first = trackmark(*report, "--output", "paper").stdout
     assert first.count("against attributes of the sequences") == 1
     assert (workspace / "paper" / "attributes-otb.png").is_file()
     assert (workspace / "paper" / "attributes-otb.md").is_file()
@@ -219,7 +219,7 @@ def test_report_by_attribute_names_a_missing_sequence(trackmark, workspace, otb)
 def two_versions(trackmark, workspace, otb):
     """Store runs of two versions of a tracker: on Small of the older, on Other of the newer one."""
     otb(workspace / "data" / "Other", 5)
-    options = ["--trackers", "knob.py,static", "--output", ".", "--name", "trial"]
+    options = ["--trackers", "knob.py,static", "--results-root", ".", "--name", "trial"]
     trackmark("run", *options, "--sequences", "data/Small")
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("self.random.random()", "2 * self.random.random()"))
@@ -250,7 +250,7 @@ def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versi
         "knob.py",
         "--sequences",
         "data/Small",
-        "--output",
+        "--results-root",
         ".",
         "--name",
         "trial",
@@ -259,7 +259,7 @@ def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versi
 
 
 def test_runs_on_two_versions_of_a_sequence_are_not_averaged(trackmark, workspace):
-    options = ["--sequences", "data/Small", "--output", ".", "--name", "trial"]
+    options = ["--sequences", "data/Small", "--results-root", ".", "--name", "trial"]
     trackmark("run", "--trackers", "static", *options)
     (workspace / "data/Small/groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
     trackmark("run", "--trackers", "camshift", *options)
@@ -272,14 +272,14 @@ def test_requested_runs_of_an_older_version_are_shown(trackmark, two_versions, w
     """Runs of the version that is requested now are not stale for this request."""
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("2 * self.random", "self.random"))
-    options = ["--sequences", "data/Small", "--name", "trial", "--output", "."]
+    options = ["--sequences", "data/Small", "--name", "trial", "--results-root", "."]
     printed = trackmark("run", "--trackers", "knob.py,static", *options).stdout
     assert "stale" not in printed
     assert "—" not in printed
 
 
 def test_merge_refuses_two_versions_of_a_tracker(trackmark, two_versions, workspace):
-    options = ["--trackers", "knob.py", "--output", ".", "--sequences", "data/Other"]
+    options = ["--trackers", "knob.py", "--results-root", ".", "--sequences", "data/Other"]
     trackmark("run", *options, "--name", "newer")
     trackmark("results", "remove", "trial", "--sequence", "Other", "--yes")
     refused = trackmark("results", "merge", "newer", "trial", "both", status=1).stderr
@@ -293,7 +293,7 @@ def edit_database(folder, statement):
 
 
 def test_check_does_not_call_a_newer_schema_damaged(trackmark, workspace):
-    trackmark(*STATIC, "data/Small", "--output", "results")
+    trackmark(*STATIC, "data/Small", "--results-root", "results")
     shutil.copytree("results/mine", "results/newer")
     edit_database(workspace / "results/newer", "PRAGMA user_version = 9")
     checked = trackmark("results", "check", "results", status=2)
@@ -307,7 +307,7 @@ def test_check_does_not_call_a_newer_schema_damaged(trackmark, workspace):
 
 
 def test_check_rebuilds_a_damaged_index_and_names_an_empty_file(trackmark, workspace):
-    trackmark(*STATIC, "data/Small", "--output", "results")
+    trackmark(*STATIC, "data/Small", "--results-root", "results")
     drop_last_entry_of_index(workspace / "results/mine")
     checked = trackmark("results", "check", "results")
     assert "results/mine: 1 runs, undamaged\n" in checked.stdout

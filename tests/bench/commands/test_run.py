@@ -93,7 +93,7 @@ def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspa
     assert folder_of(trackmark(*run, "data/Small")) == folders[0]
     reversed_ = ("run", "--trackers", "knob.py:Knob,static", *SMALL, "--repetitions", 2, "--json")
     assert folder_of(trackmark(*reversed_)) == folders[0]
-    trackmark(*run, "b/Small", "--output", "elsewhere", "--name", "mine")
+    trackmark(*run, "b/Small", "--results-root", "elsewhere", "--name", "mine")
     assert [file.name for file in (workspace / "elsewhere").iterdir()] == ["mine"]
 
 
@@ -318,7 +318,12 @@ def test_dry_run_prints_the_plan_and_writes_nothing(trackmark, workspace):
     assert not (workspace / "results").exists()
     trackmark(*knob, 2)
     (plan,) = json_lines(trackmark(*knob, 3, "--dry-run", "--json"))
-    assert plan["trackers"]["_knob.py:Knob"] == {"done": 2, "failed": 0, "stale": 0, "left": 1}
+    assert plan["trackers"]["_knob.py:Knob"] == {
+        "finished": 2,
+        "failed": 0,
+        "stale": 0,
+        "missing": 1,
+    }
     assert (plan["runs"], plan["to_run"], plan["tasks"]) == (4, 1, 1)
     assert plan["seconds"] > 0
     assert plan["without_times"] == []

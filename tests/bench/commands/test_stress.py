@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("blank_figures")
 def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace, monkeypatch):
     monkeypatch.setattr(breaking_points, "POSITIONS", np.linspace(0, 1, 11))  # coarse curves
     command = ("stress", "static", "--against", "camshift", *STRESS, "noise")
-    text = trackmark(*command, "--folder", "out").stdout
+    text = trackmark(*command, "--output", "out").stdout
     assert text.startswith("noise [grey levels], 0 to 160: ")
     assert "ten consecutive visible" in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80

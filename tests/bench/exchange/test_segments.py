@@ -299,7 +299,7 @@ def test_report_shows_imported_segments_by_their_protocol(trackmark):
     how = ("--sequences", SEQUENCE, "--protocol", "tre:starts=3")
     trackmark("run", "--trackers", "static", *how, "--name", "ours")
     trackmark("results", "export", "results/ours", "there", "--as", "otb-json", *how[2:])
-    options = ("--results-of", "THEIRS=there/static", "--metrics", "otb", "--folder", "report")
+    options = ("--results-of", "THEIRS=there/static", "--metrics", "otb", "--output", "report")
     trackmark("report", "results/ours", *options, "--no-pictures")
     (file,) = Path("report").glob("tre*metrics-otb.csv")
     with file.open() as lines:

@@ -191,7 +191,7 @@ def export(folder, trackmark):
         write_input("vot", f"made{i}", 0, ResultRows(toolkits.estimate(i), confidence))
     for name, (kind, subfolder, data, target) in EXPERIMENTS.items():
         results = f"{TRACKER}={kind}:{folder / 'input' / kind / subfolder}"
-        where = ("--sequences", folder / data, "--name", name, "--output", folder / "stored")
+        where = ("--sequences", folder / data, "--name", name, "--results-root", folder / "stored")
         trackmark("results", "import", results, *where)
         how = ["--protocol", "supervised"] if name == "baseline" else []
         trackmark(

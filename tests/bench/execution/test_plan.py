@@ -9,7 +9,7 @@ import pytest
 
 from trackmark import trackers
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.execution.plan import State, make_plan
+from trackmark.bench.execution.plan import RunStatus, make_plan
 from trackmark.bench.execution.scheduling import MAX_TRACKER_PROCESSES, missing_tasks
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.store.run_store import RunStore
@@ -34,56 +34,56 @@ def experiment(workspace, **changes):
     return Experiment(**settings)
 
 
-def states(workspace, **changes):
+def statuses(workspace, **changes):
     chosen = experiment(workspace, **changes)
     plan = make_plan(chosen, RunStore(workspace / "results" / chosen.name))
-    run_states = zip(plan.requested_runs().versions, plan.states.ravel(), strict=True)
+    run_statuses = zip(plan.requested_runs().versions, plan.statuses.ravel(), strict=True)
     return {
-        (tracker, repetition): State(state).name.lower()
-        for (tracker, _, repetition, _), state in run_states
+        (tracker, repetition): RunStatus(status).name.lower()
+        for (tracker, _, repetition, _), status in run_statuses
     }
 
 
 @pytest.fixture
 def finished(workspace):
     run_experiment(experiment(workspace), workspace / "results", jobs=1)
-    assert set(states(workspace).values()) == {"done"}
+    assert set(statuses(workspace).values()) == {"finished"}
     return workspace
 
 
 def test_tracker_can_have_its_own_number_of_repetitions(workspace):
     knob = f"{workspace / 'knob.py'}:Knob"
-    assert len(states(workspace, repeated={knob: 1})) == 2
+    assert len(statuses(workspace, repeated={knob: 1})) == 2
 
 
 def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
     run_experiment(experiment(workspace, timing=True), workspace / "results", jobs=1)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", -1.0)
     timed = experiment(workspace, timing=True)
-    assert set(states(workspace, timing=True).values()) == {"disturbed"}
+    assert set(statuses(workspace, timing=True).values()) == {"disturbed"}
     plan = make_plan(timed, RunStore(workspace / "results" / timed.name))
     assert missing_tasks(plan).n_runs == len(plan)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
-    assert set(states(workspace, timing=True).values()) == {"done"}
+    assert set(statuses(workspace, timing=True).values()) == {"finished"}
 
 
 def test_missing_region_is_rejected_before_first_run(workspace):
     with pytest.raises(SequenceError, match="no region 'full'"):
-        states(workspace, trackers=("static:init=full",))
+        statuses(workspace, trackers=("static:init=full",))
 
 
 def test_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
     copy = tmp_path / "copy" / "trackers"
     shutil.copytree(Path(trackers.__file__).parent, copy)
     monkeypatch.setattr("trackmark.bench.experiments.tracker_spec.PACKAGE", copy)
-    assert states(finished)["knob.py:Knob", 0] == "done"
+    assert statuses(finished)["knob.py:Knob", 0] == "finished"
     interface = copy / "base" / "interface.py"
     append(interface, "CHANGED = True\n")
-    assert states(finished)["knob.py:Knob", 0] == "stale"
+    assert statuses(finished)["knob.py:Knob", 0] == "stale"
     catalogue = copy / "base" / "catalogue.py"
     shutil.copy(Path(trackers.__file__).parent / "base" / "interface.py", interface)
     catalogue.write_text("NOTHING_DEPENDS_ON_THIS = True\n")
-    assert states(finished)["knob.py:Knob", 0] == "done"
+    assert statuses(finished)["knob.py:Knob", 0] == "finished"
 
 
 def change_a_pixel(data):
@@ -104,19 +104,19 @@ def touch(data):
 
 
 @pytest.mark.parametrize(
-    ("change", "state"), [(change_a_pixel, "stale"), (change_a_box, "stale"), (touch, "done")]
+    ("change", "status"), [(change_a_pixel, "stale"), (change_a_box, "stale"), (touch, "finished")]
 )
-def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, state):
+def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, status):
     change(finished / "data" / "Small")
-    assert set(states(finished).values()) == {state}
+    assert set(statuses(finished).values()) == {status}
 
 
 def test_timing_runs_are_runs_of_their_own(finished):
     timing = {"timing": True, "repetitions": 1}
-    assert set(states(finished, **timing).values()) == {"left"}
+    assert set(statuses(finished, **timing).values()) == {"missing"}
     run_experiment(experiment(finished, **timing), finished / "results")
-    assert set(states(finished, **timing).values()) == {"done"}
-    assert set(states(finished).values()) == {"done"}
+    assert set(statuses(finished, **timing).values()) == {"finished"}
+    assert set(statuses(finished).values()) == {"finished"}
 
 
 def test_task_has_few_processes_of_trackers(workspace):
@@ -143,19 +143,19 @@ def test_timed_trackers_take_turns(workspace):
 
 def test_equal_trackers_are_planned_once(workspace):
     chosen = ("camshift", "camshift:window=fixed", "camshift:hue_bins=32")
-    assert list(states(workspace, trackers=chosen)) == [("camshift", 0)]
+    assert list(statuses(workspace, trackers=chosen)) == [("camshift", 0)]
 
 
 def test_two_sequences_of_one_name_are_refused(workspace):
     other = workspace / "other" / "Small"
     shutil.copytree(workspace / "data" / "Small", other)
     sources = tuple(SequenceSource(str(path)) for path in (workspace / "data" / "Small", other))
-    assert len(states(workspace, sequences=sources)) == 4
+    assert len(statuses(workspace, sequences=sources)) == 4
     (other / "groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
     with pytest.raises(
         ExperimentError, match="two different sequences are called 'Small'"
     ) as raised:
-        states(workspace, sequences=sources)
+        statuses(workspace, sequences=sources)
     assert f"{workspace / 'data' / 'Small'} and {other}. " in str(raised.value)
 
 
@@ -166,21 +166,21 @@ def test_two_trackers_of_one_name_are_refused(workspace):
     with pytest.raises(
         ExperimentError, match=f"are called 'knob.py:Knob': {both[0]} and {both[1]}"
     ):
-        states(workspace, trackers=both)
+        statuses(workspace, trackers=both)
 
 
 def test_failed_runs_are_repeated_only_on_request(workspace):
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
     run_experiment(experiment(workspace), workspace / "results")
-    run_states = states(workspace)
-    assert run_states["static", 0] == "done"
-    assert run_states["knob.py:Knob", 1] == "failed"
+    run_statuses = statuses(workspace)
+    assert run_statuses["static", 0] == "finished"
+    assert run_statuses["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(workspace), RunStore(workspace / "results" / "trial"))
     assert list(missing_tasks(plan)) == []
     (task,) = missing_tasks(plan, retry_failed=True)
     assert len(task.runs) == 3
-    assert plan.count(State.FAILED) == 3
+    assert plan.count(RunStatus.FAILED) == 3
 
 
 def small_plan(workspace, sequences=1, **changes):
@@ -249,9 +249,9 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
     results, progress = RunStore(workspace / "results" / "large"), []
     alone = make_plan(large, results)
     monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
-    shared = make_plan(large, results, on_opened=lambda *number: progress.append(number), jobs=2)
+    shared = make_plan(large, results, progress=lambda *number: progress.append(number), jobs=2)
     assert progress[:4] == [(number, 4) for number in range(4)]
-    for field in ("name", "fingerprint", "frames", "starts"):
+    for field in ("name", "fingerprint", "n_frames", "starts"):
         assert [getattr(sequence, field) for sequence in shared.sequences] == [
             getattr(sequence, field) for sequence in alone.sequences
         ]

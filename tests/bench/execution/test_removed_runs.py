@@ -11,11 +11,11 @@ from trackmark.bench.store.runs import Runs
 
 
 @pytest.fixture
-def execution(workspace, in_this_process):
-    """Return an execution in which each run of a sequence has its own unit."""
-    trackers = (f"{workspace}/knob.py", "static")  # a tracker from outside has its own units
-    sources = (SequenceSource(str(workspace / "data/Small")),)
-    return Execution(Experiment("trial", trackers, sources), workspace, jobs=1)
+def execution(workspace, otb, in_this_process):
+    """Return an execution of two tasks, each with one run."""
+    otb(workspace / "data" / "Other", 5)
+    sources = (SequenceSource(str(workspace / "data" / name)) for name in ("Small", "Other"))
+    return Execution(Experiment("trial", ("static",), tuple(sources)), workspace, jobs=1)
 
 
 def test_removal_during_a_command_loses_only_removed_runs(execution):
@@ -23,15 +23,15 @@ def test_removal_during_a_command_loses_only_removed_runs(execution):
     rows = execution.rows()
     first = next(rows)
     results.remove(results.list_keys())
-    later = [row["tracker"] for row in rows]
-    assert first["tracker"] not in later
+    later = [row["sequence"] for row in rows]
+    assert first["sequence"] not in later
     assert later
     runs = Runs.open(execution.folder).table
-    assert runs[runs["status"] == "finished"]["tracker"].tolist() == later
+    assert runs[runs["status"] == "finished"]["sequence"].tolist() == later
     assert find_damage(execution.folder) == []
 
 
-def test_run_opens_the_database_once_per_unit(execution, monkeypatch):
+def test_run_opens_the_database_once_per_task(execution, monkeypatch):
     opened = []
 
     def spy(folder, **options):
@@ -43,7 +43,7 @@ def test_run_opens_the_database_once_per_unit(execution, monkeypatch):
     for module in ("truth", "run_store", "run_rows"):
         monkeypatch.setattr(f"trackmark.bench.store.{module}.open_database", spy)
     assert len(list(rows)) == 1
-    assert len(opened) == 2  # one for the unit, and one for all scores
+    assert len(opened) == 2  # one for the task, and one for all scores
 
 
 def test_missing_ground_truth_costs_only_its_runs(run_trial, workspace, otb, caplog):

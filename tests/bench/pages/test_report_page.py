@@ -43,7 +43,7 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     where = ",".join(f"{small}:noise={10 * (1 + n % 2)}:scene={n}" for n in range(6))
     run = ("run", "--trackers", "static,camshift,knob.py:Knob", "--sequences", where)
     trackmark(*run, "--repetitions", 2, "--name", "mine")
-    lines = trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
+    lines = trackmark("report", "results/mine", "--output", "report", "--metrics", "native,otb")
     assert lines.stderr.splitlines()[-2] == "report/report.html"
     output = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     tables = {entry["table"]: entry["rows"] for entry in map(json.loads, output.splitlines())}
@@ -228,7 +228,7 @@ def test_names_and_messages_cannot_inject_markup(trackmark, workspace, break_tra
     otb(workspace / "data" / name, 4)
     run = ("run", "--trackers", "static,knob.py:Knob", "--sequences", f"data/{name}")
     trackmark(*run, "--name", "mine", status=1)
-    trackmark("report", "results/mine", "--folder", "report", status=1)
+    trackmark("report", "results/mine", "--output", "report", status=1)
     text = (workspace / "report" / "report.html").read_text()
     cells = Cells(text)
     main = re.search(r"<main.*</main>", text, re.S)[0]
@@ -246,7 +246,7 @@ def test_failures_open_the_last_box(trackmark, workspace, break_tracker):
         "        if self.n > 2: raise ValueError('lost')\n        return Estimate(self.box)"
     )
     trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1)
-    trackmark("report", "results", "--folder", "report", status=1)
+    trackmark("report", "results", "--output", "report", status=1)
     text = (workspace / "report" / "report.html").read_text()
     also = re.search('<p class="also">(.*?)</p>', text)[1]
     assert "1 of 2 runs failed" in also

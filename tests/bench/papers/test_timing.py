@@ -1,6 +1,5 @@
 """Times of methods that take turns, and what claims and tables read from them."""
 
-from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from types import SimpleNamespace
 
@@ -81,15 +80,14 @@ def test_stretches_begin_with_true_boxes_over_the_scene():
 
 
 @pytest.fixture
-def ask(monkeypatch, tmp_path):
+def ask(monkeypatch, tmp_path, without_processes):
     """Ask for the times of a tracker on a sequence, as a new process does; count measurements."""
     measured = []
 
-    def measure_scenes(*arguments):
+    def measure_scenes(*arguments, **options):
         measured.append(arguments)
         return {"target": {"reference": np.array(Load.reference)}}
 
-    monkeypatch.setattr(timing, "ProcessPoolExecutor", lambda n, env: ThreadPoolExecutor(n))
     monkeypatch.setattr(timing, "measure_scenes", measure_scenes)
     scenes = {"target": SimpleNamespace(scenes=lambda _: [(NAME,)])}
     paper = SimpleNamespace(spec=lambda tracker, setting: tracker, sequences=scenes)
@@ -97,7 +95,8 @@ def ask(monkeypatch, tmp_path):
 
     def times(tracker="static", frames=3):
         monkeypatch.setattr(timing, "_measured", {})
-        stored = timing.kept_times(context, tracker_methods, "", [tracker], ["target"], frames)
+        with without_processes():
+            stored = timing.kept_times(context, tracker_methods, "", [tracker], ["target"], frames)
         np.testing.assert_array_equal(stored["target"]["reference"], Load.reference)
         return len(measured)
 

@@ -13,7 +13,7 @@ from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_score, score_run
-from trackmark.bench.execution.plan import State, make_plan
+from trackmark.bench.execution.plan import RunStatus, make_plan
 from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.execution.task import Limits
 from trackmark.bench.execution.worker import run_task
@@ -223,5 +223,6 @@ def test_failed_run_has_rows_of_its_protocol(name, tmp_path, monkeypatch):
     assert "NoneType" in run.failure
     assert run.identity == task.runs[0].identity
     assert len(run.boxes) == task.n_frames == (sum(map(len, run.segments)) or 30)
-    assert make_plan(experiment, results).count(State.FAILED) == 1
-    assert make_plan(replace(experiment, protocol="tre:starts=2"), results).count(State.LEFT) == 1
+    assert make_plan(experiment, results).count(RunStatus.FAILED) == 1
+    other = replace(experiment, protocol="tre:starts=2")
+    assert make_plan(other, results).count(RunStatus.MISSING) == 1

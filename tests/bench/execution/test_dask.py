@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bench.engine.conftest import TRACKMARK
+from tests.bench.execution.conftest import TRACKMARK
 from trackmark.bench.execution.backend import create_executor
 from trackmark.bench.execution.cluster import ClusterError, _run_task, with_absolute_paths
 from trackmark.bench.execution.task import Limits, PlannedRun, Task

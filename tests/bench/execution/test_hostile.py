@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.bench.engine import hostile, hostile_answers
+from tests.bench.execution import hostile, hostile_answers
 from trackmark import bench, datasets
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.execution.pool import Pool

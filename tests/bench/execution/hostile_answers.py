@@ -4,7 +4,7 @@ A row has the statement of frame 3 and a pattern of the failure. An empty patter
 finishes.
 """
 
-from tests.bench.engine.hostile import HEAD
+from tests.bench.execution.hostile import HEAD
 
 BOX = "the box"
 # Estimates with these boxes.

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from tests.bench.engine.conftest import TRACKMARK, send
+from tests.bench.execution.conftest import TRACKMARK, send
 from trackmark import bench
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.store.run_store import RunStore
@@ -77,7 +77,7 @@ def start(data_folder, begin):
         sequences = ",".join(str(data_folder / sequence) for sequence in SEQUENCES)
         command = [*TRACKMARK, "run", "--trackers", f"static,{data_folder}/walk.py:Draws"]
         command += ["--repetitions", str(SEEDS), "--sequences", sequences, "--name", name]
-        command += ["--jobs", str(jobs), "--output", str(data_folder / "results")]
+        command += ["--jobs", str(jobs), "--results-root", str(data_folder / "results")]
         command += ["--frame-limit", "600"]
         return begin(command, data_folder, TRACKMARK_CACHE=str(data_folder / "cache"), **variables)
 

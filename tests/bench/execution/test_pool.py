@@ -6,6 +6,7 @@ import subprocess
 import sys
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,8 +14,8 @@ import numpy as np
 import pytest
 
 from tests.bench.conftest import KNOB_TRACKER
-from tests.bench.engine import calls
-from tests.bench.engine.conftest import TRACKMARK, command_line
+from tests.bench.execution import calls
+from tests.bench.execution.conftest import TRACKMARK, command_line
 from trackmark import bench
 from trackmark.bench import operating_system
 from trackmark.bench.execution import pool, worker
@@ -172,8 +173,8 @@ def test_task_that_ends_two_workers_is_an_error_of_the_sequence(run_with, functi
 
 
 def test_defect_of_a_worker_is_raised_with_its_traceback(run_with):
-    with pytest.raises(RuntimeError, match=r"a defect of trackmark: (.|\n)*square"):
-        run_with(calls.square)
+    with pytest.raises(RuntimeError, match=r"a defect of trackmark: (.|\n)*power"):
+        run_with(calls.power)
 
 
 def test_worker_that_is_killed_while_it_starts_is_replaced_once(run_with, monkeypatch):
@@ -196,7 +197,10 @@ def test_worker_that_is_killed_while_it_starts_is_replaced_once(run_with, monkey
 
 def test_map_keeps_the_order_and_raises_errors(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", str(Path.cwd()))
-    assert list(map_in_workers(calls.square, range(6), 2)) == [0, 1, 4, 9, 16, 25]
+    square = partial(calls.power, exponent=2)
+    assert list(map_in_workers(square, range(6), 2)) == [0, 1, 4, 9, 16, 25]
+    environment = {"OMP_NUM_THREADS": "3"}
+    assert list(map_in_workers(os.getenv, [*environment], 1, environment)) == ["3"]
     for function, item, error in (
         (calls.fail, -1, SequenceError),
         (calls.fail, 1, RuntimeError),
@@ -270,7 +274,7 @@ def test_full_disk_during_a_call_is_no_failure_of_the_tracker(data):
 def test_full_disk_of_temporary_files_is_one_line(tmp_path):
     code = f"import tempfile; tempfile.tempdir = {str(tmp_path)!r}; {TRACKMARK[2]}"
     command = [*TRACKMARK[:2], code, "run", "--trackers", "static"]
-    command += ["--sequences", "plain/target", "--output", str(tmp_path.parent / "results")]
+    command += ["--sequences", "plain/target", "--results-root", str(tmp_path.parent / "results")]
     room = ["mount", "-t", "tmpfs", "-o", "size=4k", "none", str(tmp_path)]
     fill = f"{shlex.join(room)} && head -c 4096 /dev/zero > {tmp_path}/full"
     if subprocess.run(["unshare", "-rm", "sh", "-c", fill], check=False).returncode:
