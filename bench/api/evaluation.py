@@ -19,7 +19,6 @@ from trackmark.bench.api.tracker_arguments import (
     unsaved_reason,
 )
 from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_protocol
-from trackmark.bench.evaluation.recorder import NotAttributableError
 from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
@@ -320,11 +319,6 @@ def _run_pass(
     before = ProcessState.current()
     try:
         return run_protocol(entries, sequence, protocol_key, raise_errors=raise_errors).runs
-    except NotAttributableError:  # one of several trackers has exhausted the memory
-        if raise_errors:
-            raise
-        runs = (_run_pass([entry], sequence, protocol_key, raise_errors) for entry in entries)
-        return [run for (run,) in runs]
     finally:
         before.restore()
 

@@ -84,10 +84,6 @@ _FLOAT64 = np.dtype(np.float64)
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 
-class NotAttributableError(Exception):
-    """Harm to the process that cannot be attributed to one of its trackers."""
-
-
 def uses_shared_state(spec: TrackerSpec) -> bool:
     """Return whether a tracker may change the global generators or the folder of this process.
 
@@ -96,19 +92,13 @@ def uses_shared_state(spec: TrackerSpec) -> bool:
     return not spec.is_built_in and not spec.is_isolated
 
 
-def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Return rows of NaN."""
-    return np.full(shape, nan)
-
-
 class Recorder:
     """One run: a tracker on the segments of a protocol, and its estimates so far.
 
     `entry` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds` and
-    `raise_errors`, see `run_protocol`. `alone` is whether no other tracker runs in the process;
-    otherwise another tracker could have exhausted the memory. `make_rows` creates the buffer for
-    the rows of all segments. `clock` can be shared by runs whose calls do not overlap. `state` is
-    the state of the process in the pass.
+    `raise_errors`, see `run_protocol`. `on_exhausted_memory` is called if the memory of this
+    process does not suffice for the tracker. `clock` can be shared by runs whose calls do not
+    overlap. `state` is the state of the process in the pass.
 
     `failure` is empty until the run fails. `seconds` is the wall time of all calls of the tracker
     [s].
@@ -123,10 +113,9 @@ class Recorder:
         protocol: str,
         *,
         keep_arrays: bool = False,
-        alone: bool = True,
         run_seconds: float = inf,
         raise_errors: bool = False,
-        make_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
+        on_exhausted_memory: Callable[[], None] = lambda: None,
         clock: CallClock | None = None,
         state: SharedState | None = None,
     ) -> None:
@@ -141,15 +130,16 @@ class Recorder:
         self._protocol = protocol_of_key(protocol)
         self.segments = _segments(protocol, sequence, spec.init)
         self._frames = segment_frames(protocol, sequence, spec.init)
-        self._spec, self._run_seconds, self._alone = spec, run_seconds, alone
+        self._spec, self._run_seconds = spec, run_seconds
         self._raise_errors = raise_errors
+        self._on_exhausted_memory = on_exhausted_memory
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
         self._complete = protocol == ONE_PASS
         self._revises = protocol in (ONE_PASS, TIMING)
         self._shares = protocol != TIMING
         self._keep_arrays = keep_arrays and self._complete
         n = sum(len(segment.frames(len(sequence))) for segment in self.segments)
-        self._all_rows = make_rows((n, COLUMNS))
+        self._all_rows = np.full((n, COLUMNS), nan)
         self._stop = 0  # end row of the current segment
         self._trackers_begun = 0
         self._clock = clock or CallClock()
@@ -328,10 +318,18 @@ class Recorder:
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
         """Return the result of a call in the context of the run, if the pass needs contexts."""
-        if self._context is not None and self._state.needs_contexts:
-            with self._context:
-                return call(*arguments)
-        return call(*arguments)
+        try:
+            if self._context is not None and self._state.needs_contexts:
+                with self._context:
+                    return call(*arguments)
+            return call(*arguments)
+        finally:
+            self._end_copy()
+
+    def _end_copy(self) -> None:
+        """End this process if the tracker has forked it: the copy would be a second harness."""
+        if os.getpid() != self._process:
+            os._exit(0)
 
     def _note_drawn(self) -> None:
         """Note which global generators the tracker has drawn from."""
@@ -389,7 +387,7 @@ class Recorder:
         return seconds
 
     def _timed(self, call: Callable[..., R], *arguments: Any) -> tuple[R, CallTime]:
-        """Return the result and the times of a call of the tracker; end a fork of the process."""
+        """Return the result and the times of a call of the tracker."""
         try:
             if self._timed_by_itself is not None:
                 return call(*arguments), self._timed_by_itself.call_time
@@ -399,8 +397,7 @@ class Recorder:
                 synchronise(self._made)
             return result, self._clock.stop()
         finally:
-            if os.getpid() != self._process:
-                os._exit(0)
+            self._end_copy()
 
     def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Validate and store an estimate."""
@@ -456,8 +453,8 @@ class Recorder:
             return
         last = frame - self._first_seen
         for earlier, box in revised.items():
-            whole = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
-            if not (whole and 0 <= earlier <= last):
+            is_integer = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
+            if not (is_integer and 0 <= earlier <= last):
                 raise MalformedEstimateError(
                     f"revised frame {earlier!r} is not one of the processed frames 0 to {last}"
                 )
@@ -473,11 +470,11 @@ class Recorder:
         if self._raise_errors:
             error.add_note(f"{self.identity.tracker} on {self._sequence.name}, frame {frame}")
             raise error
-        if not self._alone and _lacks_memory(error):
-            raise NotAttributableError("the memory is exhausted") from error
+        if _lacks_memory(error):
+            self._on_exhausted_memory()
         if fault := machine_fault(error):
-            place = f"{self.identity.tracker} on {self._sequence.name}"
-            raise MachineError(f"{place}, {self._sequence.frame_name(frame)}: {fault}") from error
+            run = f"{self.identity.tracker} on {self._sequence.name}"
+            raise MachineError(f"{run}, {self._sequence.frame_name(frame)}: {fault}") from error
         # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         message = message.removeprefix(f"{type(error).__module__}.")

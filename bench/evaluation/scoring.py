@@ -1,6 +1,5 @@
 """Scores of runs and of boxes, by any metrics."""
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
@@ -133,8 +132,6 @@ def score(
     sequence: str | Path | GroundTruthLike | None = None,
     metrics: str = "native",
     trace: Trace = "online",
-    *,
-    preset: str | None = None,
 ) -> dict[str, float]:
     """Score a run by the ground truth that it was initialised with, or score boxes of any origin.
 
@@ -148,8 +145,6 @@ def score(
         Definitions of the scores: one of `trackmark.metrics.names()`.
     trace : {'online', 'revised'}
         Boxes of a run to score: as returned by each update, or with the tracker's corrections.
-    preset : str, optional
-        Former name of `metrics`, which will be removed.
 
     Returns
     -------
@@ -171,10 +166,6 @@ def score(
     >>> score(truth.boxes, truth)["mean_overlap"]
     1.0
     """
-    if preset is not None:
-        message = "score: the argument preset is now called metrics. Use metrics=..."
-        warnings.warn(message, FutureWarning, stacklevel=2)
-        metrics = preset
     if not isinstance(run_or_boxes, Run):
         if sequence is None:
             raise TypeError("the sequence of the boxes is missing. Give its name or a Sequence.")

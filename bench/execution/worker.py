@@ -23,7 +23,6 @@ import cv2
 
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
-from trackmark.bench.evaluation.recorder import NotAttributableError
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.tracker_spec import (
@@ -46,6 +45,7 @@ OPENING_SECONDS = 3600.0
 READING_SECONDS = 300.0
 """Longest time to read a frame, which does not count for the limit of a tracker [s]."""
 
+_NO_MEMORY = "the memory is exhausted"
 _MESSAGE_SECONDS = 0.5  # between two messages about progress
 _IDLE_SECONDS = 60.0  # a Dask worker can outlive its command
 
@@ -127,8 +127,8 @@ def _simplified(error: Exception) -> Exception:
     """Return an exception that says the same without its causes, which pickles do not contain."""
     if fault := machine_fault(error):
         return fault
-    if any(isinstance(cause, MemoryError | NotAttributableError) for cause in _causes(error)):
-        return RepeatError("the memory is exhausted")
+    if any(isinstance(cause, MemoryError) for cause in _causes(error)):
+        return RepeatError(_NO_MEMORY)
     if isinstance(error, SequenceError | RepeatError | MachineError):
         return error
     return RuntimeError(f"a defect of trackmark: {traceback.format_exc()}")
@@ -167,12 +167,16 @@ class _ProgressMessages(Observer):
         if is_too_long and not has_compiled and not self._spec.call_seconds:
             raise RepeatError(f"an update took longer than {self._frame_seconds:g} s")
 
-    def on_frames_done(self, frames: int) -> None:
+    def on_exhausted_memory(self) -> None:
+        """See `Observer`: another tracker can have used the memory."""
+        raise RepeatError(_NO_MEMORY)
+
+    def on_frames_done(self, n_frames: int) -> None:
         """See `Observer`."""
         now = monotonic()
         if now - self._last_message > _MESSAGE_SECONDS:
             self._last_message = now
-            self._channel.send("silence", (self._silence, frames * len(self._specs)))
+            self._channel.send("silence", (self._silence, n_frames * len(self._specs)))
 
 
 def run_task(task: Task, limits: Limits) -> list[Run]:

@@ -81,14 +81,14 @@ class IsolatedTrackers:
 
     def describe(self, name: str, options: Mapping[str, str]) -> dict[str, Any]:
         """Return the values that a specification selects."""
-        found = trackers.resolve(name, **options)
+        selected = trackers.resolve(name, **options)
         return {
-            "name": found.name,
-            "parameters": found.parameters.model_dump(),
-            "options": dict(found.options),
-            "randomness": str(found.randomness),
-            "class_name": found.plugin.__name__,
-            "file": str(found.file),
+            "name": selected.name,
+            "parameters": selected.parameters.model_dump(),
+            "options": dict(selected.options),
+            "randomness": str(selected.randomness),
+            "class_name": selected.plugin.__name__,
+            "file": str(selected.file),
         }
 
     def create(

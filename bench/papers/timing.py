@@ -25,11 +25,10 @@ from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import (
     Reference,
-    TurnTime,
     one_thread,
     take_turns,
-    time_updates,
 )
+from trackmark.bench.evaluation.timed_clips import TurnTime, time_updates
 from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
 from trackmark.bench.output_files import write_file

@@ -15,7 +15,8 @@ import pandas as pd
 
 from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
+from trackmark.bench.evaluation.interleaved_timing import TurnError, time_interleaved
+from trackmark.bench.evaluation.timed_clips import Clip, Setup
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
 from trackmark.bench.external.definition import is_external
@@ -173,7 +174,7 @@ def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | N
     return Clip(
         images=images,
         first=first - begin,
-        frames=stop - first - 1,
+        n_frames=stop - first - 1,
         box=select_ground_truth(sequence, init, sequence.name).boxes[first].tolist(),
         mask="" if mask is None else f"{stem}-mask.npy",
         seed=run_seed(label, sequence.name, 0).spawn_key,

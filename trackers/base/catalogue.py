@@ -28,7 +28,7 @@ from trackmark.trackers.base.parameters import (
     unknown_name_error,
 )
 from trackmark.trackers.base.plain import AdaptedTracker, to_plugin
-from trackmark.trackers.base.plain_class import ForkGuard, tracker_class
+from trackmark.trackers.base.plain_class import tracker_class
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -355,8 +355,7 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             (exported,) = module.__all__
             return validate_plugin(getattr(module, exported), name), file
         if entries:
-            with ForkGuard():
-                plugin = validate_plugin(entries[0].load(), name)
+            plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             return plugin, file
     except ImportError as error:
@@ -402,7 +401,7 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     try:
         # The file may change the working directory, and draw from the global generators.
         directory, generators = contextlib.chdir(Path.cwd()), GlobalGenerators(0)
-        with directory, preserved_generators(), generators, ForkGuard():
+        with directory, preserved_generators(), generators:
             sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)
     except (Exception, SystemExit) as error:

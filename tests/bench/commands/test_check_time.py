@@ -50,7 +50,7 @@ def timed_setups(monkeypatch):
         return 1.1 if file.is_file() and SLOW in file.read_text() else 1.0
 
     def time_interleaved(setups, clips):
-        assert [clip.frames for clip in clips] == [4]
+        assert [clip.n_frames for clip in clips] == [4]
         setups_seen.append(setups)
         ratios = np.array([ratio(setup) for setup in setups])
         return ratios[:, None, None] * generator.normal(1, 0.01, (2, 5, 4))

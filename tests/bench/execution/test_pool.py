@@ -18,6 +18,7 @@ from tests.bench.execution import calls
 from tests.bench.execution.conftest import TRACKMARK, command_line
 from trackmark import bench
 from trackmark.bench import operating_system
+from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.execution import pool, worker
 from trackmark.bench.execution.backend import create_executor
 from trackmark.bench.execution.executor import Execution, run_experiment
@@ -27,7 +28,7 @@ from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.execution.task import Limits
 from trackmark.bench.execution.worker import RepeatError
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_spec import resolve_specs
+from trackmark.bench.experiments.tracker_spec import parse_tracker, resolve_specs
 from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.run_rows import scored_rows
@@ -230,6 +231,20 @@ def test_update_that_takes_too_long_is_repeated_in_isolation(monkeypatch):
     now = 12.1
     with pytest.raises(RepeatError, match="longer than 2 s"):
         observer.on_tracker_return()
+
+
+def lacking_memory(seed):
+    raise MemoryError
+
+
+def test_task_that_exhausts_the_memory_is_repeated_in_isolation(make_sequence, monkeypatch):
+    """Another tracker of the task can have used the memory of the worker."""
+    channel = worker._Channel(None)
+    monkeypatch.setattr(channel, "send", lambda *_: None)
+    spec = parse_tracker(lacking_memory)
+    observer = worker._ProgressMessages(channel, [spec], Limits())
+    with pytest.raises(RepeatError, match="the memory is exhausted"):
+        run_protocol([(spec, 0)], make_sequence(), observer=observer)
 
 
 def test_tracker_file_shares_no_process(data, contents, without_processes):

@@ -40,7 +40,7 @@ def runs(folder, answer):
     exec((folder / "tracker.py").read_text(), namespace)  # a class without a file
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of failed runs
-        (results["evaluate"],) = trackmark.evaluate(namespace["Tracker"], "Noise").runs.values()
+        (results["evaluate"],) = trackmark.evaluate(namespace["Tracker"], "Noise").values()
     return results
 
 

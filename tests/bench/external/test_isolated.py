@@ -74,9 +74,15 @@ def write(tmp_path):
 
 
 def spec(name, options, make):
-    found = trackers.resolve(name, **options)
+    selected = trackers.resolve(name, **options)
     return TrackerSpec(
-        found.name, found.name, found.preset, {}, found.randomness, make or found.create, None
+        selected.name,
+        selected.name,
+        selected.preset,
+        {},
+        selected.randomness,
+        make or selected.create,
+        None,
     )
 
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from trackmark.bench.evaluation import interleaved_timing
+from trackmark.bench.evaluation import timed_clips
 from trackmark.bench.papers import SETTINGS, timing
 from trackmark.bench.papers.claim_tests import judge
 from trackmark.bench.papers.evidence import evidence
@@ -55,9 +55,9 @@ def test_ratio_of_turns_ignores_other_load(monkeypatch):
             self.started = Load.now
 
         def stop(self):
-            return interleaved_timing.TurnTime(Load.now - self.started, 0.0)
+            return timed_clips.TurnTime(Load.now - self.started, 0.0)
 
-    monkeypatch.setattr(interleaved_timing, "CLOCK", Clock())
+    monkeypatch.setattr(timed_clips, "CLOCK", Clock())
     monkeypatch.setattr(timing, "Reference", Method)
     excerpts = [("long", IMAGES, BOX), ("short", IMAGES[:5], BOX), ("short", IMAGES[:3], BOX)]
     times = turn_times({"fast": lambda: Method(1e-3), "slow": lambda: Method(3e-3)}, excerpts)
