@@ -8,7 +8,7 @@ update, at most three times.
 import gc
 from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Sized
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, nan
@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.interleaved_timing import one_thread
-from trackmark.bench.evaluation.recorder import Recorder, blank_rows
+from trackmark.bench.evaluation.recorder import Recorder, blank_rows, uses_shared_state
+from trackmark.bench.evaluation.run_context import SharedState, in_shared_state
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import TrackerFactory, TrackerSpec, parse_tracker
 from trackmark.bench.protocols import (
@@ -33,6 +34,7 @@ from trackmark.bench.protocols import (
 )
 from trackmark.datasets import Sequence
 from trackmark.datasets.interface import Frames, Image
+from trackmark.trackers import Randomness
 from trackmark.trackers.base.call_clock import CallClock
 from trackmark.trackers.base.global_generators import preserved_generators
 from trackmark.trackers.base.sharing import SharedFrame
@@ -153,23 +155,40 @@ def run_protocol(
     Raises `NotAttributableError` if one of several trackers exhausts the memory.
     """
     sequence.check_runnable()
-    make = partial(_make_recorders, list(entries), sequence, protocol, raise_errors=raise_errors)
+    specs = list(entries)
+    make = partial(_make_recorders, specs, sequence, protocol, raise_errors=raise_errors)
     make_stored = partial(make, observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
+    uses_state = any(uses_shared_state(spec) for spec, _ in specs)
+    seeds_state = any(
+        spec.is_built_in and spec.randomness is Randomness.PROCESS for spec, _ in specs
+    )
+    with preserved_generators() if uses_state or seeds_state else nullcontext():
+        run = partial(_run, make, make_stored, sequence, protocol, observer)
+        return in_shared_state(run, may_share=uses_state and not seeds_state)
+
+
+def _run(
+    make: Callable[..., list[Recorder]],
+    make_stored: Callable[..., list[Recorder]],
+    sequence: Sequence,
+    protocol: str,
+    observer: Observer,
+    state: SharedState,
+) -> PassResult:
+    """Run recorders that `make` and `make_stored` create for the warm-up and for the pass."""
     frames, warm_up = sequence.frames, min(WARM_UP_FRAMES, len(sequence) - sequence.first_frame)
-    recorders = make_stored()
-    walk = _SequencePass(recorders, sequence, observer)
-    generators = ExitStack()
-    if any(recorder.may_draw for recorder in recorders):
-        generators.enter_context(preserved_generators())
+    make, make_stored = partial(make, state=state), partial(make_stored, state=state)
     try:
         if protocol == TIMING:
             (warming,) = make()
             with one_thread():
-                _SequencePass([warming], sequence, observer).run(warm_up, to_the_end=False)
+                _SequencePass([warming], sequence, observer, state).run(warm_up, to_the_end=False)
                 warming.release()
-                return PassResult([_time(make_stored, sequence, observer)], nan, nan)
+                return PassResult([_time(make_stored, sequence, observer, state)], nan, nan)
+        recorders = make_stored()
+        walk = _SequencePass(recorders, sequence, observer, state)
         if stored_protocol(protocol).time_dependent:  # compiles kernels before time is measured
-            _SequencePass(make(), sequence, observer).run(warm_up, to_the_end=False)
+            _SequencePass(make(), sequence, observer, state).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
             sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
         walk.run()
@@ -181,9 +200,6 @@ def run_protocol(
                 observer.on_tracker_return()
     finally:
         sequence.frames = frames
-        for recorder in recorders:
-            recorder.note_drawn()
-        generators.close()
     overhead = median(walk.overheads) if walk.overheads else nan
     runs = [recorder.result() for recorder in recorders]
     return PassResult(runs, overhead, walk.fetching / max(walk.fetched, 1))
@@ -206,7 +222,9 @@ def _make_recorders(
     ]
 
 
-def _time(make: Callable[[], list[Recorder]], sequence: Sequence, observer: Observer) -> Run:
+def _time(
+    make: Callable[[], list[Recorder]], sequence: Sequence, observer: Observer, state: SharedState
+) -> Run:
     """Time a tracker in passes over the sequence until other load disturbs none of its updates.
 
     Returns the run of the pass that other load disturbed least.
@@ -215,7 +233,7 @@ def _time(make: Callable[[], list[Recorder]], sequence: Sequence, observer: Obse
     for _ in range(MAX_TIMED_PASSES):
         (recorder,) = make()
         gc.collect()
-        _SequencePass([recorder], sequence, observer).run(to_the_end=False)
+        _SequencePass([recorder], sequence, observer, state).run(to_the_end=False)
         recorder.release()
         run = replace(recorder.result(), times=(times := recorder.times()))
         if best is None or times.run_delay_share < best.circumstances["run_delay_share"]:
@@ -233,8 +251,15 @@ class _SequencePass:
     the number of frames. `overheads` holds the harness time per tracker, by frame.
     """
 
-    def __init__(self, recorders: Sized[Recorder], sequence: Sequence, observer: Observer) -> None:
+    def __init__(
+        self,
+        recorders: Sized[Recorder],
+        sequence: Sequence,
+        observer: Observer,
+        state: SharedState,
+    ) -> None:
         self._recorders, self._whole, self._observer = recorders, sequence, observer
+        self._state = state
         self.fetching, self.fetched = 0.0, 0
         self.overheads: list[float] = []
 
@@ -292,6 +317,7 @@ class _SequencePass:
             observer.on_tracker_call(recorder.entry, numbers[first])
             recorder.start(shared_frame, first, mask)
             observer.on_tracker_return()
+        self._state.on_frame_done()
 
     def _process_frame(self, frame: int, done: int) -> None:
         """Process a later frame; `done` is the number of processed frames, including this one."""
@@ -310,6 +336,7 @@ class _SequencePass:
                 running += 1
         reading_masks = self._compare(frame)
         observer.on_frames_done(done)
+        self._state.on_frame_done()
         self.fetching += fetched - began + reading_masks
         self.fetched += 1
         if running:

@@ -4,10 +4,11 @@ Exceptions of a tracker are caught only in this module and stored as the failure
 of the machine, such as a full disk, are raised: they are no failure of the tracker.
 """
 
+import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager, nullcontext
 from functools import partial
+from itertools import chain
 from math import inf, isnan, nan
 from time import perf_counter
 from typing import Any, TypeVar
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.machine import machine_name
-from trackmark.bench.evaluation.run_context import RunContext
+from trackmark.bench.evaluation.run_context import RunContext, SharedState
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import ExternalPlugin
@@ -41,7 +42,6 @@ from trackmark.trackers import (
     Finisher,
     Mapper,
     Mask,
-    Randomness,
     Tracker,
     TrackerError,
     Watcher,
@@ -87,6 +87,14 @@ class NotAttributableError(Exception):
     """Harm to the process that cannot be attributed to one of its trackers."""
 
 
+def uses_shared_state(spec: TrackerSpec) -> bool:
+    """Return whether a tracker may change the global generators or the folder of this process.
+
+    The package's trackers have no global generator, or seed it before each use.
+    """
+    return not spec.is_built_in and not spec.call_seconds
+
+
 def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:
     """Return rows of NaN."""
     return np.full(shape, nan)
@@ -98,7 +106,8 @@ class Recorder:
     `entry` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds` and
     `raise_errors`, see `run_protocol`. `alone` is whether no other tracker runs in the process;
     otherwise another tracker could have exhausted the memory. `make_rows` creates the buffer for
-    the rows of all segments. `clock` can be shared by runs whose calls do not overlap.
+    the rows of all segments. `clock` can be shared by runs whose calls do not overlap. `state` is
+    the state of the process in the pass.
 
     `failure` is empty until the run fails. `seconds` is the wall time of all calls of the tracker
     [s].
@@ -118,6 +127,7 @@ class Recorder:
         raise_errors: bool = False,
         make_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
         clock: CallClock | None = None,
+        state: SharedState | None = None,
     ) -> None:
         if repetition < 0:
             raise ValueError(f"the repetition is {repetition}. Expected: 0 or more.")
@@ -131,7 +141,6 @@ class Recorder:
         self.segments = _segments(protocol, sequence, spec.init)
         self._frames = segment_frames(protocol, sequence, spec.init)
         self._spec, self._run_seconds, self._alone = spec, run_seconds, alone
-        self._is_built_in = spec.is_built_in
         self._raise_errors = raise_errors
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
         self._complete = protocol == STORED_ONE_PASS
@@ -158,16 +167,10 @@ class Recorder:
         self._first_seen = 0
         self._controller = Controller()
         self._made: Tracker | None = None
-        self._context: AbstractContextManager[None] = nullcontext()
+        self._state = state or SharedState(may_share=False)
+        self._context: RunContext | None = None
         self._drawn: set[str] = set()  # names of global generators
         self._update: Callable[[Any], Estimate]
-
-    @property
-    def may_draw(self) -> bool:
-        """True if the tracker may change the global generators of this process."""
-        if self._spec.is_built_in:
-            return self._spec.randomness is Randomness.PROCESS
-        return not self._spec.call_seconds
 
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
         """Prepare the next segment, which has a new tracker; `view` is the segment's sequence."""
@@ -251,7 +254,7 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         circumstances: dict[str, Any] = {"seconds": self.seconds}
-        self.note_drawn()
+        self._note_drawn()
         if self._drawn:
             circumstances["generators"] = sorted(self._drawn)
         if self._updates:
@@ -276,9 +279,9 @@ class Recorder:
 
     def times(self) -> Times:
         """Return the times of the calls so far."""
-        calls = np.array(self._updates, np.float64).reshape(-1, len(CallTime._fields))
-        seconds, run_delay, cpu, children = calls.T
-        is_first = np.isin(np.arange(len(calls)), self._first_updates)
+        values = np.fromiter(chain.from_iterable(self._updates), np.float64)
+        seconds, run_delay, cpu, children = values.reshape(-1, len(CallTime._fields)).T
+        is_first = np.isin(np.arange(len(seconds)), self._first_updates)
         return Times(seconds, run_delay, cpu, children, is_first, np.array(self._inits))
 
     def _call(self, frame: int, call: Callable[[], R]) -> R | None:
@@ -296,7 +299,7 @@ class Recorder:
 
     def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
-        self.note_drawn()
+        self._note_drawn()
         if self._made is not None:
             self._device = device_name(self._made) or self._device
         if isinstance(self._made, ExternalPlugin):
@@ -314,21 +317,22 @@ class Recorder:
             self._trackers_begun += 1
             run = self._spec.name, key.sequence, key.repetition, number
             seed = run_seed(*run, base=self._spec.base_seed)
-            # The package's trackers need none: they have no global generator, or seed it.
-            if self.may_draw and not self._spec.is_built_in:
-                self._context = RunContext(seed_number(seed), is_alone=self._alone)
+            if self._state.needs_contexts and uses_shared_state(self._spec):
+                self._context = self._state.context(seed_number(seed))
             self._made = self._in_context(self._spec.make, seed)
         return self._made
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
-        """Return the result of a call in the context of the run."""
-        with self._context:
-            return call(*arguments)
+        """Return the result of a call in the context of the run, if the pass needs contexts."""
+        if self._context is not None and self._state.needs_contexts:
+            with self._context:
+                return call(*arguments)
+        return call(*arguments)
 
-    def note_drawn(self) -> None:
-        """Note which global generators the tracker has drawn from, before others draw."""
-        if isinstance(self._context, RunContext):
-            self._drawn.update(self._context.drawn_generators())
+    def _note_drawn(self) -> None:
+        """Note which global generators the tracker has drawn from."""
+        if self._context is not None:
+            self._drawn.update(self._context.generators.drawn)
         if isinstance(self._made, ExternalPlugin):
             self._drawn.update(self._made.drawn)
 
@@ -336,6 +340,7 @@ class Recorder:
         tracker = self._tracker()
         self._external = tracker if isinstance(tracker, ExternalPlugin) else None
         self._timed_by_itself = tracker if isinstance(tracker, SelfTimed) else None
+        self._has_synchronise = hasattr(type(tracker), "synchronise")
         self._shared = self._shares and isinstance(tracker, SharingTracker)
         self._first_updates.append(len(self._updates))
         initialise: Callable[[], None]
@@ -345,13 +350,7 @@ class Recorder:
         else:
             self._update = tracker.update
             initialise = partial(tracker.init, shared_frame.image, box, mask)
-        with self._context:
-            self._clock.start()
-            initialise()
-            synchronise(tracker)
-            call = self._clock.stop()
-        if self._timed_by_itself is not None:
-            call = self._timed_by_itself.call_time
+        _, call = self._in_context(self._timed, initialise)
         self._inits.append(call.seconds)
 
     def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
@@ -361,12 +360,10 @@ class Recorder:
         began = perf_counter()
         seconds = 0.0
         try:
-            if self._is_built_in:
-                self._clock.start()
-                estimate = update(argument)
-                call = self._clock.stop()
+            if self._context is not None and self._state.needs_contexts:
+                estimate, call = self._in_context(self._timed, update, argument)
             else:
-                estimate, call = self._update_outside(update, argument)
+                estimate, call = self._timed(update, argument)
             seconds = perf_counter() - began
             if shared_frame.saved_seconds > saved:  # computed by another tracker before
                 shared = shared_frame.saved_seconds - saved
@@ -387,18 +384,15 @@ class Recorder:
             self.fail(frame, reason)
         return seconds
 
-    def _update_outside(
-        self, update: Callable[[Any], Estimate], argument: Any
-    ) -> tuple[Estimate, CallTime]:
-        """Return estimate and times of an update of a tracker from outside the package."""
-        with self._context:
-            if self._timed_by_itself is not None:
-                estimate = update(argument)
-                return estimate, self._timed_by_itself.call_time
-            self._clock.start()
-            estimate = update(argument)
+    def _timed(self, call: Callable[..., R], *arguments: Any) -> tuple[R, CallTime]:
+        """Return the result and the times of a call of the tracker."""
+        if self._timed_by_itself is not None:
+            return call(*arguments), self._timed_by_itself.call_time
+        self._clock.start()
+        result = call(*arguments)
+        if self._has_synchronise or "torch" in sys.modules:
             synchronise(self._made)
-            return estimate, self._clock.stop()
+        return result, self._clock.stop()
 
     def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Validate and store an estimate."""

@@ -22,6 +22,7 @@ SHORT_CALL = 1e-4
 
 _UNINTERRUPTED = 5e-5  # longest time in which both clocks are read without an interruption [s]
 _MAX_READINGS = 10
+_VALID_TIME = 1e-3  # longest use of the counters that were read last [s]
 
 MAX_RUN_DELAY = 0.1
 """Run delay as a fraction of the wall time above which other load has disturbed a measurement."""
@@ -47,12 +48,14 @@ class CallClock:
 
     A call of less than `SHORT_CALL` counts as one without interruption by other threads, which
     would have taken longer. Its CPU time is its wall time and its run delay is 0. Only longer calls
-    are worth the time of reading all counters, which is several microseconds.
+    are worth the time of reading all counters, which is several microseconds. For the same reason,
+    calls with short pauses between them share the counters that were read before the first one.
     """
 
     def __init__(self) -> None:
         self._thread = self._schedstat = -1
         self._counters = b""  # content of the file with the run delay
+        self._ended = self._valid_until = 0.0  # end of the last call, and of the counters' use
         self._was_short = False  # the last call
         self._cpu = self._children = 0.0
 
@@ -71,19 +74,26 @@ class CallClock:
             self._open()
         if not self._was_short:
             self._cpu, self._children = time.process_time(), _read_children()
-        self._started, self._counters = self._read_clocks()
+        now = time.perf_counter()
+        if now - self._ended > SHORT_CALL or now > self._valid_until:
+            now, self._counters = self._read_clocks()
+            self._valid_until = now + _VALID_TIME
+        self._started = now
 
     def stop(self) -> CallTime:
         """Return the times of the call that ends now."""
-        wall = time.perf_counter() - self._started
+        self._ended = now = time.perf_counter()
+        wall = now - self._started
         if wall < SHORT_CALL:
             self._was_short = True
             return CallTime(wall, 0.0, wall, 0.0)
         delay = 0.0
         if self._schedstat >= 0:
-            ended, counters = self._read_clocks()
-            wall = ended - self._started
-            delay = min(_run_delay(counters) - _run_delay(self._counters), wall)
+            before = self._counters
+            self._ended, self._counters = self._read_clocks()
+            self._valid_until = self._ended + _VALID_TIME
+            wall = self._ended - self._started
+            delay = min(_run_delay(self._counters) - _run_delay(before), wall)
         if self._was_short:  # the counters of `start` were not read
             self._was_short = False
             return CallTime(wall - delay, delay, wall - delay, 0.0)

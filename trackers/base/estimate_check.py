@@ -37,6 +37,10 @@ def read_estimate(answer: Any, shape: Tuple[int, ...]) -> Dict[str, Any]:
 
     Raises `MalformedEstimateError` for any other value.
     """
+    if type(answer) is np.ndarray or (type(answer) in (list, tuple) and len(answer) == 4):
+        box = read_box(answer, no_target=True)  # the usual form, without the time of the others
+        is_seen = box is not None
+        return {"box": box, "visible": is_seen, "confidence": math.nan, "mask": None, "details": {}}
     fields = {name: value for name, value in _fields(answer).items() if value is not None}
     box = read_box(fields["box"], no_target=True) if "box" in fields else None
     mask = fields.get("mask")

@@ -25,42 +25,24 @@ class GlobalGenerators:
     OpenCV and C cannot return their state, so they get another seed in each call. Each thread has
     a generator of OpenCV: only that of the calling thread is seeded. PyTorch is seeded if it was
     imported before the call.
-
-    If `is_alone`, no other run and no other code draws between the calls. The generators of Python
-    and NumPy then keep their state from the first call until `close`, which is faster and gives
-    the same numbers.
     """
 
-    def __init__(self, seed: int, is_alone: bool = False) -> None:
-        lasting = [_Python(seed), _NumPy(seed)]  # type: List[Any]
-        switched = [_OpenCV(seed), _C(seed), _Torch(seed)]  # type: List[Any]
-        self._generators = lasting + switched
-        self._switched = switched if is_alone else self._generators
-        self._to_install = lasting if is_alone else []
-        self._to_store = []  # type: List[Any]
+    def __init__(self, seed: int) -> None:
+        kinds = [_Python, _NumPy, _OpenCV, _C, _Torch]  # type: List[Any]
+        self._generators = [kind(seed) for kind in kinds]
 
     @property
     def drawn(self) -> List[str]:
-        """Names of the generators that the tracker has changed; complete after `close`."""
+        """Names of the generators that the tracker has changed."""
         return [generator.name for generator in self._generators if generator.drawn]
 
     def __enter__(self) -> None:
-        if self._to_install:
-            for generator in self._to_install:
-                generator.install()
-            self._to_store, self._to_install = self._to_install, []
-        for generator in self._switched:
+        for generator in self._generators:
             generator.install()
 
     def __exit__(self, *_: object) -> None:
-        for generator in self._switched:
+        for generator in self._generators:
             generator.store()
-
-    def close(self) -> None:
-        """Note draws from generators that keep their state between calls."""
-        for generator in self._to_store:
-            generator.store()
-        self._to_store = []
 
 
 @contextmanager
@@ -125,11 +107,15 @@ class _NumPy:
         if self._bits is not None and type(self._bits).__name__ != "MT19937":
             self._bits = np.random.MT19937()  # the user's session has replaced the algorithm
         self._state = None  # type: Any
-        self._first = int(np.random.RandomState(seed).randint(0, 1 << 32, dtype=np.uint32))
+        self._first = None  # type: Any
 
     def install(self) -> None:
         _restore_numpy(self._bits, self._state)
-        if not self.drawn:
+        if self.drawn:
+            return
+        np.random.seed(self._seed)
+        if self._first is None:
+            self._first = _numpy_word()
             np.random.seed(self._seed)
 
     def store(self) -> None:

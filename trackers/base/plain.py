@@ -3,6 +3,7 @@
 `to_plugin` turns such a class into a `TrackerPlugin`; `plain_class.py` has the rules.
 """
 
+import sys
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -62,7 +63,7 @@ class AdaptedTracker(TrackerPlugin, SelfTimed):
         """Return the result of `read_estimate` as an estimate; without a box, with the last one."""
         if fields["box"] is not None:
             self._last_box = np.array(fields["box"])
-        return Estimate(**{**fields, "box": self._last_box.copy()})
+        return Estimate(**{**fields, "box": self._last_box})
 
 
 class PlainTracker(AdaptedTracker):
@@ -85,6 +86,7 @@ class PlainTracker(AdaptedTracker):
         except ValueError as error:
             raise TrackerError(f"tracker {type(self).__name__!r}: {error}") from None
         self._tracker = tracker
+        self._has_synchronise = hasattr(type(tracker), "synchronise")
         self._clock = CallClock()
 
     @property
@@ -112,7 +114,8 @@ class PlainTracker(AdaptedTracker):
         """Return the result of a method of the plain tracker; measure its time."""
         self._clock.start()
         result = method(*arguments)
-        synchronise(self._tracker)
+        if self._has_synchronise or "torch" in sys.modules:
+            synchronise(self._tracker)
         self.call_time = self._clock.stop()
         return result
 
