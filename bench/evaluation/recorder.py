@@ -4,6 +4,7 @@ Exceptions of a tracker are caught only in this module and stored as the failure
 of the machine, such as a full disk, are raised: they are no failure of the tracker.
 """
 
+import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
@@ -169,6 +170,7 @@ class Recorder:
         self._made: Tracker | None = None
         self._state = state or SharedState(may_share=False)
         self._context: RunContext | None = None
+        self._process = os.getpid()
         self._drawn: set[str] = set()  # names of global generators
         self._update: Callable[[Any], Estimate]
 
@@ -385,14 +387,18 @@ class Recorder:
         return seconds
 
     def _timed(self, call: Callable[..., R], *arguments: Any) -> tuple[R, CallTime]:
-        """Return the result and the times of a call of the tracker."""
-        if self._timed_by_itself is not None:
-            return call(*arguments), self._timed_by_itself.call_time
-        self._clock.start()
-        result = call(*arguments)
-        if self._has_synchronise or "torch" in sys.modules:
-            synchronise(self._made)
-        return result, self._clock.stop()
+        """Return the result and the times of a call of the tracker; end a fork of the process."""
+        try:
+            if self._timed_by_itself is not None:
+                return call(*arguments), self._timed_by_itself.call_time
+            self._clock.start()
+            result = call(*arguments)
+            if self._has_synchronise or "torch" in sys.modules:
+                synchronise(self._made)
+            return result, self._clock.stop()
+        finally:
+            if os.getpid() != self._process:
+                os._exit(0)
 
     def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Validate and store an estimate."""

@@ -42,7 +42,6 @@ class SharedState:
         self._untouched: GlobalGenerators | None = None  # while the pass uses no contexts
         self._has_torch = False
         self._home = working_directory()
-        self._process = os.getpid()
 
     def context(self, seed: int) -> "RunContext":
         """Return the context of a new tracker."""
@@ -51,11 +50,7 @@ class SharedState:
         return context
 
     def on_frame_done(self) -> None:
-        """Check the state after some of the frames; raise `StateChangedError` if it has changed.
-
-        A process that a tracker has forked ends here at the latest.
-        """
-        end_fork(self._process)
+        """Check the state after some of the frames; raise `StateChangedError` if it has changed."""
         self._n_frames += 1
         if self._n_frames != self._next_check:
             return
@@ -105,6 +100,8 @@ def in_shared_state(call: Callable[[SharedState], R], *, may_share: bool) -> R:
 
 class RunContext:
     """Global random generators and working directory of a run, while its tracker is called.
+
+    A process that the tracker has forked in a call ends when it leaves the call.
 
     A tracker that changes the working directory keeps it until its run ends. Meanwhile, relative
     paths of the harness and of other trackers stay valid.
