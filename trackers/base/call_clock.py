@@ -120,6 +120,7 @@ class CallClock:
         """Open the counters of the current thread; the descriptor works in this thread only."""
         self._close()
         self._thread = threading.get_ident()
+        self._valid_until = 0.0  # the counters are those of another thread
         try:
             self._schedstat = os.open(_SCHEDSTAT, os.O_RDONLY | os.O_CLOEXEC)
             _run_delay(os.pread(self._schedstat, _MAX_BYTES, 0))
