@@ -31,7 +31,7 @@ class SequenceMetadata:
         Number of frames with an event (`occlusion`, …), for events that occur.
     truth_source : str
         File or generator of the ground truth.
-    n_unread_images : int
+    images_beyond_truth : int
         Number of images after the last ground-truth row; they are not read.
     fingerprint : str
         See `Sequence.fingerprint`.
@@ -52,7 +52,7 @@ class SequenceMetadata:
     regions: list[str]
     attributes: Mapping[str, int]
     truth_source: str
-    n_unread_images: int
+    images_beyond_truth: int
     fingerprint: str
     remarks: tuple[str, ...] = ()
     truth_missing: str = ""
@@ -83,7 +83,7 @@ def sequence_metadata(sequence: Sequence, size: tuple[int, int] | None = None) -
         annotated=int(sequence.annotated.sum()),
         truth_source=sequence.truth_source,
         truth_missing=sequence.truth_missing,
-        n_unread_images=sequence.n_unread_images,
+        images_beyond_truth=sequence.images_beyond_truth,
         fingerprint=sequence.fingerprint,
         remarks=tuple(sequence.remarks),
         origin=sequence.origin,

@@ -63,5 +63,5 @@ class MeanShift(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
-        """See `WeightMapTracker.maps`."""
+        """See `Mapper.maps`."""
         return {"target's colours": self._target.map(image)}

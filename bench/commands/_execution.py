@@ -1,6 +1,6 @@
 """Execution of the missing runs of an experiment, with progress and messages."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -9,15 +9,16 @@ import click
 from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import (
     RunProgress,
+    patience,
     print_event,
     print_message,
-    report_slow_work,
+    score_stored_runs,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.execution.plan import OpenedSequences, Plan
+    from trackmark.bench.execution.plan import KnownSequences, Plan
 
 
 def plan_experiment(
@@ -25,7 +26,7 @@ def plan_experiment(
     options: EngineOptions,
     *,
     retry_failed: bool = False,
-    opened_sequences: "OpenedSequences | None" = None,
+    opened_sequences: "KnownSequences | None" = None,
 ) -> "Execution":
     """Plan an experiment in the results folder of the options.
 
@@ -33,13 +34,14 @@ def plan_experiment(
     """
     from trackmark.bench.execution.executor import Execution
 
-    with report_slow_work("Opening trackers and sequences") as opened:
+    score_stored_runs(options.output / experiment.name)
+    with patience("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
-            options.results_root,
+            options.output,
             retry_failed=retry_failed,
-            opened_sequences={} if opened_sequences is None else opened_sequences,
-            progress=opened,
+            known_sequences={} if opened_sequences is None else opened_sequences,
+            on_opened=opened,
             **options.engine_settings,
         )
 
@@ -67,20 +69,17 @@ def execute_runs(
                 progress.expect(execution)
             progress.begin()
             execution.on_error = progress.warn
-            tasks = execution.tasks
+            units = execution.units
             for row in execution.rows(progress.update):
-                if execution.tasks is not tasks:  # a tracker has turned out to be stochastic
-                    tasks = execution.tasks
+                if execution.units is not units:  # a tracker has turned out to be stochastic
+                    units = execution.units
                     progress.expect(execution)
                 progress.add(row)
                 on_row(row)
     except KeyboardInterrupt:
         if not temporary:
-            from trackmark.bench.store.run_rows import list_runs
-            from trackmark.bench.store.run_store import RunStore
-
-            _, message = progress_since(execution, list_runs(RunStore(execution.folder)))
-            print_message(f"Stopped: {message} The same command continues from there.")
+            _, _, state = stored_runs(execution)
+            print_message(f"Stopped: {state} The same command continues from there.")
         raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
     if not keep_errors:
         execution.raise_errors()
@@ -88,21 +87,21 @@ def execute_runs(
 
 def run_title(execution: "Execution") -> str:
     """Return the numbers of trackers, sequences and runs of an execution."""
-    from trackmark.bench.execution.plan import RunStatus
+    from trackmark.bench.execution.plan import State
 
-    plan, missing = execution.plan, execution.tasks.n_runs
+    plan, missing = execution.plan, execution.units.runs
     stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
-    stale = plan.count(RunStatus.STALE)
+    stale = plan.count(State.STALE)
     replaced = f" (replacing stale runs: {stale})" if stale else ""
     numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
     trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
     return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored}"
 
 
-def plan_and_execute(
+def run_experiment(
     experiment: Experiment,
     options: EngineOptions,
-    opened_sequences: "OpenedSequences | None" = None,
+    opened_sequences: "KnownSequences | None" = None,
     progress: RunProgress | None = None,
 ) -> "Execution":
     """Plan an experiment and execute its missing runs; see `execute_runs`."""
@@ -126,20 +125,18 @@ def print_remarks(*executions: "Execution") -> None:
         print_event("warning", text)
 
 
-def progress_since(
-    execution: "Execution", rows: "Iterable[Mapping[str, Any]]"
-) -> "tuple[Plan, str]":
-    """Return the plan with the statuses of stored runs, and a sentence with their numbers.
+def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":
+    """Return the stored runs, the plan in its current state, and a sentence with the counts."""
+    from trackmark.bench.execution.plan import State
+    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_rows import list_scored_runs
 
-    The rows must have been read after the execution: another command may have stored runs in the
-    meantime.
-    """
-    from trackmark.bench.execution.plan import RunStatus
-
-    plan = execution.plan.with_stored(rows)
-    failed = plan.count(RunStatus.FAILED)
-    disturbed = plan.count(RunStatus.DISTURBED)
+    # Read from disk: another command may have stored runs meanwhile.
+    rows = list_scored_runs(Results(execution.folder))
+    plan = execution.plan.seen_in(rows)
+    failed = plan.count(State.FAILED)
+    disturbed = plan.count(State.DISTURBED)
     end = f", {failed} failed" if failed else ""
     end += f", {disturbed} disturbed by other load" if disturbed else ""
-    n_finished = plan.count(RunStatus.FINISHED) + disturbed
-    return plan, f"{n_finished} of {len(plan)} runs are in {execution.folder}{end}."
+    n_finished = plan.count(State.DONE) + disturbed
+    return rows, plan, f"{n_finished} of {len(plan)} runs are in {execution.folder}{end}."

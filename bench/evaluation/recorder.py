@@ -23,29 +23,29 @@ from trackmark.bench.evaluation.machine import machine_name
 from trackmark.bench.evaluation.run_context import RunContext, SharedState
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
-from trackmark.bench.external.plugin import RemoteTracker
+from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times, time_fields
 from trackmark.bench.protocols import (
-    ONE_PASS,
+    STORED_ONE_PASS,
     TIMING,
     Action,
     Controller,
     Segment,
-    protocol_of_key,
+    stored_protocol,
 )
 from trackmark.datasets import Sequence
 from trackmark.trackers import (
     Box,
-    EarlyFrameTracker,
     Estimate,
+    Finisher,
+    Mapper,
     Mask,
-    RevisingTracker,
     Tracker,
     TrackerError,
-    WeightMapTracker,
+    Watcher,
 )
 from trackmark.trackers.base.call_clock import (
     CallClock,
@@ -84,21 +84,31 @@ _FLOAT64 = np.dtype(np.float64)
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 
+class NotAttributableError(Exception):
+    """Harm to the process that cannot be attributed to one of its trackers."""
+
+
 def uses_shared_state(spec: TrackerSpec) -> bool:
     """Return whether a tracker may change the global generators or the folder of this process.
 
     The package's trackers have no global generator, or seed it before each use.
     """
-    return not spec.is_built_in and not spec.is_isolated
+    return not spec.is_built_in and not spec.call_seconds
+
+
+def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Return rows of NaN."""
+    return np.full(shape, nan)
 
 
 class Recorder:
     """One run: a tracker on the segments of a protocol, and its estimates so far.
 
     `entry` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds` and
-    `raise_errors`, see `run_protocol`. `on_exhausted_memory` is called if the memory of this
-    process does not suffice for the tracker. `clock` can be shared by runs whose calls do not
-    overlap. `state` is the state of the process in the pass.
+    `raise_errors`, see `run_protocol`. `alone` is whether no other tracker runs in the process;
+    otherwise another tracker could have exhausted the memory. `make_rows` creates the buffer for
+    the rows of all segments. `clock` can be shared by runs whose calls do not overlap. `state` is
+    the state of the process in the pass.
 
     `failure` is empty until the run fails. `seconds` is the wall time of all calls of the tracker
     [s].
@@ -113,9 +123,10 @@ class Recorder:
         protocol: str,
         *,
         keep_arrays: bool = False,
+        alone: bool = True,
         run_seconds: float = inf,
         raise_errors: bool = False,
-        on_exhausted_memory: Callable[[], None] = lambda: None,
+        make_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
         clock: CallClock | None = None,
         state: SharedState | None = None,
     ) -> None:
@@ -127,19 +138,18 @@ class Recorder:
         self.failure = ""
         self.seconds = 0.0
         self.gives_masks = False  # masks are compared with the ground truth
-        self._protocol = protocol_of_key(protocol)
+        self._protocol = stored_protocol(protocol)
         self.segments = _segments(protocol, sequence, spec.init)
         self._frames = segment_frames(protocol, sequence, spec.init)
-        self._spec, self._run_seconds = spec, run_seconds
+        self._spec, self._run_seconds, self._alone = spec, run_seconds, alone
         self._raise_errors = raise_errors
-        self._on_exhausted_memory = on_exhausted_memory
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
-        self._complete = protocol == ONE_PASS
-        self._revises = protocol in (ONE_PASS, TIMING)
+        self._complete = protocol == STORED_ONE_PASS
+        self._revises = protocol in (STORED_ONE_PASS, TIMING)
         self._shares = protocol != TIMING
         self._keep_arrays = keep_arrays and self._complete
         n = sum(len(segment.frames(len(sequence))) for segment in self.segments)
-        self._all_rows = np.full((n, COLUMNS), nan)
+        self._all_rows = make_rows((n, COLUMNS))
         self._stop = 0  # end row of the current segment
         self._trackers_begun = 0
         self._clock = clock or CallClock()
@@ -148,7 +158,7 @@ class Recorder:
         self._clock_name = RUN_DELAY_CLOCK if self._clock.has_run_delay else WALL_CLOCK
         self._device = ""
         self._first_updates: list[int] = []  # index in `_updates` after each initialisation
-        self._external: RemoteTracker | None = None
+        self._external: ExternalPlugin | None = None
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._mask: Mask | None = None
@@ -161,7 +171,6 @@ class Recorder:
         self._state = state or SharedState(may_share=False)
         self._context: RunContext | None = None
         self._process = os.getpid()
-        self._printed = ""  # output of trackers in other processes
         self._drawn: set[str] = set()  # names of global generators
         self._update: Callable[[Any], Estimate]
 
@@ -176,13 +185,13 @@ class Recorder:
         self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
 
     def watches(self, first: int) -> bool:
-        """Create the tracker; return whether it is an `EarlyFrameTracker`."""
-        return self._call(first, lambda: isinstance(self._tracker(), EarlyFrameTracker)) or False
+        """Create the tracker; return whether it is a `Watcher` and gets frames before `first`."""
+        return self._call(first, lambda: isinstance(self._tracker(), Watcher)) or False
 
     def show(self, shared_frame: SharedFrame, frame: int) -> None:
-        """Pass a frame in which the target has not appeared yet to an `EarlyFrameTracker`."""
+        """Pass a frame, in which the target has not appeared yet, to a `Watcher` tracker."""
         tracker = self._tracker()
-        if isinstance(tracker, EarlyFrameTracker) and not self.failure:
+        if isinstance(tracker, Watcher) and not self.failure:
             self._call(frame, lambda: self._in_context(tracker.watch, shared_frame.image))
 
     def start(self, shared_frame: SharedFrame, frame: int, mask: Mask | None) -> None:
@@ -194,9 +203,9 @@ class Recorder:
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
-            # A tracker numbers the frames that it receives. Only an `EarlyFrameTracker` receives
-            # frames before the init box.
-            self._first_seen = 0 if isinstance(self._made, EarlyFrameTracker) else frame
+            # A tracker numbers the frames that it receives. Only a `Watcher` receives frames before
+            # the init box.
+            self._first_seen = 0 if isinstance(self._made, Watcher) else frame
             self._call(frame, lambda: self._initialise(shared_frame, box.copy(), mask))
 
     def follow(self, shared_frame: SharedFrame, frame: int) -> float:
@@ -212,7 +221,7 @@ class Recorder:
             before = self.seconds
             self.start(shared_frame, frame, self._sequence.mask(frame))
             seconds = self.seconds - before
-        if (answered := self._controller.estimate_frames) is not None and not self.failure:
+        if (answered := self._controller.source_frames) is not None and not self.failure:
             if step is Action.UPDATE:
                 self._estimates[frame] = self._rows[frame].copy()
             self._rows[frame] = self._estimates[answered[frame]]
@@ -231,9 +240,9 @@ class Recorder:
         self._segmentation.contour_accuracy[frame] = contour_accuracy(mask, truth)
 
     def finish(self, frame: int) -> None:
-        """Store the corrections of a `RevisingTracker` after the last frame of a one-pass run."""
+        """Store the corrections of `Finisher.finish` after the last frame of a one-pass run."""
         tracker = self._tracker()
-        if self._complete and isinstance(tracker, RevisingTracker):
+        if self._complete and isinstance(tracker, Finisher):
             self._call(
                 frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
             )
@@ -246,14 +255,14 @@ class Recorder:
             revised = boxes.copy()
             for frame, box in self._revisions.items():
                 revised[frame] = box
-        metadata: dict[str, Any] = {"seconds": self.seconds}
+        circumstances: dict[str, Any] = {"seconds": self.seconds}
         self._note_drawn()
         if self._drawn:
-            metadata["generators"] = sorted(self._drawn)
+            circumstances["generators"] = sorted(self._drawn)
         if self._updates:
-            metadata |= time_fields(self.times())
-            metadata["clock"] = self._clock_name
-            metadata["machine"] = ", ".join(filter(None, [machine_name(), self._device]))
+            circumstances |= time_fields(self.times())
+            circumstances["clock"] = self._clock_name
+            circumstances["machine"] = ", ".join(filter(None, [machine_name(), self._device]))
         return Run(
             identity=self.identity,
             boxes=boxes,
@@ -265,10 +274,9 @@ class Recorder:
             arrays=self._arrays,
             segmentation=self._segmentation,
             states=self._controller.states,
-            estimate_frames=self._controller.estimate_frames,
+            source_frames=self._controller.source_frames,
             segments=self._frames,
-            metadata=metadata,
-            tracker_output=self._printed,
+            circumstances=circumstances,
         )
 
     def times(self) -> Times:
@@ -296,9 +304,8 @@ class Recorder:
         self._note_drawn()
         if self._made is not None:
             self._device = device_name(self._made) or self._device
-        if isinstance(self._made, RemoteTracker):
+        if isinstance(self._made, ExternalPlugin):
             self._clock_name = self._made.clock or self._clock_name
-            self._printed += self._made.printed
             try:
                 self._made.close()
             except ExternalTrackerError as error:
@@ -315,35 +322,25 @@ class Recorder:
             if self._state.needs_contexts and uses_shared_state(self._spec):
                 self._context = self._state.context(seed_number(seed))
             self._made = self._in_context(self._spec.make, seed)
-            if isinstance(self._made, RemoteTracker):
-                self._made.keeps_arrays = self._keep_arrays
         return self._made
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
         """Return the result of a call in the context of the run, if the pass needs contexts."""
-        try:
-            if self._context is not None and self._state.needs_contexts:
-                with self._context:
-                    return call(*arguments)
-            return call(*arguments)
-        finally:
-            self._end_copy()
-
-    def _end_copy(self) -> None:
-        """End this process if the tracker has forked it: the copy would be a second harness."""
-        if os.getpid() != self._process:
-            os._exit(0)
+        if self._context is not None and self._state.needs_contexts:
+            with self._context:
+                return call(*arguments)
+        return call(*arguments)
 
     def _note_drawn(self) -> None:
         """Note which global generators the tracker has drawn from."""
         if self._context is not None:
             self._drawn.update(self._context.generators.drawn)
-        if isinstance(self._made, RemoteTracker):
+        if isinstance(self._made, ExternalPlugin):
             self._drawn.update(self._made.drawn)
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
-        self._external = tracker if isinstance(tracker, RemoteTracker) else None
+        self._external = tracker if isinstance(tracker, ExternalPlugin) else None
         self._timed_by_itself = tracker if isinstance(tracker, SelfTimed) else None
         self._has_synchronise = hasattr(type(tracker), "synchronise")
         self._shared = self._shares and isinstance(tracker, SharingTracker)
@@ -385,12 +382,12 @@ class Recorder:
             return seconds
         if self.seconds > self._run_seconds:
             self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
-        elif reason := self._controller.check_estimate(frame, self._rows[frame], call.seconds):
+        elif reason := self._controller.on_estimate(frame, self._rows[frame], call.seconds):
             self.fail(frame, reason)
         return seconds
 
     def _timed(self, call: Callable[..., R], *arguments: Any) -> tuple[R, CallTime]:
-        """Return the result and the times of a call of the tracker."""
+        """Return the result and the times of a call of the tracker; end a fork of the process."""
         try:
             if self._timed_by_itself is not None:
                 return call(*arguments), self._timed_by_itself.call_time
@@ -400,7 +397,8 @@ class Recorder:
                 synchronise(self._made)
             return result, self._clock.stop()
         finally:
-            self._end_copy()
+            if os.getpid() != self._process:
+                os._exit(0)
 
     def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Validate and store an estimate."""
@@ -440,7 +438,7 @@ class Recorder:
             arrays["mask"] = np.array(estimate.mask)
         tracker = self._tracker()
         maps: Mapping[str, NDArray[Any]] = {}
-        if isinstance(tracker, WeightMapTracker):
+        if isinstance(tracker, Mapper):
             maps = self._in_context(tracker.maps, shared_frame.image)
         for key, weights in maps.items():
             if np.shape(weights) != shared_frame.image.shape[:2]:
@@ -456,8 +454,8 @@ class Recorder:
             return
         last = frame - self._first_seen
         for earlier, box in revised.items():
-            is_integer = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
-            if not (is_integer and 0 <= earlier <= last):
+            whole = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
+            if not (whole and 0 <= earlier <= last):
                 raise MalformedEstimateError(
                     f"revised frame {earlier!r} is not one of the processed frames 0 to {last}"
                 )
@@ -469,27 +467,26 @@ class Recorder:
 
     def _fail(self, frame: int, error: BaseException) -> None:
         if self._external is not None and isinstance(error, MalformedEstimateError):
-            error = self._external.reject(error)
+            error = self._external.process.fail(f"returned an invalid estimate: {error}")
         if self._raise_errors:
             error.add_note(f"{self.identity.tracker} on {self._sequence.name}, frame {frame}")
             raise error
-        if _lacks_memory(error):
-            self._on_exhausted_memory()
+        if not self._alone and _lacks_memory(error):
+            raise NotAttributableError("the memory is exhausted") from error
         if fault := machine_fault(error):
-            run = f"{self.identity.tracker} on {self._sequence.name}"
-            raise MachineError(f"{run}, {self._sequence.frame_name(frame)}: {fault}") from error
+            place = f"{self.identity.tracker} on {self._sequence.name}"
+            raise MachineError(f"{place}, {self._sequence.frame_name(frame)}: {fault}") from error
         # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         message = message.removeprefix(f"{type(error).__module__}.")
         if type(error) in (MalformedEstimateError, TrackerError):  # the message suffices
             message = message.removeprefix(f"{type(error).__name__}: ")
-        stack_trace = "".join(traceback.format_exception(error))
+        trace = "".join(traceback.format_exception(error))
         if isinstance(error, ExternalTrackerError):  # the stack of the harness is of no interest
-            message, stack_trace = str(error).partition("\n")[0], str(error)
+            message, trace = str(error).partition("\n")[0], str(error)
         # The relevant parts are the start of a message and the end of a traceback.
         reason = message[:MAX_REASON_CHARACTERS]
-        frame_name = self._sequence.frame_name(frame)
-        text = f"{frame_name}: {reason}\n{stack_trace[-MAX_TRACEBACK_CHARACTERS:]}"
+        text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"
         # The text may contain surrogates, for example in file names.
         self.failure = text.encode("utf-8", "backslashreplace").decode()
 
@@ -538,7 +535,7 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 
     Raises `SequenceError` if the sequence does not have this region, or no ground truth.
     """
-    if not protocol_of_key(protocol).has_segments:
+    if not stored_protocol(protocol).segmented:
         return ()
     segments = _segments(protocol, sequence, init)
     return tuple(np.array(segment.frames(len(sequence)), np.int32) for segment in segments)
@@ -547,4 +544,4 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 def _segments(protocol: str, sequence: Sequence, init: str) -> tuple[Segment, ...]:
     boxes = select_ground_truth(sequence, init, sequence.name).boxes
     present = sequence.present & np.isfinite(boxes).all(axis=1)
-    return tuple(protocol_of_key(protocol).segments(present, sequence.frame_values))
+    return tuple(stored_protocol(protocol).segments(present, sequence.values))

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from trackmark.trackers.base.global_generators import GlobalGenerators
+from trackmark.trackers.base.plain_class import end_fork
 
 R = TypeVar("R")
 
@@ -25,7 +26,7 @@ class SharedState:
     """State of the process that the trackers of a pass share while none of them changes it.
 
     To set and store the state of each tracker at each call takes several times as long as the rest
-    of the harness. Most trackers neither draw from global generators nor change the working
+    of the harness, and most trackers neither draw from global generators nor change the working
     directory. A pass therefore uses contexts only for its first `FIRST_CHECK` frames. If no tracker
     has changed its state until then, the pass goes on without them, and checks after 8, 16, 32, …
     frames and at its end that the state is still the same. Otherwise, the pass is worthless,
@@ -100,12 +101,15 @@ def in_shared_state(call: Callable[[SharedState], R], *, may_share: bool) -> R:
 class RunContext:
     """Global random generators and working directory of a run, while its tracker is called.
 
+    A process that the tracker has forked in a call ends when it leaves the call.
+
     A tracker that changes the working directory keeps it until its run ends. Meanwhile, relative
     paths of the harness and of other trackers stay valid.
     """
 
     def __init__(self, seed: int) -> None:
         self.generators = GlobalGenerators(seed)
+        self._process = os.getpid()
         self._home = working_directory()  # the harness does not change it
         self._folder = self._home
 
@@ -115,6 +119,7 @@ class RunContext:
         self.generators.__enter__()
 
     def __exit__(self, *_: object) -> None:
+        end_fork(self._process)
         self.generators.__exit__()
         folder = working_directory()
         if folder != self._home:

@@ -7,9 +7,10 @@ from statistics import fmean
 
 import numpy as np
 
-from trackmark.bench.execution.scheduling import Tasks
+from trackmark.bench.execution.scheduling import Units
 from trackmark.bench.store.database import open_database
-from trackmark.bench.store.keys import FILE_NAME, ResultsError
+from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.layout import DATABASE
 
 _MEASURED = """
     SELECT tracker, avg(seconds / max(frames, 1)), avg(frame_seconds) FROM run
@@ -18,36 +19,36 @@ _MEASURED = """
 
 
 @dataclass(frozen=True)
-class TimeEstimate:
+class Estimate:
     """Estimated time of missing runs."""
 
     seconds: float  # wall time of the runs of measured trackers [s]
-    without_times: list[str]  # labels of the trackers without stored runs, which are not included
+    unmeasured: list[str]  # labels of the trackers without stored runs, which are not included
 
 
-def estimate_time(tasks: Tasks, results_root: Path) -> TimeEstimate:
-    """Estimate the time of tasks from finished runs of all experiments in a results folder."""
-    plan = tasks.plan
+def estimate(units: Units, output: Path) -> Estimate:
+    """Estimate the time of work units from finished runs of all experiments in a results folder."""
+    plan = units.plan
     # Frames that each tracker has to process.
     tracker_frames = np.zeros(len(plan.trackers), np.int64)
-    np.add.at(tracker_frames, plan.run_trackers, plan.n_frames @ tasks.requested)
-    update_seconds, frame_seconds = _read_measured_times(results_root)
-    seconds, without_times = 0.0, []
+    np.add.at(tracker_frames, plan.run_trackers, plan.frames @ units.wanted)
+    update_seconds, frame_seconds = _read_measured_times(output)
+    seconds, unmeasured = 0.0, []
     for spec, frames in zip(plan.trackers.values(), tracker_frames.tolist(), strict=True):
         if spec.label in update_seconds:
             seconds += frames * fmean(update_seconds[spec.label])
         elif frames:
-            without_times.append(spec.label)
+            unmeasured.append(spec.label)
     if frame_seconds and seconds:
-        seconds += sum(task.n_frames for task in tasks) * fmean(frame_seconds)
-    return TimeEstimate(seconds / tasks.n_workers, without_times)
+        seconds += sum(unit.frames for unit in units) * fmean(frame_seconds)
+    return Estimate(seconds / units.workers, unmeasured)
 
 
-def _read_measured_times(results_root: Path) -> tuple[dict[str, list[float]], list[float]]:
+def _read_measured_times(output: Path) -> tuple[dict[str, list[float]], list[float]]:
     """Return mean times of an update by tracker, and of reading a frame [s], in each experiment."""
     update_seconds: dict[str, list[float]] = {}
     frame_seconds: list[float] = []
-    for file in sorted(results_root.glob(f"*/{FILE_NAME}")):
+    for file in sorted(output.glob(f"*/{DATABASE}")):
         with suppress(ResultsError), open_database(file.parent) as database:  # skips damaged files
             for tracker, seconds, reading in database.select(_MEASURED):
                 update_seconds.setdefault(tracker, []).append(seconds)

@@ -12,15 +12,15 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.interface import GroundTruthLike
-from trackmark.bench.protocols import Controller, EvaluationProtocol
+from trackmark.bench.metrics.native import GroundTruthLike
+from trackmark.bench.protocols import Controller, Protocol
 
 
 class _ConfidenceCheck(Controller):
     """Controller that ends a run at a visible estimate without confidence."""
 
-    def check_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """See `Controller.check_estimate`."""
+    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+        """See `Controller.on_estimate`."""
         _, _, _, _, visible, confidence = row.tolist()
         if visible and isnan(confidence):
             return (
@@ -30,13 +30,13 @@ class _ConfidenceCheck(Controller):
         return ""
 
 
-class LongTerm(EvaluationProtocol):
+class LongTerm(Protocol):
     """Protocol without parameters."""
 
-    metrics: ClassVar[str] = "long-term"
+    preset: ClassVar[str] = "long-term"
 
     def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
-        """See `EvaluationProtocol.controller`."""
+        """See `Protocol.controller`."""
         return _ConfidenceCheck()
 
 

@@ -7,13 +7,18 @@ Source: Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 
 from typing import ClassVar
 
-from trackmark.bench.protocols import EvaluationProtocol
+from trackmark.bench.protocols import STORED_ONE_PASS, Protocol
 
 
-class OnePass(EvaluationProtocol):
+class OnePass(Protocol):
     """Protocol without parameters."""
 
-    run_kinds: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
+    judged: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
+
+    @property
+    def text(self) -> str:
+        """Name under which runs are stored; it is older than the other protocols."""
+        return STORED_ONE_PASS
 
 
 PROTOCOL = OnePass

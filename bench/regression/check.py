@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineEntries
 from trackmark.bench.statistics.accuracy_drop import (
     IDENTICAL,
-    decide_by_repetitions,
+    decide_by_seeds,
     decide_deterministic,
 )
 from trackmark.bench.statistics.rules import MARGIN, Decision, p_value
@@ -30,8 +30,7 @@ UNREPEATABLE = "not repeatable"
 class ScoreChange:
     """Change of a tracker on a sequence, or of its mean over sequences.
 
-    Runs are paired by repetition. The single run of a deterministic tracker represents all
-    repetitions.
+    Runs are paired by seed. The single run of a deterministic tracker represents all seeds.
     """
 
     tracker: str
@@ -39,9 +38,9 @@ class ScoreChange:
     old: Sequence[float]  # mean overlap by run
     new: Sequence[float]
     same: Sequence[bool]  # whether a pair of runs has equal boxes
-    failures: Mapping[int, str]  # reasons of failures by repetition
+    failures: Mapping[int, str]  # reasons of failures by seed
     change: Decision = IDENTICAL
-    p_value: float = nan  # smallest level at which the corrected interval of the change excludes 0
+    p: float = nan  # smallest level at which the corrected interval of the change excludes 0
     weights: Sequence[float] | None = None  # of the sequences in both means; None if they are equal
 
     @property
@@ -82,9 +81,9 @@ class ScoreChange:
 class Check:
     """Result of a check: changes of the trackers of a baseline."""
 
-    baseline: Baseline
+    before: Baseline
     now: BaselineEntries
-    environment: Mapping[str, str]
+    made_with: Mapping[str, str]
     sequences: Sequence[ScoreChange]
     means: Sequence[ScoreChange]  # of the changed stochastic trackers
 
@@ -102,7 +101,7 @@ class Check:
         return "inconclusive" if "inconclusive" in labels else "pass"
 
 
-def changed_sequences(before: BaselineEntries, now: BaselineEntries) -> dict[str, list[str]]:
+def changed_facts(before: BaselineEntries, now: BaselineEntries) -> dict[str, list[str]]:
     """Return for each deterministic tracker the sequences on which its boxes changed.
 
     Sequences with failed runs are left out.
@@ -115,25 +114,22 @@ def changed_sequences(before: BaselineEntries, now: BaselineEntries) -> dict[str
 
 
 def check(
-    baseline: Baseline,
+    before: Baseline,
     now: BaselineEntries,
-    environment: Mapping[str, str],
+    made_with: Mapping[str, str],
     not_repeatable: Collection[tuple[str, str]] = (),
     families: Mapping[str, str] | None = None,
 ) -> Check:
-    """Compare new entries of the same trackers and sequences with a baseline.
+    """Compare entries with a baseline.
 
-    If `environment`, the platform and libraries of the new entries, differs from the baseline's,
-    deterministic trackers may change as much as the baseline's detectable drop. `not_repeatable`
-    lists deterministic trackers and sequences whose boxes differ between two new runs; no decision
-    is possible on them. If `families` gives the family of every sequence, a family counts once in
-    means.
+    `now`: entries of the same trackers and sequences. `made_with`: their platform and libraries
+    (`surroundings`). `not_repeatable`: deterministic trackers and sequences whose boxes differ
+    between runs. `families`: family of every sequence, which counts once in means; by default each
+    sequence counts once.
     """
-    rows = _paired(baseline.entries, now)
+    rows = _paired(before.entries, now)
     changed = [row for row in rows if row.is_random and not all(row.same)]
-    margin = (
-        MARGIN if environment == baseline.environment else max(MARGIN, baseline.detectable_drop)
-    )
+    margin = MARGIN if made_with == before.made_with else max(MARGIN, before.detect)
     sequences = []
     for row in rows:
         if all(row.same):
@@ -141,17 +137,17 @@ def check(
         elif (row.tracker, row.sequence) in not_repeatable:
             change = Decision("inconclusive", float(row.differences[0]), reason=UNREPEATABLE)
         elif row.is_random:
-            change = decide_by_repetitions(row.differences, len(changed), baseline.detectable_drop)
+            change = decide_by_seeds(row.differences, len(changed), before.detect)
         else:
             change = decide_deterministic(float(row.differences[0]), margin)
         p = p_value(row.differences, len(changed)) if change.interval else nan
-        sequences.append(replace(row, change=change, p_value=p))
+        sequences.append(replace(row, change=change, p=p))
     trackers = list(dict.fromkeys(row.tracker for row in changed))
     means = [
-        _mean([row for row in rows if row.tracker == tracker], len(trackers), baseline, families)
+        _mean([row for row in rows if row.tracker == tracker], len(trackers), before, families)
         for tracker in trackers
     ]
-    return Check(baseline, now, environment, _in_order(sequences), _in_order(means))
+    return Check(before, now, made_with, _in_order(sequences), _in_order(means))
 
 
 def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
@@ -160,7 +156,7 @@ def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
     for tracker, entries in before.items():
         for name, old in entries.items():
             new = now[tracker][name]
-            same = (np.array(old.box_digests) == np.array(new.box_digests)).tolist()
+            same = (np.array(old.boxes) == np.array(new.boxes)).tolist()
             rows.append(ScoreChange(tracker, name, old.overlap, new.overlap, same, new.failures))
     return rows
 
@@ -168,21 +164,21 @@ def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
 def _mean(
     rows: Sequence[ScoreChange],
     comparisons: int,
-    baseline: Baseline,
+    before: Baseline,
     families: Mapping[str, str] | None,
 ) -> ScoreChange:
     """Return the change of a tracker's mean over all sequences, or over families of them."""
     names = [row.sequence for row in rows]
     units = units_of(names, families=families or dict(zip(names, names, strict=True)))
     weights = units.means(np.eye(len(rows))).mean(axis=-1)
-    by_repetition = np.average([row.differences for row in rows], axis=0, weights=weights)
+    by_seed = np.average([row.differences for row in rows], axis=0, weights=weights)
     old, new, same = (
         list(chain.from_iterable(parts))
         for parts in zip(*((row.old, row.new, row.same) for row in rows), strict=True)
     )
-    change = decide_by_repetitions(by_repetition, comparisons, baseline.detectable_drop)
+    change = decide_by_seeds(by_seed, comparisons, before.detect)
     words = f"mean of {len(units)} {units.plural if len(units) > 1 else units.kind}"
-    p = p_value(by_repetition, comparisons) if change.interval else nan
+    p = p_value(by_seed, comparisons) if change.interval else nan
     shares = weights.tolist()
     return ScoreChange(rows[0].tracker, words, old, new, same, {}, change, p, shares)
 
@@ -199,7 +195,7 @@ def _in_order(changes: Sequence[ScoreChange]) -> list[ScoreChange]:
     return sorted(changes, key=lambda row: (_ORDER.index(row.change.label), row.change.mean))
 
 
-def summary_line(result: Check, where: str, slower: int = 0, *, strict: bool = False) -> str:
+def headline(result: Check, where: str, slower: int = 0, *, strict: bool = False) -> str:
     """Return the line PASS or FAIL with the numbers of changed and unchanged scores.
 
     `where`: file of the baseline. `slower`: number of slower trackers. `strict`: inconclusive
@@ -227,7 +223,7 @@ def table(result: Check, *, whole: bool = False) -> Table:
         name="check",
         caption="Mean overlap before and now. The intervals of all sequences hold together at 95 "
         "%, and so do the intervals of all means.",
-        headings=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
+        heads=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
         n_labels=3,
         rows=[_row(row) for row in [*visible, *result.means]],
         ranks=[1, 2, 0, 3],
@@ -256,7 +252,7 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
     identical = Counter(row.tracker for row in result.sequences if row.change.label == "identical")
     counts = "; ".join(f"{tracker}  {_counted(n)}" for tracker, n in identical.items())
     notes = [f"identical  {counts}"] if counts and not whole else []
-    for tracker in result.baseline.entries:
+    for tracker in result.before.entries:
         notes += _regressions(result, tracker)
     notes += [
         f"inconclusive: {row.tracker}, {row.sequence}: {row.change.reason}."
@@ -266,15 +262,15 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
     notes += [
         f"{tracker} is not repeatable. Declare `randomness = Randomness.GENERATOR`, draw from "
         "`np.random.default_rng(self.seed)` only, and make the baseline again."
-        for tracker in result.baseline.entries
+        for tracker in result.before.entries
         if any(
             (row.tracker, row.change.reason) == (tracker, UNREPEATABLE) for row in result.sequences
         )
     ]
-    before = result.baseline.environment
+    before = result.before.made_with
     changes = [
         f"{key} {before.get(key, 'unknown')} -> {value}"
-        for key, value in result.environment.items()
+        for key, value in result.made_with.items()
         if before.get(key) != value
     ]
     if changes and any(row.change.label != "identical" for row in result.sequences):
@@ -295,26 +291,26 @@ def _regressions(result: Check, tracker: str) -> list[str]:
     lines = [f"REGRESSION: {tracker} is worse {' and '.join(places)}."] if places else []
     failed = [(row.sequence, *failure) for row in rows for failure in row.failures.items()]
     if failed:
-        sequence, repetition, reason = failed[0]
+        sequence, seed, reason = failed[0]
         lines.append(
             f"REGRESSION: {tracker} failed in {len(failed)} of {sum(len(row.new) for row in rows)} "
-            f"runs; the baseline has no failures. {sequence}, repetition {repetition}: {reason}"
+            f"runs; the baseline has no failures. {sequence}, seed {seed}: {reason}"
         )
     return lines
 
 
-def check_json(result: Check) -> dict[str, Any]:
+def as_data(result: Check) -> dict[str, Any]:
     """Return the object of `--json`; missing values are null."""
     return {
         "verdict": result.verdict,
-        "detectable_drop": result.baseline.detectable_drop,
-        "same_environment": result.environment == result.baseline.environment,
-        "scores": [_data(row) for row in result.sequences],
+        "detect": result.before.detect,
+        "same_surroundings": result.made_with == result.before.made_with,
+        "cells": [_data(row) for row in result.sequences],
         "means": [_data(row) for row in result.means],
     }
 
 
-def check_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
+def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
     """Return JUnit XML with a test case per sequence and mean; inconclusive cases are skipped.
 
     `times`: test cases of timed trackers: tracker, state and message.
@@ -341,9 +337,7 @@ def _words(row: ScoreChange) -> str:
     change = row.change
     words = f"mean overlap {row.before:.4f} -> {row.now:.4f} ({change.label})"
     words += f"; {change.reason}" if change.reason else ""
-    failures = [
-        f"; repetition {repetition} failed: {reason}" for repetition, reason in row.failures.items()
-    ]
+    failures = [f"; seed {seed} failed: {reason}" for seed, reason in row.failures.items()]
     return words + "".join(failures[:1])
 
 
@@ -353,18 +347,18 @@ def _data(row: ScoreChange) -> dict[str, Any]:
     return {
         "tracker": row.tracker,
         "sequence": row.sequence,
-        "decision": change.label,
+        "state": change.label,
         "reason": change.reason,
         "before": row.before,
         "now": row.now,
         "difference": change.mean,
         "low": low,
         "high": high,
-        "p_value": row.p_value if isfinite(row.p_value) else None,
+        "p": row.p if isfinite(row.p) else None,
         "runs_before": len(row.old),
         "runs": len(row.new),
         "same_boxes": sum(row.same),
         "failed": len(row.failures),
         "failure": next(iter(row.failures.values()), ""),
-        "repetitions_needed": change.needed,
+        "seeds_needed": change.needed,
     }

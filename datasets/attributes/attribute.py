@@ -44,7 +44,7 @@ class Attribute:
     measure: Callable[[TargetView], float]
 
     @property
-    def heading(self) -> str:
+    def head(self) -> str:
         """Name with unit."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 

@@ -1,0 +1,344 @@
+"""Format of the VOT toolkit: `EXPERIMENT/SEQ/SEQ_001.txt` with one region per line.
+
+A line is a rectangle, a polygon, a mask or one number: 1 if the tracker is initialised, 2 if it
+failed, 0 if there is no region. In the experiment `baseline`, trackers are restarted after
+failures. `SEQ_001_confidence.value` contains confidences. Polygons and masks are read as their
+bounding boxes. Files `SEQ_001.bin`, the default of the toolkit, have the same content in single
+precision.
+
+Runs from anchors (the toolkit's multistart experiment) have one file per anchor. The name
+`SEQ_00000050.txt` contains the frame of the anchor, counted from 0. The file has one row per frame
+from the anchor to the end or to the beginning of the sequence. These files together are one run.
+"""
+
+import re
+import struct
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackmark import datasets
+from trackmark.bench.exchange.formats.got10k import repetitions
+from trackmark.bench.exchange.names import file_name
+from trackmark.bench.exchange.result_format import (
+    ExchangeError,
+    Header,
+    ResultFormat,
+    ResultRows,
+    ResultSequence,
+    SegmentWriter,
+    check_decimals,
+    column_text,
+    first_line,
+    parse_numbers,
+    read_column,
+    read_text_file,
+    round_to,
+)
+from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.protocols import parse_protocol
+
+SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"
+EXPERIMENTS = (SUPERVISED, ONE_PASS, LONG_TERM, "realtime")
+ANCHORS, ANCHOR_DIGITS = "anchors", 8
+CODES = {0.0: FrameState.SKIPPED, 1.0: FrameState.INITIALISED, 2.0: FrameState.FAILED}
+
+
+def files(folder: Path) -> Mapping[str, list[Path]]:
+    """Return the files of an experiment by sequence: the folder itself, or its only subfolder."""
+    experiments = [folder / name for name in EXPERIMENTS if (folder / name).is_dir()]
+    if {path.name for path in experiments} == {ONE_PASS, LONG_TERM}:
+        # `write` creates both experiments; only the long-term one has confidences.
+        experiments = [folder / LONG_TERM]
+    if len(experiments) > 1:
+        names = ", ".join(path.name for path in experiments)
+        raise ExchangeError(
+            f"{folder}: several experiments ({names}). Expected: one. Add its name to the path."
+        )
+    folder = experiments[0] if experiments else folder
+    anchored = _numbered_files(folder, ANCHOR_DIGITS)
+    whole = _numbered_files(folder)
+    if both := anchored.keys() & whole.keys():
+        raise ExchangeError(
+            f"{folder / min(both)}: results from anchors and over the whole sequence. Expected: "
+            "results of one experiment. Move the others to another folder."
+        )
+    return whole | {name: paths[:1] for name, paths in anchored.items()}
+
+
+def _numbered_files(folder: Path, digits: int = 3) -> dict[str, list[Path]]:
+    """Return the numbered files by sequence; text files replace binary ones."""
+    return {**repetitions(folder, ".bin", digits), **repetitions(folder, digits=digits)}
+
+
+def parts(file: Path) -> Sequence[Path]:
+    """Return the files of all anchors if `file` is that of one anchor, otherwise only `file`."""
+    stem, anchor = _anchor_of(file)
+    if anchor is None:
+        return [file]
+    return sorted(file.parent.glob(f"{stem}_{'[0-9]' * ANCHOR_DIGITS}{file.suffix}"))
+
+
+def _anchor_of(file: Path) -> tuple[str, int | None]:
+    """Split a file name into the sequence and the frame of the anchor; None without an anchor."""
+    match = re.fullmatch(rf"(.+)_([0-9]{{{ANCHOR_DIGITS}}})", file.stem)
+    return (match[1], int(match[2])) if match else (file.stem, None)
+
+
+def fits(file: Path) -> bool:
+    """Return whether a file is in the folder of an experiment, is binary or begins with a code."""
+    marked = file.parent.parent.name in EXPERIMENTS or file.suffix == ".bin"
+    return marked or first_line(file).count(",") != 3
+
+
+def read(file: Path) -> ResultRows:
+    """Read a run: one file, or the files of all anchors."""
+    if _anchor_of(file)[1] is None:
+        return _read_file(file)
+    files = parts(file)
+    segments = [_read_file(part) for part in files]
+    confidences = [
+        np.full(len(segment.boxes), np.nan) if segment.confidence is None else segment.confidence
+        for segment in segments
+    ]
+    has_confidences = any(segment.confidence is not None for segment in segments)
+    return ResultRows(
+        np.concatenate([segment.boxes for segment in segments]),
+        np.concatenate(confidences) if has_confidences else None,
+        simplification=next(filter(None, (segment.simplification for segment in segments)), ""),
+        headers=tuple(
+            Header(str(part), len(segment.boxes), _anchor_of(part)[1])
+            for part, segment in zip(files, segments, strict=True)
+        ),
+        protocol=ANCHORS,
+    )
+
+
+def frames(headers: Sequence[Header], sequence: ResultSequence) -> list[NDArray[Any]]:
+    """Return the frames of each anchor: to the end or to the beginning of the sequence."""
+    n = len(sequence.boxes)
+    segments = []
+    for header in headers:
+        anchor = header.start or 0
+        forwards, backwards = header.n_rows == n - anchor, header.n_rows == anchor + 1
+        if not forwards and not backwards:
+            raise ExchangeError(
+                f"{header.place}: {header.n_rows} rows from anchor {anchor}. Expected: "
+                f"{max(n - anchor, 0)} to the end of {sequence.name} ({n} frames), or "
+                f"{anchor + 1} to "
+                "its beginning."
+            )
+        if forwards and backwards:
+            forwards = _goes_forwards(anchor, sequence)
+        segments.append(np.arange(anchor, n) if forwards else np.arange(anchor, -1, -1))
+    return segments
+
+
+def _goes_forwards(anchor: int, sequence: ResultSequence) -> bool:
+    """Return whether the tracker runs forwards from an anchor in the middle of the sequence.
+
+    The ground truth states the direction; forwards is the default. Raises `SequenceError` if the
+    sequence cannot be opened.
+    """
+    values = datasets.load(sequence.source, truth=sequence.truth or None).values.get("anchor")
+    return values is None or bool(values[anchor] >= 0)
+
+
+def _read_file(file: Path) -> ResultRows:
+    """Read boxes, states of a supervised run, and confidences from their separate file."""
+    regions = list(_binary_regions(file) if file.suffix == ".bin" else _text_regions(file))
+    boxes = np.full((len(regions), 4), np.nan)
+    states = np.full(len(regions), int(FrameState.TRACKED))
+    n_simplified = 0
+    for number, (place, is_mask, numbers) in enumerate(regions):
+        if is_mask:
+            boxes[number] = _mask_bounding_box(numbers, place)
+            n_simplified += 1
+        elif len(numbers) == 1:
+            if numbers[0] not in CODES:
+                raise ExchangeError(f"{place}: {numbers[0]:g}. Expected: a region, 0, 1 or 2.")
+            states[number] = CODES[numbers[0]]
+        elif len(numbers) == 4:
+            boxes[number] = numbers
+        elif len(numbers) >= 6 and len(numbers) % 2 == 0:
+            points = np.array(numbers).reshape(-1, 2)
+            boxes[number] = *points.min(axis=0), *np.ptp(points, axis=0)
+            n_simplified += 1
+        else:
+            raise ExchangeError(f"{place}: {len(numbers)} numbers. Expected: a region.")
+    has_restarts = (
+        bool((states == FrameState.FAILED).any()) or file.parent.parent.name == SUPERVISED
+    )
+    if file.suffix != ".bin":
+        check_decimals(file)
+    is_supervised = has_restarts and _anchor_of(file)[1] is None
+    return ResultRows(
+        boxes,
+        read_column(file.with_name(f"{file.stem}_confidence.value"), len(regions)),
+        states if is_supervised else None,
+        simplification=f"{n_simplified} polygons or masks are read as their bounding boxes"
+        if n_simplified
+        else "",
+    )
+
+
+def _text_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
+    """Yield the place of each region for messages, whether it is a mask, and its numbers."""
+    for number, line in enumerate(read_text_file(file).rstrip().splitlines(), 1):
+        place = f"{file}, line {number}"
+        yield place, line.startswith("m"), parse_numbers(line.removeprefix("m"), place)
+
+
+def _binary_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
+    """Yield the regions of a binary file as `_text_regions` does."""
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise ExchangeError(f"{file}: cannot be read ({error.strerror}).") from error
+    offset = 0
+
+    def read(form: str, place: str) -> tuple[float, ...]:
+        nonlocal offset
+        try:
+            values = struct.unpack_from(f"<{form}", data, offset)
+        except struct.error:
+            raise ExchangeError(
+                f"{place}: unexpected end of file. Download the file again."
+            ) from None
+        offset += struct.calcsize(f"<{form}")
+        return values
+
+    version, length = read("hI", f"{file}, header")
+    if version != 1:
+        raise ExchangeError(f"{file}: version {version} of the binary format. Expected: version 1.")
+    for number in range(1, int(length) + 1):
+        place = f"{file}, region {number}"
+        (kind,) = read("B", place)
+        if kind == 0:
+            yield place, False, list(read("I", place))
+        elif kind == 1:
+            yield place, False, list(read("4f", place))
+        elif kind == 2:
+            (points,) = read("H", place)
+            yield place, False, list(read(f"{2 * int(points)}f", place))
+        elif kind == 3:
+            *part, runs = read("hhHHH", place)
+            yield place, True, [*part, *read(f"{int(runs)}H", place)]
+        else:
+            raise ExchangeError(
+                f"{place}: unknown kind of region {kind}. Expected: 0 to 3. Download the "
+                "file again."
+            )
+    if rest := len(data) - offset:
+        raise ExchangeError(
+            f"{file}: {rest} bytes after the last of {length} regions. Download the file again."
+        )
+
+
+def _mask_bounding_box(numbers: list[float], place: str) -> NDArray[np.float64]:
+    """Return the bounding box of a mask: left, top, width, height, run lengths off, on, off, …."""
+    whole = np.array(numbers)
+    if len(whole) < 4 or not (whole == np.floor(whole)).all() or (whole[2:] < 0).any():
+        raise ExchangeError(
+            f"{place}: not a mask. Expected: the letter m, then x, y, width, height and run "
+            "lengths as whole numbers."
+        )
+    left, top, width, height = whole[:4].tolist()
+    ends = np.cumsum(whole[4:])
+    if not np.isfinite(whole).all() or (len(ends) and ends[-1] > width * height):
+        raise ExchangeError(f"{place}: the mask has more pixels than {width:g}x{height:g}.")
+    first, last = ends[0::2][: len(ends) // 2], ends[1::2] - 1
+    first, last = first[last >= first], last[last >= first]
+    if not len(first):
+        return np.full(4, np.nan)
+    rows = first // width, last // width
+    # A run over several rows reaches the left and the right side of the mask.
+    spans_rows = bool((rows[0] != rows[1]).any())
+    x = 0.0 if spans_rows else (first % width).min()
+    right = width - 1 if spans_rows else (last % width).max()
+    y, bottom = rows[0].min(), rows[1].max()
+    return np.array([left + x, top + y, right - x + 1, bottom - y + 1])
+
+
+def write(folder: Path, sequence: str, repetition: int, rows: ResultRows) -> Mapping[Path, str]:
+    """Return the texts of a run; a one-pass run with confidences is written to two experiments.
+
+    The experiment for one-pass runs thus contains all trackers, with and without confidences.
+    """
+    if rows.states is not None:
+        return experiment_texts(folder / SUPERVISED, sequence, repetition, rows)
+    texts = dict(experiment_texts(folder / ONE_PASS, sequence, repetition, rows))
+    if rows.confidence is not None:
+        texts |= experiment_texts(folder / LONG_TERM, sequence, repetition, rows)
+    return texts
+
+
+def experiment_texts(
+    folder: Path, sequence: str, repetition: int, rows: ResultRows
+) -> Mapping[Path, str]:
+    """Return the texts of a run in the folder of an experiment."""
+    name = file_name(sequence)
+    return _texts(folder / name / f"{name}_{repetition + 1:03}.txt", rows)
+
+
+def write_anchors(
+    folder: Path, sequence: str, segments: Sequence[tuple[NDArray[Any], ResultRows]]
+) -> Mapping[Path, str]:
+    """Return the texts of a run from anchors, with exact boxes so that scores stay equal."""
+    name = file_name(sequence)
+    texts: dict[Path, str] = {}
+    for frames, rows in segments:
+        # A segment over the whole sequence begins with the first frame that has a target.
+        first = int(np.isfinite(rows.boxes).all(axis=1).argmax())
+        confidence = None if rows.confidence is None else rows.confidence[first:]
+        path = folder / SUPERVISED / name / f"{name}_{int(frames[first]):0{ANCHOR_DIGITS}}.txt"
+        part = replace(rows, boxes=rows.boxes[first:], confidence=confidence)
+        texts |= _texts(path, part, repr)
+    return texts
+
+
+def segment_writer(protocol: str) -> SegmentWriter | None:
+    """Return the writer of runs from anchors; None for other protocols."""
+    return write_anchors if parse_protocol(protocol).name == ANCHORS else None
+
+
+def _texts(
+    path: Path, rows: ResultRows, text_of_number: Callable[[float], str] = "{:.4f}".format
+) -> dict[Path, str]:
+    """Return the text with one region per line, and the text of the confidences."""
+    present = np.isfinite(rows.boxes).all(axis=1)
+    states = np.where(present, FrameState.TRACKED, FrameState.SKIPPED)
+    states[present.argmax()] = FrameState.INITIALISED
+    if rows.states is not None:
+        states = rows.states
+    codes = {state: f"{code:.0f}" for code, state in CODES.items()}
+    lines = [
+        codes.get(FrameState(state), ",".join(map(text_of_number, box)))
+        for state, box in zip(states.tolist(), rows.boxes.tolist(), strict=True)
+    ]
+    texts = {path: "".join(f"{line}\n" for line in lines)}
+    if rows.confidence is not None and np.isfinite(rows.confidence).any():
+        texts[path.with_name(f"{path.stem}_confidence.value")] = column_text(rows.confidence)
+    return texts
+
+
+FORMAT = ResultFormat(
+    expects="SEQ/SEQ_001.txt with a region per line, in baseline, unsupervised, longterm or "
+    "realtime",
+    exports="boxes to 4 decimals (exact in runs from anchors) except the init box; confidence; "
+    "no times",
+    files=files,
+    fits=fits,
+    read=read,
+    write=write,
+    rounding=round_to(4),
+    has_repetitions=True,
+    parts=parts,
+    frames=frames,
+    segment_writer=segment_writer,
+    segment_protocols="anchors",
+)

@@ -1,0 +1,232 @@
+"""Interface of metrics presets: named sets of score definitions.
+
+Each module in `bench/metrics/presets` defines one `Preset`. The docstring of the module is the
+definition with its source. A preset computes the scores of one run from the ground truth, and
+combines the scores of many runs as its benchmark does.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from trackmark.bench.metrics.native import GroundTruthLike
+from trackmark.bench.metrics.region_overlap import Shapes
+
+Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
+"""Kind of scored runs: initialised once, restarted after failures, or started from anchors."""
+
+
+class FrameState(IntEnum):
+    """State of a frame of a supervised run."""
+
+    SKIPPED = 0  # between a failure and the restart
+    INITIALISED = 1
+    FAILED = 2
+    TRACKED = 3
+
+
+@dataclass(frozen=True)
+class GroundTruthArrays:
+    """Ground truth of n frames as arrays, for example of a part of a `datasets.Sequence`."""
+
+    boxes: NDArray[Any]  # (n, 4): `[x, y, width, height]` in pixels; NaN rows without target
+    # (n,): frames for which box or absence is known; shape () for all
+    annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True), kw_only=True)
+    # (n,): frames whose box has no size (NaN in `boxes`) but is no absence; shape () for no frame
+    malformed: NDArray[np.bool_] = field(default_factory=lambda: np.array(False), kw_only=True)
+    # boxes of other regions by name
+    regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))  # (n,): in [0, 1]
+    # width and height of the images, for presets that clip regions
+    image_size: tuple[int, int] | None = None
+    shapes: Shapes = None  # polygons or masks, for presets that use them instead of boxes
+
+
+@dataclass(frozen=True)
+class RunEstimates:
+    """Estimates of a tracker in the n frames of a run."""
+
+    boxes: ArrayLike  # (n, 4); rows up to the initialisation are ignored
+    visible: NDArray[Any] | None = None  # (n,): True if the target was reported; None if unknown
+    confidence: NDArray[Any] | None = None  # (n,): NaN if missing
+    states: NDArray[Any] | None = None  # (n,): a `FrameState` per frame of a supervised run
+    n_sequence_frames: int = 0  # length of the sequence, if the run covers only a part
+
+
+@dataclass(frozen=True)
+class PresetResult:
+    """Result of a preset for one run or for many."""
+
+    scores: Mapping[str, float]  # by column; NaN if a score is undefined
+    curves: Mapping[str, NDArray[Any]]  # points (x, y), shape (k, 2)
+    evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # input of `combine`
+    parts: Sequence["PresetResult"] = ()  # results of the segments of the run, if it has any
+
+
+@dataclass(frozen=True)
+class Column:
+    """Definition of a score in a preset."""
+
+    meaning: str
+    perfect: float | None = 1.0  # score of a perfect tracker; None if it depends on the sequence
+    better: Literal["higher", "lower"] | None = "higher"
+    whole: bool = False  # True if the score exists only for all sequences together
+
+
+_ABBREVIATIONS = {
+    "auc": "AUC",
+    "eao": "EAO",
+    "ao": "AO",
+    "sr50": "SR 0.50",
+    "sr75": "SR 0.75",
+    "f": "F",
+}
+
+
+def heading(score: str) -> str:
+    """Return the column heading of a score.
+
+    >>> heading("success_auc")
+    'success AUC'
+    """
+    return " ".join(_ABBREVIATIONS.get(word, word) for word in score.split("_"))
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Labels of the axes of a curve."""
+
+    x: str
+    y: str
+
+
+Runs: TypeAlias = Sequence[Sequence[PresetResult]]
+"""Results of the runs on each sequence: one per repetition or anchor."""
+
+
+def mean_of_sequences(runs: Runs) -> PresetResult:
+    """Average over the runs of each sequence, then over sequences, ignoring NaN scores."""
+    scores = {
+        name: _mean([_mean([run.scores[name] for run in group]) for group in runs])
+        for name in runs[0][0].scores
+    }
+    curves = {
+        name: np.mean(
+            [np.mean([run.curves[name] for run in group], axis=0) for group in runs], axis=0
+        )
+        for name in runs[0][0].curves
+    }
+    return PresetResult(scores, curves)
+
+
+@dataclass(frozen=True)
+class Preset:
+    """Named set of score definitions.
+
+    `score` is a pure function. It raises `ValueError` if there is no ground truth, the numbers of
+    rows differ or the estimates lack data that the protocol provides. `combine` requires at least
+    one run per sequence; see `overall`.
+    """
+
+    columns: Mapping[str, Column]
+    score: Callable[[GroundTruthLike, RunEstimates], PresetResult]
+    combine: Callable[[Runs], PresetResult] = mean_of_sequences
+    curves: Mapping[str, Axes] = field(default_factory=dict)
+    protocol: Protocol = "one pass"
+    agrees_with: str = ""  # toolkits that compute equal scores
+    undefined: str = ""  # reason for NaN scores of a run, without full stop, for notes
+    aliases: tuple[str, ...] = ()
+
+    def overall(self, runs: Runs) -> PresetResult:
+        """Return the scores over all runs on several sequences.
+
+        If a sequence has no run, every score is NaN and there is no curve: an average never
+        conceals missing runs. Each segment of a run counts as a run.
+        """
+        if not runs or not all(runs):
+            return PresetResult(dict.fromkeys(self.columns, np.nan), {})
+        return self.combine(
+            [[part for run in group for part in run.parts or [run]] for group in runs]
+        )
+
+
+@dataclass(frozen=True)
+class EvaluatedRun:
+    """Annotated frames of a run and their ground truth from the first frame with a target."""
+
+    frames: NDArray[np.int64]  # (m,): numbers of these frames
+    truth: NDArray[np.float64]  # (m, 4)
+    estimate: NDArray[np.float64]  # (m, 4); the first box is the ground truth
+    present: NDArray[np.bool_]  # (m,): frames with a target
+    malformed: NDArray[np.bool_]  # (m,): see `GroundTruthArrays`
+    size: tuple[int, int] | None  # width and height of the images; None if unknown
+    all_shapes: Shapes  # regions of all frames
+
+    @property
+    def shapes(self) -> Iterator[NDArray[Any] | None]:
+        """Regions of the selected frames; masks are decoded one by one."""
+        frames = () if self.all_shapes is None else self.frames.tolist()
+        return (self.all_shapes[frame] for frame in frames if self.all_shapes is not None)
+
+
+def select_evaluated(truth: GroundTruthLike, estimates: RunEstimates) -> EvaluatedRun:
+    """Select the annotated frames of a run and their ground truth from the initialisation on.
+
+    Frames that are not annotated do not count in any preset: neither as hits nor as misses. Of a
+    supervised run, initialisations and failures are facts of the run and are always selected.
+
+    Raises `ValueError` if there is no ground truth or the numbers of rows differ.
+    """
+    boxes = np.asarray(truth.boxes, np.float64, order="F")  # see `overlap`
+    estimate = np.array(estimates.boxes, np.float64, order="F")
+    n = len(boxes)
+    if estimate.shape != (n, 4):
+        raise ValueError(
+            f"Estimated boxes have shape {estimate.shape}. Expected: ({n}, 4), as the ground truth."
+        )
+    annotated = np.broadcast_to(truth.annotated, n)
+    present = np.asarray(np.isfinite(boxes).all(axis=1)) & annotated
+    first = int(present.argmax()) if n else 0
+    if not n or not present[first]:
+        raise ValueError("The ground truth has no frame with a target. Expected: at least one.")
+    if estimates.states is not None:
+        if np.shape(estimates.states) != (n,):
+            raise ValueError(
+                f"The states of a supervised run have shape {np.shape(estimates.states)}. "
+                f"Expected: ({n},), with INITIALISED first."
+            )
+        facts = (FrameState.INITIALISED, FrameState.FAILED)
+        annotated = annotated | np.isin(estimates.states, facts)
+    frames = first + np.flatnonzero(annotated[first:])
+    estimate[first] = boxes[first]
+    shapes, size = getattr(truth, "shapes", None), getattr(truth, "image_size", None)
+    malformed = np.broadcast_to(truth.malformed, n)[frames]
+    rows = boxes[frames], estimate[frames], present[frames], malformed
+    return EvaluatedRun(frames, *rows, size, shapes)
+
+
+def annotates_init_only(truth: GroundTruthLike) -> bool:
+    """Return whether frames are not annotated, and none after the initialisation is annotated.
+
+    This is the ground truth of test sets, whose later boxes are not public.
+    """
+    n = len(truth.boxes)
+    annotated = np.broadcast_to(truth.annotated, n)
+    first = int(np.isfinite(truth.boxes).all(axis=1).argmax()) if n else 0
+    return not annotated.all() and not annotated[first + 1 :].any()
+
+
+def single_run_result(
+    combine: Callable[[Runs], PresetResult], evidence: Mapping[str, NDArray[Any]]
+) -> PresetResult:
+    """Return the result for a data set that consists of one run."""
+    return replace(combine([[PresetResult({}, {}, evidence)]]), evidence=evidence)
+
+
+def _mean(values: list[float]) -> float:
+    finite = [value for value in values if not np.isnan(value)]
+    return float(np.mean(finite)) if finite else np.nan

@@ -1,0 +1,1 @@
+"""Metrics presets, one per module."""

@@ -1,1 +1,0 @@
-"""Named sets of metrics, one per module."""

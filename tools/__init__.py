@@ -1,1 +1,0 @@
-"""Tools for developers of trackmark, which are not part of the wheel."""
