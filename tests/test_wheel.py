@@ -25,8 +25,8 @@ print(our_trackers.resolve("static").file, ours.load("samples/face").fingerprint
 
 def test_wheel_has_all_page_files():
     included = {file.path for file in WheelBuilder(str(ROOT)).recurse_included_files()}
-    parts = [path for path in (ROOT / "reports" / "page").iterdir() if path.is_file()]
-    assert {".html", ".css", ".js", ".py"} == {path.suffix for path in parts}
+    parts = [path for path in (ROOT / "bench" / "pages" / "templates").iterdir() if path.is_file()]
+    assert {".html", ".css", ".js"} == {path.suffix for path in parts}
     assert {str(path) for path in parts} <= included
 
 

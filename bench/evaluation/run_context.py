@@ -25,13 +25,12 @@ class StateChangedError(Exception):
 class SharedState:
     """State of the process that the trackers of a pass share while none of them changes it.
 
-    To set and store the state of each tracker at each call takes several times as long as the rest
-    of the harness, and most trackers neither draw from global generators nor change the working
-    directory. A pass therefore uses contexts only for its first `FIRST_CHECK` frames. If no tracker
-    has changed its state until then, the pass goes on without them, and checks after 8, 16, 32, …
-    frames and at its end that the state is still the same. Otherwise, the pass is worthless,
-    because one tracker can have changed the numbers of another. `in_shared_state` then repeats it
-    with contexts for all calls.
+    Setting the state of each tracker at each call takes longer than the rest of the harness. Most
+    trackers neither draw from global generators nor change the working directory. A pass therefore
+    uses contexts only for its first `FIRST_CHECK` frames. If no tracker has changed its state until
+    then, the pass goes on without them, and checks after 8, 16, 32, … frames and at its end that
+    the state is still the same. Otherwise, the pass is worthless, because one tracker can have
+    changed the numbers of another. `in_shared_state` then repeats it with contexts for all calls.
     """
 
     def __init__(self, *, may_share: bool) -> None:
