@@ -158,7 +158,8 @@ def test_attributes_equal_their_slow_definitions(seed, boxes_of_frames, visibili
         for name, slow in SLOW.items():
             attribute = attributes.find(name)
             value = attribute.measure(now)
-            tolerance = 1e-6 if name == "correlation" else 1e-9  # OpenCV resizes in float32
+            # OpenCV resizes in float32, whose rounding is up to 1.5e-5 grey levels.
+            tolerance = 1e-5 if name == "correlation" else 1e-9
             assert value == pytest.approx(slow(now), abs=tolerance, nan_ok=True), name
             assert math.isnan(value) or attribute.minimum <= value <= attribute.maximum, name
 
