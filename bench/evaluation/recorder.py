@@ -61,6 +61,7 @@ from trackmark.trackers.base.estimate_check import (
     value_text,
 )
 from trackmark.trackers.base.plain import seed_number
+from trackmark.trackers.base.plain_class import end_fork
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -326,10 +327,13 @@ class Recorder:
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
         """Return the result of a call in the context of the run, if the pass needs contexts."""
-        if self._context is not None and self._state.needs_contexts:
-            with self._context:
-                return call(*arguments)
-        return call(*arguments)
+        try:
+            if self._context is not None and self._state.needs_contexts:
+                with self._context:
+                    return call(*arguments)
+            return call(*arguments)
+        finally:
+            end_fork(self._process)
 
     def _note_drawn(self) -> None:
         """Note which global generators the tracker has drawn from."""
@@ -397,8 +401,7 @@ class Recorder:
                 synchronise(self._made)
             return result, self._clock.stop()
         finally:
-            if os.getpid() != self._process:
-                os._exit(0)
+            end_fork(self._process)
 
     def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Validate and store an estimate."""

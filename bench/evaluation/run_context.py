@@ -10,7 +10,6 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from trackmark.trackers.base.global_generators import GlobalGenerators
-from trackmark.trackers.base.plain_class import end_fork
 
 R = TypeVar("R")
 
@@ -100,15 +99,12 @@ def in_shared_state(call: Callable[[SharedState], R], *, may_share: bool) -> R:
 class RunContext:
     """Global random generators and working directory of a run, while its tracker is called.
 
-    A process that the tracker has forked in a call ends when it leaves the call.
-
     A tracker that changes the working directory keeps it until its run ends. Meanwhile, relative
     paths of the harness and of other trackers stay valid.
     """
 
     def __init__(self, seed: int) -> None:
         self.generators = GlobalGenerators(seed)
-        self._process = os.getpid()
         self._home = working_directory()  # the harness does not change it
         self._folder = self._home
 
@@ -118,7 +114,6 @@ class RunContext:
         self.generators.__enter__()
 
     def __exit__(self, *_: object) -> None:
-        end_fork(self._process)
         self.generators.__exit__()
         folder = working_directory()
         if folder != self._home:

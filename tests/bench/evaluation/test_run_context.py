@@ -104,6 +104,31 @@ def test_late_change_of_folder_is_kept_from_others(make_sequence, tmp_path):
     assert Path.cwd() == home
 
 
+def test_copy_of_the_process_ends_in_each_call(make_sequence):
+    """The copy does not return to the harness, also without contexts and in `finish`."""
+    harness, copies = os.getpid(), []
+
+    class Forks(Still):
+        def act(self):
+            if self.frame == 10:
+                self.fork()
+
+        def finish(self):
+            self.fork()
+            return {}
+
+        def fork(self):
+            if copy := os.fork():
+                copies.append(copy)
+
+    (result,) = run(make_sequence(n=20), Forks)
+    if os.getpid() != harness:
+        os._exit(99)  # a copy must not get here
+    assert not result.failure
+    codes = [os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) for copy in copies]
+    assert codes == [0, 0]
+
+
 def test_error_after_change_of_folder_is_no_error_of_sequence(make_sequence, tmp_path):
     sequence, home = make_sequence(n=20), Path.cwd()
     frames = sequence.frames
