@@ -1,5 +1,6 @@
 """Clock of tracker calls, with real threads, processes and occupied processors."""
 
+import math
 import os
 import subprocess
 import sys
@@ -97,18 +98,22 @@ def test_clocks_of_one_moment_are_read(monkeypatch):
 
 @needs_run_delay
 def test_counters_belong_to_the_calling_thread():
-    clock, result = CallClock(), []
+    clock, result, counters = CallClock(), [], []
     clock.start()
     clock.stop()
 
     def call(clock):
         clock.start()
+        counters.append(clock._counters)
         time.sleep(0.01)
         result.append(clock.stop())
 
+    clock._ended = clock._valid_until = math.inf  # the counters are read recently
+    clock._counters = b"0 0 0"
     thread = threading.Thread(target=call, args=(clock,))
     thread.start()
     thread.join()
+    assert counters != [b"0 0 0"]
     assert result[0].seconds >= 0.01 - result[0].run_delay
 
 
