@@ -79,13 +79,13 @@ def test_version_changes_only_if_digests_do(
 
 @pytest.mark.parametrize("is_edited", [False, True])
 def test_boxes_of_other_processors_are_not_compared(tmp_path, monkeypatch, is_edited):
-    """They are extended while the source is unchanged; an edited source cannot be checked."""
+    """`make seal` adds digests while the source is unchanged, and refuses an edited source."""
     text, file = "static on samples/face", tmp_path / "golden.json"
     entry = VersionEntry(["abc"], "tree", {text: {"another processor": "12"}}, ["numpy"])
     write_versions(file, {"static": entry})
     tree = "new tree" if is_edited else "tree"
-    now = {instruction_set(): "13"}
-    item = Sealed("static", file, tree, entry, [text], lambda text: now, ["numpy"], [])
+    current = {instruction_set(): "13"}
+    item = Sealed("static", file, tree, entry, [text], lambda text: current, ["numpy"], [])
     monkeypatch.setattr(command, "sealed", lambda: iter([item]))
     answer = CliRunner().invoke(command.main, [])
     golden = read_versions(file)["static"].golden[text]
@@ -93,7 +93,7 @@ def test_boxes_of_other_processors_are_not_compared(tmp_path, monkeypatch, is_ed
         assert (answer.exit_code, golden) == (1, entry.golden[text])
         assert "Run `make seal` on the unchanged source on this machine first." in answer.output
     else:
-        assert (answer.exit_code, golden) == (0, {**entry.golden[text], **now})
+        assert (answer.exit_code, golden) == (0, {**entry.golden[text], **current})
 
 
 @cache
